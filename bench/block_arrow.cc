@@ -6,8 +6,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "alidade/adjust/corner_groups.h"
-#include "alidade/adjust/view_kernel.h"
+#include "alidade/adjust/board/corner_groups.h"
+#include "alidade/adjust/board/view_kernel.h"
 
 namespace alidade {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 
 namespace alidade {
 

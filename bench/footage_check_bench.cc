@@ -19,9 +19,9 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/random.h"
 #include "alidade/core/statistics.h"
-#include "alidade/footage/camera_check.h"
-#include "alidade/footage/camera_windows.h"
-#include "alidade/footage/front_end.h"
+#include "alidade/footage/check/camera_check.h"
+#include "alidade/footage/check/camera_windows.h"
+#include "alidade/footage/follow/front_end.h"
 #include "alidade/simulate/footage_simulator.h"
 #include "footage/simulated_tracks.h"
 

@@ -14,8 +14,8 @@
 
 #include <opencv2/calib3d.hpp>
 
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
 #include "alidade/rig/rig_calibrator.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"

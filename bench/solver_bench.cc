@@ -21,9 +21,9 @@
 #include <unistd.h>
 #include <opencv2/calib3d.hpp>
 
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/solve.h"
-#include "alidade/adjust/view_pose.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/board/view_pose.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/camera/radtan.h"
 #include "alidade/simulate/observe.h"

@@ -13,8 +13,8 @@
 
 #include <opencv2/calib3d.hpp>
 
-#include "alidade/footage/footage_frames.h"
-#include "alidade/footage/odometry.h"
+#include "alidade/footage/follow/footage_frames.h"
+#include "alidade/footage/map/odometry.h"
 #include "footage/walk_tracks.h"
 #include "imagery/video_files.h"
 #include "support/simulated_video.h"

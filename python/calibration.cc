@@ -13,16 +13,16 @@
 #include <pybind11/stl.h>
 #include <nlohmann/json.hpp>
 
-#include "alidade/adjust/errors.h"
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/record_of.h"
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
-#include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_save.h"
+#include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_set.h"
-#include "alidade/report/page.h"
+#include "alidade/report/pages/page.h"
 #include "bindings.h"
 #include "camera.h"
 

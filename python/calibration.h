@@ -6,7 +6,7 @@
 
 #include "alidade/calibrate/start/options.h"
 #include "alidade/core/diagnosis.h"
-#include "alidade/report/page_shell.h"
+#include "alidade/report/pages/page_shell.h"
 #include "detection.h"
 #include "keywords.h"
 

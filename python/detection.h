@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "alidade/detect/detection.h"
-#include "alidade/report/evidence.h"
+#include "alidade/report/data/evidence.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"
 #include "arrays.h"

@@ -14,7 +14,7 @@
 #include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/rig_file.h"
-#include "alidade/report/difference_svg.h"
+#include "alidade/report/figures/difference_svg.h"
 #include "bindings.h"
 #include "calibration.h"
 #include "camera.h"

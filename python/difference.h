@@ -6,7 +6,7 @@
 
 #include "alidade/compare/projection_difference.h"
 #include "alidade/record/camera_record.h"
-#include "alidade/report/page_shell.h"
+#include "alidade/report/pages/page_shell.h"
 
 namespace alidade::python {
 

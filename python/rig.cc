@@ -9,13 +9,13 @@
 #include <pybind11/stl.h>
 #include <nlohmann/json.hpp>
 
-#include "alidade/adjust/errors.h"
+#include "alidade/adjust/board/errors.h"
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
-#include "alidade/files/atomic_file.h"
 #include "alidade/files/rig_file.h"
-#include "alidade/report/page.h"
-#include "alidade/report/rig/rig_evidence.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/report/data/rig_evidence.h"
+#include "alidade/report/pages/page.h"
 #include "alidade/rig/rig_calibrator.h"
 #include "bindings.h"
 #include "calibration.h"

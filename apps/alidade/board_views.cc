@@ -23,7 +23,7 @@
 #include "alidade/files/board_file.h"
 #include "alidade/files/content_cache.h"
 #include "alidade/files/corners_file.h"
-#include "alidade/files/table_lines.h"
+#include "alidade/files/text/table_lines.h"
 #include "alidade/files/vnl_file.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"

@@ -9,7 +9,7 @@
 #include "alidade/core/cancel.h"
 #include "alidade/detect/survey.h"
 #include "alidade/imagery/image_set.h"
-#include "alidade/report/page_pictures.h"
+#include "alidade/report/figures/page_pictures.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"
 #include "options.h"

@@ -16,10 +16,10 @@
 #include "alidade/core/cancel.h"
 #include "alidade/core/error.h"
 #include "alidade/detect/detect_images.h"
-#include "alidade/report/json_output.h"
+#include "alidade/report/data/json_output.h"
 #include "console.h"
+#include "help/unknown_words.h"
 #include "options.h"
-#include "unknown_words.h"
 
 namespace alidade {
 namespace {

@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "alidade/core/error.h"
-#include "alidade/files/atomic_file.h"
+#include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/image_set.h"
-#include "alidade/report/json_output.h"
-#include "alidade/report/validation/validation_page.h"
+#include "alidade/report/data/json_output.h"
+#include "alidade/report/pages/validation_page.h"
 
 namespace alidade {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "alidade/report/page.h"
-#include "alidade/report/page_pictures.h"
+#include "alidade/report/figures/page_pictures.h"
+#include "alidade/report/pages/page.h"
 #include "board_views.h"
 #include "pending_folder.h"
 

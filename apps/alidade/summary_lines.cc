@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "alidade/adjust/errors.h"
+#include "alidade/adjust/board/errors.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "console.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/corner_noise.h"
+#include "alidade/adjust/board/corner_noise.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/noise/covariance.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/solve.h"
 #include "alidade/camera/radtan.h"
 #include "support/corner_cost.h"
 #include "support/fit_set.h"

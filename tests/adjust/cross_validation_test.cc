@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/cross_validation.h"
+#include "alidade/adjust/noise/cross_validation.h"
 
 #include <gmock/gmock.h>
 
@@ -8,8 +8,8 @@
 #include <numeric>
 #include <set>
 
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/fit_set.h"
 

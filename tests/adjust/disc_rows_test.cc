@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/disc_rows.h"
+#include "alidade/adjust/board/disc_rows.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "alidade/adjust/view_kernel.h"
+#include "alidade/adjust/board/view_kernel.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "support/model_fixture.h"

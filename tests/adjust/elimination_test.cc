@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/elimination.h"
+#include "alidade/adjust/board/elimination.h"
 
 #include <gtest/gtest.h>
 

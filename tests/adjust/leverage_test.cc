@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/robust_weighting.h"
+#include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/camera/radtan.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/cross_validation.h"
+#include "alidade/adjust/noise/cross_validation.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/places.h"
+#include "alidade/adjust/board/places.h"
 
 #include <gtest/gtest.h>
 

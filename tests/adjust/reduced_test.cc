@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/reduced.h"
+#include "alidade/adjust/board/reduced.h"
 
 #include <gtest/gtest.h>
 

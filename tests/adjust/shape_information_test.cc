@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/shape_information.h"
+#include "alidade/adjust/noise/shape_information.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <utility>
 
-#include "alidade/adjust/covariance.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/covariance.h"
 #include "support/fit_set.h"
 
 namespace alidade {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/solve.h"
 
 #include <gtest/gtest.h>
 
@@ -11,10 +11,10 @@
 #include <numbers>
 #include <utility>
 
-#include "alidade/adjust/covariance.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/reduced.h"
-#include "alidade/adjust/view_block.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/reduced.h"
+#include "alidade/adjust/board/view_block.h"
+#include "alidade/adjust/noise/covariance.h"
 #include "support/bundle_set.h"
 #include "support/corner_cost.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/view_kernel.h"
+#include "alidade/adjust/board/view_kernel.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/view_pose.h"
+#include "alidade/adjust/board/view_pose.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/weak_prior.h"
+#include "alidade/adjust/noise/weak_prior.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <limits>
 #include <vector>
 
-#include "alidade/adjust/manifolds.h"
-#include "alidade/adjust/robust_weighting.h"
+#include "alidade/adjust/board/manifolds.h"
+#include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/camera/camera_variant.h"
 #include "support/fit_set.h"

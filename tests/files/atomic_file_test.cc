@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/files/atomic_file.h"
+#include "alidade/files/text/atomic_file.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/camera_check.h"
+#include "alidade/footage/check/camera_check.h"
 
 #include <cmath>
 #include <functional>

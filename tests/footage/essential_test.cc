@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/essential.h"
+#include "alidade/footage/geometry/essential.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/front_end.h"
+#include "alidade/footage/follow/front_end.h"
 
 #include <cmath>
 #include <cstdio>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/image_patch.h"
+#include "alidade/footage/follow/image_patch.h"
 
 #include <algorithm>
 #include <array>

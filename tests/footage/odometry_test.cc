@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/odometry.h"
+#include "alidade/footage/map/odometry.h"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/image.h"
 #include "alidade/core/random.h"
-#include "alidade/footage/two_view.h"
+#include "alidade/footage/geometry/two_view.h"
 #include "alidade/geometry/se3.h"
 
 namespace alidade::testing {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/reconstruction.h"
+#include "alidade/footage/map/reconstruction.h"
 
 #include <numeric>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/resection.h"
+#include "alidade/footage/geometry/resection.h"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/rig_check.h"
+#include "alidade/footage/check/rig_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "alidade/core/statistics.h"
-#include "alidade/footage/pair_fit.h"
+#include "alidade/footage/check/pair_fit.h"
 #include "footage/points_scene.h"
 
 namespace alidade {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "alidade/core/random.h"
-#include "alidade/footage/camera_windows.h"
-#include "alidade/footage/tracks.h"
+#include "alidade/footage/check/camera_windows.h"
+#include "alidade/footage/follow/tracks.h"
 #include "alidade/simulate/footage_simulator.h"
 
 namespace alidade::testing {

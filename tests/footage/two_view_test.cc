@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/two_view.h"
+#include "alidade/footage/geometry/two_view.h"
 
 #include <cmath>
 #include <cstdio>

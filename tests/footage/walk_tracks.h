@@ -13,8 +13,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "alidade/footage/odometry.h"
-#include "alidade/footage/tracks.h"
+#include "alidade/footage/follow/tracks.h"
+#include "alidade/footage/map/odometry.h"
 #include "footage/points_scene.h"
 
 namespace alidade::testing {

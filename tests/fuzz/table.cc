@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "alidade/core/text.h"
-#include "alidade/files/table_lines.h"
+#include "alidade/files/text/table_lines.h"
 #include "fuzz.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

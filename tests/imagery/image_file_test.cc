@@ -19,7 +19,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/random.h"
-#include "alidade/files/atomic_file.h"
+#include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_container.h"
 #include "alidade/imagery/jpeg_damage.h"
 #include "support/exif.h"

@@ -13,8 +13,8 @@
 #include <gtest/gtest.h>
 
 #include "alidade/camera/any_camera.h"
-#include "alidade/footage/camera_check.h"
-#include "alidade/footage/footage_frames.h"
+#include "alidade/footage/check/camera_check.h"
+#include "alidade/footage/follow/footage_frames.h"
 
 namespace alidade {
 namespace {

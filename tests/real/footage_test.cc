@@ -14,8 +14,8 @@
 
 #include "alidade/core/text.h"
 #include "alidade/files/pose_list.h"
-#include "alidade/footage/footage_frames.h"
-#include "alidade/footage/odometry.h"
+#include "alidade/footage/follow/footage_frames.h"
+#include "alidade/footage/map/odometry.h"
 #include "alidade/imagery/image_list.h"
 
 namespace alidade {

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <map>
 
-#include "alidade/adjust/errors.h"
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/random.h"
 #include "alidade/detect/detect_images.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/difference_svg.h"
+#include "alidade/report/figures/difference_svg.h"
 
 #include <regex>
 #include <string>
@@ -7,7 +7,7 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/report/svg_canvas.h"
+#include "alidade/report/canvas/svg_canvas.h"
 #include "report/svg_checks.h"
 
 namespace alidade {

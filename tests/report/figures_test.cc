@@ -8,11 +8,11 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "alidade/report/distinct_parts.h"
-#include "alidade/report/lens_figures.h"
-#include "alidade/report/level_map.h"
-#include "alidade/report/residual_figures.h"
-#include "alidade/report/view_figures.h"
+#include "alidade/report/canvas/level_map.h"
+#include "alidade/report/data/distinct_parts.h"
+#include "alidade/report/figures/lens_figures.h"
+#include "alidade/report/figures/residual_figures.h"
+#include "alidade/report/figures/view_figures.h"
 #include "alidade/target/board_spec.h"
 #include "report/svg_checks.h"
 

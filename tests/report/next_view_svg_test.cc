@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/next_view_svg.h"
+#include "alidade/report/figures/next_view_svg.h"
 
 #include <regex>
 #include <string>

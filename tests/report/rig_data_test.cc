@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/rig/rig_data.h"
+#include "alidade/report/data/rig_data.h"
 
 #include <numbers>
 #include <regex>
@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
-#include "alidade/report/rig/rig_figures.h"
-#include "alidade/report/rig/rig_page.h"
+#include "alidade/report/figures/rig_figures.h"
+#include "alidade/report/pages/rig_page.h"
 #include "alidade/target/board_spec.h"
 #include "report/svg_checks.h"
 

@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/adjust/errors.h"
+#include "alidade/adjust/board/errors.h"
 #include "alidade/camera/triangulation.h"
 #include "alidade/rig/rig_calibrator.h"
 #include "alidade/rig/rig_validation.h"

@@ -6,8 +6,8 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/joint_information.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/noise/joint_information.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/rig/rig_calibrator.h"

@@ -9,8 +9,8 @@
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
 
-#include "alidade/adjust/manifolds.h"
-#include "alidade/adjust/observation.h"
+#include "alidade/adjust/board/manifolds.h"
+#include "alidade/adjust/board/observation.h"
 #include "alidade/camera/projection.h"
 
 namespace alidade {

@@ -6,8 +6,8 @@
 #include <ctime>
 #include <utility>
 
-#include "alidade/adjust/covariance.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/covariance.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/error.h"
 #include "support/fit_set.h"

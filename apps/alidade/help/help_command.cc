@@ -5,13 +5,13 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
-#include "alidade/files/atomic_file.h"
+#include "alidade/files/text/atomic_file.h"
 #include "console.h"
 #include "help/command_text.h"
 #include "help/completion.h"
 #include "help/man_page.h"
+#include "help/unknown_words.h"
 #include "options.h"
-#include "unknown_words.h"
 
 namespace alidade {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/fit.h"
 #include "alidade/calibrate/choose/choice.h"
 #include "alidade/calibrate/clean/dropped.h"
 #include "alidade/calibrate/judge/judge.h"

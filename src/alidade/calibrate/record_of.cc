@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "alidade/adjust/errors.h"
+#include "alidade/adjust/board/errors.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 

@@ -6,8 +6,8 @@
 
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
-#include "alidade/files/file_text.h"
-#include "alidade/files/yaml_node.h"
+#include "alidade/files/text/file_text.h"
+#include "alidade/files/text/yaml_node.h"
 #include "alidade/target/board_spec.h"
 
 namespace alidade {

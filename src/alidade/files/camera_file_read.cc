@@ -13,10 +13,10 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/files/atomic_file.h"
 #include "alidade/files/nodes.h"
-#include "alidade/files/yaml_node.h"
-#include "alidade/files/yaml_writer.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/yaml_node.h"
+#include "alidade/files/text/yaml_writer.h"
 
 namespace alidade {
 namespace {

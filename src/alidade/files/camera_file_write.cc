@@ -4,12 +4,12 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_file.h"
 #include "alidade/files/camera_save.h"
-#include "alidade/files/file_text.h"
 #include "alidade/files/formats/camera_format.h"
-#include "alidade/files/yaml_writer.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/file_text.h"
+#include "alidade/files/text/yaml_writer.h"
 
 namespace alidade {
 namespace {

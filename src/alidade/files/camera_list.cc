@@ -13,8 +13,8 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_source.h"
+#include "alidade/files/text/atomic_file.h"
 
 namespace alidade {
 namespace {

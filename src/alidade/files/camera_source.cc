@@ -8,11 +8,11 @@
 
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_file.h"
-#include "alidade/files/file_text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/file_text.h"
 
 namespace alidade {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "alidade/core/digest.h"
 #include "alidade/core/error.h"
-#include "alidade/files/atomic_file.h"
+#include "alidade/files/text/atomic_file.h"
 
 namespace alidade {
 namespace {

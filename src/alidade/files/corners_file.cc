@@ -10,9 +10,9 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/files/atomic_file.h"
-#include "alidade/files/file_text.h"
-#include "alidade/files/table_lines.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/file_text.h"
+#include "alidade/files/text/table_lines.h"
 #include "alidade/target/board_spec.h"
 
 namespace alidade {

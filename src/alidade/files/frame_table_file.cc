@@ -6,8 +6,8 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/files/atomic_file.h"
-#include "alidade/files/table_lines.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/table_lines.h"
 
 namespace alidade {
 

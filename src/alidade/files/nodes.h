@@ -6,7 +6,7 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/files/camera_file.h"
-#include "alidade/files/yaml_node.h"
+#include "alidade/files/text/yaml_node.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/record/rig_record.h"
 

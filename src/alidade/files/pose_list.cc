@@ -10,10 +10,10 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/files/atomic_file.h"
 #include "alidade/files/nodes.h"
-#include "alidade/files/table_lines.h"
-#include "alidade/files/yaml_writer.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/table_lines.h"
+#include "alidade/files/text/yaml_writer.h"
 #include "alidade/geometry/rotation_conversions.h"
 
 namespace alidade {

@@ -5,12 +5,12 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_file.h"
 #include "alidade/files/camera_source.h"
-#include "alidade/files/file_text.h"
 #include "alidade/files/nodes.h"
-#include "alidade/files/yaml_writer.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/file_text.h"
+#include "alidade/files/text/yaml_writer.h"
 
 namespace alidade {
 namespace {

@@ -9,12 +9,12 @@
 #include "alidade/core/distinct_names.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
-#include "alidade/files/atomic_file.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/opencv_pair.h"
 #include "alidade/files/formats/pose_numbers.h"
 #include "alidade/files/rig_file.h"
+#include "alidade/files/text/atomic_file.h"
 
 namespace alidade {
 namespace {

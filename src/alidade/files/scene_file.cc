@@ -9,7 +9,7 @@
 #include "alidade/files/board_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/nodes.h"
-#include "alidade/files/yaml_writer.h"
+#include "alidade/files/text/yaml_writer.h"
 
 namespace alidade {
 namespace {

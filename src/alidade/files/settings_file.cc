@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/files/settings_file.h"
 
-#include "alidade/files/yaml_node.h"
+#include "alidade/files/text/yaml_node.h"
 
 namespace alidade {
 namespace {

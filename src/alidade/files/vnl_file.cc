@@ -14,8 +14,8 @@
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
-#include "alidade/files/atomic_file.h"
-#include "alidade/files/file_text.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/file_text.h"
 
 namespace alidade {
 namespace {

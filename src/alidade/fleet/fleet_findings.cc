@@ -8,7 +8,7 @@
 
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/files/table_lines.h"
+#include "alidade/files/text/table_lines.h"
 
 namespace alidade {
 namespace {

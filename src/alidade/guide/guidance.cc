@@ -11,8 +11,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "alidade/adjust/corner_groups.h"
-#include "alidade/adjust/view_kernel.h"
+#include "alidade/adjust/board/corner_groups.h"
+#include "alidade/adjust/board/view_kernel.h"
 #include "alidade/camera/projection_uncertainty.h"
 
 namespace alidade {

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/observation.h"
+#include "alidade/adjust/board/observation.h"
 #include "alidade/calibrate/calibration.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/guide/coverage.h"

@@ -20,7 +20,7 @@
 #include <boost/algorithm/string/predicate.hpp>
 
 #include "alidade/core/error.h"
-#include "alidade/files/atomic_file.h"
+#include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/gray_image.h"
 #include "alidade/imagery/image_codecs.h"
 #include "alidade/imagery/image_container.h"

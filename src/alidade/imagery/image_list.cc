@@ -16,7 +16,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
-#include "alidade/files/atomic_file.h"
+#include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/video_reader.h"
 
 namespace alidade {

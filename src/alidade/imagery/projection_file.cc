@@ -4,8 +4,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include "alidade/core/error.h"
-#include "alidade/files/atomic_file.h"
-#include "alidade/files/yaml_writer.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/yaml_writer.h"
 
 namespace alidade {
 namespace {

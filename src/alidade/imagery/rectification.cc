@@ -13,7 +13,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/files/atomic_file.h"
+#include "alidade/files/text/atomic_file.h"
 #include "alidade/geometry/rotation_conversions.h"
 #include "alidade/imagery/image_codecs.h"
 #include "alidade/imagery/view_search.h"

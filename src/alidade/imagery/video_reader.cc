@@ -14,7 +14,7 @@
 #include <boost/algorithm/string/predicate.hpp>
 
 #include "alidade/core/error.h"
-#include "alidade/files/atomic_file.h"
+#include "alidade/files/text/atomic_file.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>

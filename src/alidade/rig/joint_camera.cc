@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "alidade/adjust/joint_information.h"
+#include "alidade/adjust/noise/joint_information.h"
 #include "alidade/core/mapped.h"
 
 namespace alidade {

@@ -9,11 +9,11 @@
 #include <set>
 #include <utility>
 
-#include "alidade/adjust/board_offsets.h"
-#include "alidade/adjust/covariance.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/robust_weighting.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/board_offsets.h"
+#include "alidade/adjust/noise/covariance.h"
+#include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/rig/pose_step.h"
 
 namespace alidade {

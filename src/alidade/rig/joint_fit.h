@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 #include "alidade/core/cancel.h"
 #include "alidade/rig/rig_calibration.h"
 #include "alidade/rig/rig_start.h"

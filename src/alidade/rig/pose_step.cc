@@ -5,8 +5,8 @@
 #include <set>
 #include <vector>
 
-#include "alidade/adjust/covariance.h"
-#include "alidade/adjust/joint_information.h"
+#include "alidade/adjust/noise/covariance.h"
+#include "alidade/adjust/noise/joint_information.h"
 #include "alidade/core/statistics.h"
 #include "alidade/rig/rig_uncertainty.h"
 

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 
 namespace alidade {
 

@@ -9,8 +9,8 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/cross_validation.h"
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
+#include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/calibrate/calibration.h"
 #include "alidade/core/diagnosis.h"
 #include "alidade/geometry/dense_matrix.h"

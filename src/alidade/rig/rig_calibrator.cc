@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "alidade/adjust/errors.h"
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/record_of.h"
 #include "alidade/core/error.h"

@@ -8,9 +8,9 @@
 #include <set>
 #include <utility>
 
-#include "alidade/adjust/board_offsets.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/board_offsets.h"
 #include "alidade/core/mapped.h"
 
 namespace alidade {

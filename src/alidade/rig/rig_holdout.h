@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "alidade/adjust/cross_validation.h"
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
+#include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/core/cancel.h"
 
 namespace alidade {

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "alidade/adjust/errors.h"
+#include "alidade/adjust/board/errors.h"
 #include "alidade/core/diagnosis_order.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/board.h"
 

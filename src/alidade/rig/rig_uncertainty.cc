@@ -6,11 +6,11 @@
 #include <optional>
 #include <utility>
 
-#include "alidade/adjust/board_offsets.h"
-#include "alidade/adjust/covariance.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/joint_information.h"
-#include "alidade/adjust/shape_information.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/noise/board_offsets.h"
+#include "alidade/adjust/noise/covariance.h"
+#include "alidade/adjust/noise/joint_information.h"
+#include "alidade/adjust/noise/shape_information.h"
 #include "alidade/calibrate/uncertainty/view_covariance.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/median.h"

@@ -9,9 +9,9 @@
 
 #include <fmt/format.h>
 
-#include "alidade/adjust/covariance.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/covariance.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/triangulation.h"
 #include "alidade/core/diagnosis_order.h"

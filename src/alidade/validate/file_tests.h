@@ -7,7 +7,7 @@
 #include "alidade/core/cancel.h"
 #include "alidade/files/camera_list.h"
 #include "alidade/files/camera_source.h"
-#include "alidade/footage/tracks.h"
+#include "alidade/footage/follow/tracks.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"

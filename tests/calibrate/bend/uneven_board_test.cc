@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "alidade/adjust/board_offsets.h"
-#include "alidade/adjust/errors.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/noise/board_offsets.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/simulated_set.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "alidade/adjust/robust_weighting.h"
+#include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/clean/outliers.h"
 #include "alidade/calibrate/start/prepared_views.h"

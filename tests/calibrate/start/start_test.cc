@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/solve.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/fit_set.h"
 #include "support/start_sweep.h"

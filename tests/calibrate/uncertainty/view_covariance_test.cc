@@ -6,11 +6,11 @@
 
 #include <gtest/gtest.h>
 
-#include "alidade/adjust/covariance.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/reduced.h"
-#include "alidade/adjust/shape_information.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/reduced.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/covariance.h"
+#include "alidade/adjust/noise/shape_information.h"
 #include "alidade/core/statistics.h"
 #include "support/fit_set.h"
 

@@ -5,10 +5,10 @@
 
 #include <set>
 
-#include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/text/atomic_file.h"
 #include "files/formats/examples.h"
 
 namespace alidade {

@@ -6,9 +6,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "alidade/files/atomic_file.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/text/atomic_file.h"
 #include "files/formats/format_tables.h"
 #include "support/grid_difference.h"
 

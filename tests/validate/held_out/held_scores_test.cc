@@ -7,7 +7,7 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/adjust/view_pose.h"
+#include "alidade/adjust/board/view_pose.h"
 #include "support/fit_set.h"
 #include "support/lens_draw.h"
 #include "support/user_views.h"

@@ -7,11 +7,11 @@
 
 #include <Eigen/LU>
 
-#include "alidade/adjust/covariance.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/larger_model.h"
-#include "alidade/adjust/solve.h"
-#include "alidade/adjust/view_shares.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/covariance.h"
+#include "alidade/adjust/noise/larger_model.h"
+#include "alidade/adjust/noise/view_shares.h"
 #include "alidade/core/statistics.h"
 
 namespace alidade {

@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/robust_weighting.h"
-#include "alidade/adjust/shape_information.h"
+#include "alidade/adjust/noise/robust_weighting.h"
+#include "alidade/adjust/noise/shape_information.h"
 #include "alidade/calibrate/start/options.h"
 #include "alidade/geometry/dense_matrix.h"
 

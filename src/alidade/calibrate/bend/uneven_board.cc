@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "alidade/adjust/board_offsets.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/larger_model.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/board_offsets.h"
+#include "alidade/adjust/noise/larger_model.h"
 
 namespace alidade {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "alidade/adjust/cross_validation.h"
-#include "alidade/adjust/robust_weighting.h"
+#include "alidade/adjust/noise/cross_validation.h"
+#include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/start/options.h"
 
 namespace alidade {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/adjust/larger_model.h"
+#include "alidade/adjust/noise/larger_model.h"
 #include "alidade/calibrate/bend/board_bend.h"
 #include "alidade/calibrate/bend/uneven_board.h"
 #include "alidade/calibrate/start/start.h"

@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "alidade/adjust/larger_model.h"
+#include "alidade/adjust/noise/larger_model.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/error.h"

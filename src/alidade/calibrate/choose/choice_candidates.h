@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "alidade/adjust/cross_validation.h"
-#include "alidade/adjust/model_soundness.h"
+#include "alidade/adjust/noise/cross_validation.h"
+#include "alidade/adjust/noise/model_soundness.h"
 #include "alidade/calibrate/choose/choice.h"
 #include "alidade/calibrate/choose/model_solution.h"
 

@@ -7,9 +7,9 @@
 #include <tuple>
 #include <utility>
 
-#include "alidade/adjust/cross_validation.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/calibrate/choose/choice_candidates.h"
 #include "alidade/calibrate/clean/view_fit.h"
 #include "alidade/camera/lens_shapes.h"

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "alidade/adjust/weak_prior.h"
+#include "alidade/adjust/noise/weak_prior.h"
 #include "alidade/calibrate/bend/uneven_board.h"
 #include "alidade/calibrate/clean/outliers.h"
 #include "alidade/calibrate/start/start_fit.h"

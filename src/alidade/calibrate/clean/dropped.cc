@@ -6,9 +6,9 @@
 #include <optional>
 #include <utility>
 
-#include "alidade/adjust/fit.h"
-#include "alidade/adjust/robust_weighting.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/fit.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/clean/renumbering.h"
 #include "alidade/calibrate/clean/view_fit.h"
 #include "alidade/core/number_text.h"

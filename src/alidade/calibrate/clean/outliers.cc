@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/solve.h"
 #include "alidade/calibrate/clean/renumbering.h"
 #include "alidade/calibrate/clean/view_fit.h"
 

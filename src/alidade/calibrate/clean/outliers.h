@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "alidade/adjust/robust_weighting.h"
+#include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/start/prepared_views.h"
 
 namespace alidade {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <utility>
 
-#include "alidade/adjust/robust_weighting.h"
+#include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/clean/view_fit.h"
 
 namespace alidade {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <utility>
 
-#include "alidade/adjust/corner_noise.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/robust_weighting.h"
-#include "alidade/adjust/view_pose.h"
+#include "alidade/adjust/board/corner_noise.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/view_pose.h"
+#include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/core/median.h"
 

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 #include "alidade/target/view.h"
 
 namespace alidade {

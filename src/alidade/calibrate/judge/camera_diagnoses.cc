@@ -10,9 +10,9 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/lens_prior.h"
-#include "alidade/adjust/model_soundness.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/lens_prior.h"
+#include "alidade/adjust/noise/model_soundness.h"
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/core/mapped.h"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/adjust/errors.h"
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/core/number_text.h"
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "alidade/adjust/errors.h"
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
 #include "alidade/camera/projection_uncertainty.h"
 #include "alidade/core/diagnosis_order.h"

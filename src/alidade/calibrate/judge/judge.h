@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 #include "alidade/calibrate/choose/choice.h"
 #include "alidade/calibrate/clean/dropped.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 #include "alidade/calibrate/start/options.h"
 
 namespace alidade {

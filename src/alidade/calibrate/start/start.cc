@@ -8,9 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/solve.h"
-#include "alidade/adjust/view_pose.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/board/view_pose.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/core/mapped.h"

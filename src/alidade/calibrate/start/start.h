@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "alidade/adjust/pose_search.h"
+#include "alidade/adjust/board/pose_search.h"
 #include "alidade/core/cancel.h"
 #include "alidade/core/image.h"
 

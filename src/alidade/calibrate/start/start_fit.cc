@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/solve.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/core/error.h"
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 #include "alidade/calibrate/start/options.h"
 #include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/calibrate/start/start.h"

@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "alidade/adjust/covariance.h"
-#include "alidade/adjust/lens_prior.h"
+#include "alidade/adjust/board/lens_prior.h"
+#include "alidade/adjust/noise/covariance.h"
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
 #include "alidade/calibrate/uncertainty/flexible_fit.h"

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 #include "alidade/camera/any_camera.h"
 
 namespace alidade {

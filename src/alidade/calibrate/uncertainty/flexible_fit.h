@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 
 namespace alidade {
 

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 
 namespace alidade {
 

@@ -8,11 +8,11 @@
 #include <span>
 #include <utility>
 
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/model_soundness.h"
-#include "alidade/adjust/pose_search.h"
-#include "alidade/adjust/shape_information.h"
-#include "alidade/adjust/solve.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/pose_search.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/model_soundness.h"
+#include "alidade/adjust/noise/shape_information.h"
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
 
 namespace alidade {

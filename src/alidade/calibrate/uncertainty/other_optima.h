@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"
 #include "alidade/core/cancel.h"
 

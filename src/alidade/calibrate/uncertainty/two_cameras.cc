@@ -10,7 +10,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "alidade/adjust/places.h"
+#include "alidade/adjust/board/places.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {

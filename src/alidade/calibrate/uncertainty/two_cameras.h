@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/adjust/fit.h"
+#include "alidade/adjust/board/fit.h"
 
 namespace alidade {
 

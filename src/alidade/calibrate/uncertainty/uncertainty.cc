@@ -7,13 +7,13 @@
 
 #include <Eigen/LU>
 
-#include "alidade/adjust/board_offsets.h"
-#include "alidade/adjust/corner_noise.h"
-#include "alidade/adjust/covariance.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/places.h"
-#include "alidade/adjust/shape_information.h"
-#include "alidade/adjust/weak_prior.h"
+#include "alidade/adjust/board/corner_noise.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/places.h"
+#include "alidade/adjust/noise/board_offsets.h"
+#include "alidade/adjust/noise/covariance.h"
+#include "alidade/adjust/noise/shape_information.h"
+#include "alidade/adjust/noise/weak_prior.h"
 #include "alidade/calibrate/uncertainty/flexible_fit.h"
 #include "alidade/calibrate/uncertainty/other_optima.h"
 #include "alidade/core/median.h"

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/cross_validation.h"
+#include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/calibrate/bend/board_bend.h"
 #include "alidade/calibrate/uncertainty/accuracy.h"
 #include "alidade/calibrate/uncertainty/image_bias.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "alidade/adjust/view_shares.h"
+#include "alidade/adjust/noise/view_shares.h"
 #include "alidade/core/statistics.h"
 #include "alidade/geometry/symmetric_eigen.h"
 

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/reduced.h"
+#include "alidade/adjust/board/reduced.h"
 #include "alidade/geometry/dense_matrix.h"
 
 namespace alidade {

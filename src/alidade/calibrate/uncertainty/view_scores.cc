@@ -6,7 +6,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "alidade/adjust/covariance.h"
+#include "alidade/adjust/noise/covariance.h"
 #include "alidade/calibrate/uncertainty/view_covariance.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"

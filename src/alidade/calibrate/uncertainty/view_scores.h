@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/reduced.h"
+#include "alidade/adjust/board/reduced.h"
 
 namespace alidade {
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "alidade/adjust/reduced.h"
+#include "alidade/adjust/board/reduced.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {

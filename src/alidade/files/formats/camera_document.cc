@@ -12,7 +12,7 @@
 #include <pugixml.hpp>
 
 #include "alidade/core/text.h"
-#include "alidade/files/file_text.h"
+#include "alidade/files/text/file_text.h"
 
 namespace alidade::detail {
 namespace {

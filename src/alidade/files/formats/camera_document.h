@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "alidade/files/yaml_node.h"
+#include "alidade/files/text/yaml_node.h"
 
 namespace alidade::detail {
 

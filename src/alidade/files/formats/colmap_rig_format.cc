@@ -11,11 +11,11 @@
 
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
-#include "alidade/files/file_text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/colmap_lenses.h"
 #include "alidade/files/formats/pose_numbers.h"
+#include "alidade/files/text/file_text.h"
 
 namespace alidade::detail::formats {
 namespace colmap_rig_format {

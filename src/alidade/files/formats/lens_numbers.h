@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "alidade/files/formats/stated_camera.h"
-#include "alidade/files/yaml_node.h"
+#include "alidade/files/text/yaml_node.h"
 
 namespace alidade::detail {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/files/formats/pose_numbers.h"
 
-#include "alidade/files/file_text.h"
 #include "alidade/files/formats/lens_numbers.h"
+#include "alidade/files/text/file_text.h"
 #include "alidade/geometry/rotation_conversions.h"
 
 namespace alidade::detail {

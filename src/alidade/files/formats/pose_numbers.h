@@ -9,7 +9,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/files/formats/stated_camera.h"
-#include "alidade/files/yaml_node.h"
+#include "alidade/files/text/yaml_node.h"
 #include "alidade/geometry/se3.h"
 
 // Poses of cameras as other programs write them.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "alidade/core/diagnosis.h"
-#include "alidade/footage/camera_check.h"
+#include "alidade/footage/check/camera_check.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/validate/footage/footage_judgement.h"
 

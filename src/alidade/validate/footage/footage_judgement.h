@@ -8,8 +8,8 @@
 
 #include "alidade/core/cancel.h"
 #include "alidade/core/image.h"
-#include "alidade/footage/camera_check.h"
-#include "alidade/footage/tracks.h"
+#include "alidade/footage/check/camera_check.h"
+#include "alidade/footage/follow/tracks.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/record/conversion.h"
 

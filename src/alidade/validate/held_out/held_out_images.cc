@@ -9,10 +9,10 @@
 #include <span>
 #include <utility>
 
-#include "alidade/adjust/cross_validation.h"
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/pose_search.h"
-#include "alidade/adjust/view_pose.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/pose_search.h"
+#include "alidade/adjust/board/view_pose.h"
+#include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
 #include "alidade/core/error.h"

@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 #include <Eigen/Cholesky>
 
-#include "alidade/adjust/errors.h"
-#include "alidade/adjust/view_pose.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/view_pose.h"
 #include "alidade/core/error.h"
 #include "alidade/core/statistics.h"
 #include "alidade/geometry/symmetric_eigen.h"

@@ -9,8 +9,8 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/reduced.h"
-#include "alidade/adjust/view_shares.h"
+#include "alidade/adjust/board/reduced.h"
+#include "alidade/adjust/noise/view_shares.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/geometry/dense_matrix.h"
 

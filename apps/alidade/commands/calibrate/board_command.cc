@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <boost/algorithm/string/predicate.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/text.h"
+#include "alidade/files/board_file.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/print/board_sheet.h"
+#include "alidade/print/ink_of_board.h"
+#include "alidade/report/data/json_output.h"
+#include "alidade/target/board_spec.h"
+#include "console.h"
+#include "options.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, SheetFormat>, 3> kFormats = {
+    {{".pdf", SheetFormat::kPdf}, {".svg", SheetFormat::kSvg}, {".png", SheetFormat::kPng}}};
+
+// "A4", or "300x400mm": any unit, behind the second number.
+Paper parsePaper(const std::string& text) {
+  const std::vector<std::string> names = mapped(knownPapers(), &Paper::name);
+  for (const Paper& paper : knownPapers()) {
+    if (boost::iequals(paper.name, text)) return paper;
+  }
+  constexpr double kLeastMm = 50;
+  constexpr double kMostMm = 5000;
+  const std::vector<std::string_view> sides = split(text, 'x');
+  const std::size_t unit = text.find_last_of("0123456789") + 1;
+  if (sides.size() == 2 && unit > 0 && unit < text.size()) {
+    const auto sideMm = [&](std::string side) { return 1000 * parseLength(side, "--paper"); };
+    const bool has_unit = sides[0].find_last_of("0123456789") + 1 < sides[0].size();
+    const Eigen::Vector2d size(sideMm(std::string(sides[0]) + (has_unit ? "" : text.substr(unit))),
+                               sideMm(std::string(sides[1])));
+    if (size.minCoeff() >= kLeastMm && size.maxCoeff() <= kMostMm)
+      return {.name = text, .size_mm = {size.minCoeff(), size.maxCoeff()}};
+  }
+  throw usageError({.where = "--paper",
+                    .found = "'" + text + "'",
+                    .expected = join(names, ", ") + ", or WIDTHxHEIGHT with a unit, 50 mm to 5 m",
+                    .next_step = didYouMean(text, names, "for example --paper A3 or --paper 300x400mm")});
+}
+
+class BoardCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade board checkerboard:9x6:25mm -o board.pdf\nPrint at 100 % (no fitting to the page), "
+        "measure the ruler, and glue the print on a flat plate.");
+    app.add_option(
+           "board", board_,
+           "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") + ") or YAML file")
+        ->type_name(kSpecValue);
+    app.add_option("-o,--output", output_, "File to write: .pdf, .svg or .png")->type_name(kFileValue);
+    app.add_option(
+        "--paper", paper_,
+        "A4, A3, A2, A1, A0, letter or WIDTHxHEIGHT, for example 300x400mm (default: the smallest of A4 to "
+        "A0 that holds the board). A larger board is cut into pages");
+    app.add_option("--dpi", dpi_, "Resolution of a PNG file, pixels per inch")
+        ->capture_default_str()
+        ->check(positiveNumber);
+    addCommonOptions(app, common_, false);
+  }
+
+  int run(const CLI::App&) override {
+    if (board_.empty())
+      throw missingError("board", "no board", "a board SPEC, for example checkerboard:9x6:25mm");
+    if (output_.empty()) throw missingError("board", "no --output", "-o FILE, for example -o board.pdf");
+    const auto* format = std::ranges::find_if(
+        kFormats, [&](const auto& known) { return boost::iends_with(output_, known.first); });
+    if (format == kFormats.end()) {
+      throw usageError({.where = "--output " + output_,
+                        .found = "a name without a known ending",
+                        .expected = "a name that ends with .pdf, .svg or .png"});
+    }
+    checkOutput(output_, {board_, common_.config}, common_);
+    const Board board = readBoard(board_);
+    const BoardSheet sheet = layOutBoard(inkOf(board), board.spec(),
+                                         paper_.empty() ? std::nullopt : std::optional(parsePaper(paper_)));
+    writeFileAtomically(output_, sheetFile(sheet, format->second, dpi_));
+    if (sheet.numPages() > 1 && !common_.quiet) {
+      printMessage(fmt::format(
+          "warning: the board takes {:.0f}x{:.0f} mm, more than {}: it was cut into {} pages, and boards "
+          "that are joined are rarely flat\n  next: have it printed on larger paper, or make the squares "
+          "smaller",
+          sheet.drawing_mm.x(), sheet.drawing_mm.y(), sheet.paper.name, sheet.numPages()));
+    }
+    if (common_.json) {
+      printResult(jsonText({{"output", output_},
+                            {"board", sheet.spec},
+                            {"paper", sheet.paper.name},
+                            {"page_mm", {sheet.paper.size_mm.x(), sheet.paper.size_mm.y()}},
+                            {"drawing_mm", {sheet.drawing_mm.x(), sheet.drawing_mm.y()}},
+                            {"num_pages", sheet.numPages()}}));
+    } else if (!common_.quiet) {
+      printResult(fmt::format("{}: {} on {} ({} page{}); print at 100 %\n", printable(output_), sheet.spec,
+                              sheet.paper.name, sheet.numPages(), sheet.numPages() == 1 ? "" : "s"));
+    }
+    return 0;
+  }
+
+ private:
+  std::string board_;
+  std::string output_;
+  std::string paper_;
+  double dpi_ = 300;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeBoardCommand() {
+  return std::make_unique<BoardCommand>();
+}
+
+}  // namespace alidade

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "alidade/adjust/board/errors.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/number_text.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+#include "commands/calibrate/calibration_output.h"
+#include "console.h"
+#include "summary_lines.h"
+
+namespace alidade {
+namespace {
+
+Lines accuracyLines(const Calibration& result, double tolerance_px) {
+  if (!result.uncertainty.accuracy)
+    return wrapped("Accuracy", "unknown: the views do not determine the camera");
+  const Accuracy& accuracy = *result.uncertainty.accuracy;
+  const std::string where =
+      std::isinf(accuracy.distance_m) ? "" : fmt::format(" at {:g} m", accuracy.distance_m);
+  const char* whole = result.domain.full_image ? "the image" : "the pixels with a ray";
+  return {fmt::format("{:<{}}within {} (95 %){} where boards were seen ({} of {})", "Accuracy", kIndent,
+                      pixels(accuracy.covered_px), where, percentText(accuracy.covered_share), whole),
+          fmt::format("{:<{}}within {:.3g} px in {} of {}; worst {} at pixel ({:.0f}, {:.0f})", "", kIndent,
+                      tolerance_px, percentText(accuracy.shareWithin(tolerance_px)), whole,
+                      pixels(accuracy.worst_px), accuracy.worst_pixel.x(), accuracy.worst_pixel.y())};
+}
+
+std::string fitText(const Calibration& result, const GivenViews& given) {
+  const double holdout = result.uncertainty.holdout.rms_px;
+  const std::string views =
+      result.fit.boards.size() > 1 ? fmt::format("{} views in ", result.fit.views.size()) : "";
+  return fmt::format(
+      "RMS {:.3f} px, cross-validation {}; {} corners in {}{} of {} images{}", rms(result.fit),
+      std::isfinite(holdout) ? fmt::format("{:.3f} px", holdout) : "impossible", numCorners(result.fit),
+      views, numImagesUsed(result), given.num_images,
+      result.dropped.outliers.empty() ? "" : fmt::format("; {} outliers", result.dropped.outliers.size()));
+}
+
+std::string viewsText(const CoverageReport& coverage) {
+  return fmt::format(
+      "{} of {} tilted by more than 15 degrees; {:.2g} to {:.2g} m away; {} of 4 image corners covered",
+      coverage.num_tilted, coverage.views.size(), coverage.nearest_m, coverage.farthest_m,
+      coverage.num_image_corners);
+}
+
+// What follows is for --verbose.
+
+constexpr std::size_t kDetailIndent = 9;
+
+// The first line behind a label, the others under it.
+std::string labelled(std::string_view label, const std::string& lines) {
+  std::string text;
+  for (const std::string_view line : split(lines, '\n')) {
+    if (!line.empty()) text += fmt::format("{:<9}{}\n", text.empty() ? label : "", line);
+  }
+  return text;
+}
+
+// "1.02 +- 0.01"
+std::string millimetres(double value_m, double std_m) {
+  const int decimals = decimalsFor(1e3 * std_m, 6);
+  return fmt::format("{:.{}f} +- {:.{}f}", 1e3 * value_m, decimals, 1e3 * std_m, decimals);
+}
+
+// What the two tests for a bend say.
+std::string bendTests(const ShapeReport& shape) {
+  if (!shape.by_views) return fmt::format("F = {:.3g}", shape.f);
+  return fmt::format("F = {:.3g} from corner noise, {:.3g} between views, p-value {:.2g} %", shape.f,
+                     shape.by_views->f, 100 * shape.by_views->chance);
+}
+
+// What the views say of a board's bend: one line or two.
+std::string boardShapeText(const Calibration& result, std::size_t board) {
+  const ShapeReport& shape = result.choice.shapes[board];
+  const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m[board];
+  if (!shape.is_determined) return "Board    assumed flat: these views cannot show whether it is bent\n";
+  if (result.fit.boards[board].is_shape_fixed) {
+    if (!std::isfinite(shape.f)) return "Board    assumed flat\n";
+    return fmt::format("Board    flat: {} ({}; standard deviation {:.2g} and {:.2g} mm)\n",
+                       shape.f > kBendF ? "the views do not agree on a bend" : "no bend detected",
+                       bendTests(shape), 1e3 * std_m.x(), 1e3 * std_m.y());
+  }
+  const BoardShape& bend = result.fit.boards[board].shape;
+  return fmt::format(
+      "Board    bent ({}): its centre is {} mm behind its left and right edges and {} mm behind its top and "
+      "bottom edges;\n         with a flat board, the RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
+      "px\n",
+      bendTests(shape), millimetres(bend.bend_x_m, std_m.x()), millimetres(bend.bend_y_m, std_m.y()),
+      shape.flat_rms_px, shape.flat_params[0], onlyCamera(result.fit).params[0]);
+}
+
+// The same for all boards, each with its SPEC and its views if there are several.
+std::string boardShapesText(const Calibration& result) {
+  const Fit& fit = result.fit;
+  if (fit.boards.size() == 1) return boardShapeText(result, 0);
+  std::string text;
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    const std::size_t num_views = numViews(fit, b);
+    text += fmt::format("Board    {}: {} view{}\n", fit.boards[b].target.spec(), num_views,
+                        num_views == 1 ? "" : "s");
+    if (num_views > 0) text += "         " + boardShapeText(result, b).substr(kDetailIndent);
+  }
+  return text;
+}
+
+std::string excessText(const ModelCandidate& candidate) {
+  if (!std::isfinite(candidate.excess)) return "-";
+  constexpr double kManyTimes = 2;
+  if (candidate.excess > kManyTimes) return fmt::format("{:.3g} times", 1 + candidate.excess);
+  return fmt::format("{:+.1f} +- {:.1f} %", 100 * candidate.excess, 100 * candidate.excess_std);
+}
+
+// The table of models.
+std::string modelChoiceText(const ModelChoice& choice) {
+  const auto px = [](double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "-"; };
+  const std::string field =
+      std::isfinite(choice.field_rad)
+          ? fmt::format("a field of view of {:.0f} degrees", choice.field_rad * 180 / std::numbers::pi)
+          : "an image wider than the field of view of the lens";
+  std::string text = fmt::format("Models   compared by cross-validation RMS, for {}\n", field);
+  text += fmt::format("  {:<14} {:>10} {:>9} {:>9} {:>20}\n", "", "parameters", "RMS px", "held-out",
+                      "excess over best");
+  for (const ModelCandidate& c : choice.candidates) {
+    text += fmt::format("  {:<14} {:>10} {:>9} {:>9} {:>20}  {}\n", c.id, c.num_params, px(c.rms_px),
+                        px(c.holdout_rms_px), excessText(c), c.verdict == "chosen" ? "chosen" : c.reason);
+  }
+  return text;
+}
+
+// The least known of what a weak prior holds together.
+std::string weakPriorText(const Calibration& result) {
+  const WeakPrior& held = onlyCamera(result.fit).weak_prior;
+  if (held.isNone()) return "";
+  std::string text = fmt::format("Prior    width {:g} units per lens parameter; without it:", held.width);
+  for (const int i : held.least_known) {
+    const auto at = static_cast<std::size_t>(i);
+    text += fmt::format(" {} {:.4g}", parameterNames(onlyCamera(result.fit).model)[at], held.free_params[at]);
+  }
+  return text + "\n";
+}
+
+// "0.012 px at the image's centre, at worst 0.31 px at pixel (0, 0)"
+std::string gridText(const UncertaintyGrid& grid) {
+  const std::string center = std::isfinite(grid.center_px)
+                                 ? fmt::format("{:.2g} px at the image's centre", grid.center_px)
+                                 : "no ray at the image's centre";
+  if (!std::isfinite(grid.worst_px)) return center + ", unknown elsewhere";
+  return fmt::format("{}, at worst {:.2g} px at pixel ({:.0f}, {:.0f})", center, grid.worst_px,
+                     grid.worst_pixel.x(), grid.worst_pixel.y());
+}
+
+std::string projectionText(const Uncertainty& known) {
+  if (!known.projection_far) return "";
+  std::string text = "Projection, one sigma: error of a point's pixel due to the parameters\n";
+  text += fmt::format("  {:<14} {}\n", "distant points", gridText(*known.projection_far));
+  text += fmt::format("  {:<14} {}\n", "board distance", gridText(*known.projection_near));
+  return text;
+}
+
+std::string domainText(const Calibration& result) {
+  const CertifiedCone& cone = result.domain.cone;
+  return fmt::format("Domain   one-to-one up to {:.1f} degrees from the axis{}; {}\n",
+                     cone.max_angle_rad * 180 / std::numbers::pi,
+                     cone.is_limited_by_fold ? " (a fold or pole)" : "",
+                     result.domain.full_image ? "every pixel of the image has a ray"
+                                              : "NOT every pixel of the image has a ray");
+}
+
+std::string worstViewsText(const Calibration& result) {
+  constexpr std::size_t kNumWorst = 3;
+  std::vector<ViewSummary> views = viewSummaries(result);
+  std::stable_sort(views.begin(), views.end(),
+                   [](const ViewSummary& a, const ViewSummary& b) { return a.rms_px > b.rms_px; });
+  views.resize(std::min(views.size(), kNumWorst));
+  std::string text = "Views with the largest errors\n";
+  for (const ViewSummary& view : views) {
+    text += fmt::format("  {:<24} RMS {:.3g} px, largest {:.3g} px, {} corners\n",
+                        printable(view.image) + boardSuffix(result.fit, view.board), view.rms_px,
+                        view.max_error_px, view.num_corners);
+  }
+  return text;
+}
+
+std::string startText(const StartReport& start) {
+  if (start.num_tried == 0) return "Starts   the given camera\n";
+  std::string text = fmt::format(
+      "Starts   {} fields of view tried, the best {} solved, {} of these converged to the same solution",
+      start.num_tried, start.num_solved, start.num_agreed);
+  if (start.num_optima > 1) text += fmt::format("; {} lens shapes compared", start.num_optima);
+  return text + "\n";
+}
+
+// Without the evidence, where there is no room for it.
+Lines toldShortly(const Diagnosis& diagnosis) {
+  return wrapped(severityLabel(diagnosis.severity),
+                 diagnosis.cause + (diagnosis.next_step.empty() ? "" : "; " + diagnosis.next_step));
+}
+
+}  // namespace
+
+std::string summaryText(const Calibration& result, const GivenViews& given, const Advice& advice,
+                        const SummaryStyle& style) {
+  Lines lines = wrapped("Verdict", verdictText(result.verdict(), "camera", style.is_coloured));
+  append(lines, accuracyLines(result, style.tolerance_px));
+  Lines rest =
+      wrapped("Camera", fmt::format("{}, {} px{}", onlyCamera(result.fit).model, sizeText(result.imageSize()),
+                                    result.choice.model ? ", model chosen by cross-validation" : ""));
+  append(rest, parameterLines(result));
+  append(rest, wrapped("Fit", fitText(result, given)));
+  Lines last = wrapped("Views", viewsText(advice.coverage));
+  append(last, wrapped("Next", shortNextViewText(advice.guidance, result.imageSize())));
+  // Why a camera is rejected is told in any case.
+  const bool is_rejected =
+      !result.diagnoses.empty() && result.diagnoses.front().severity == Severity::kFailure;
+  const std::size_t num_others = lines.size() + rest.size() + last.size() + (advice.guidance.target ? 3 : 1) +
+                                 (is_rejected ? toldShortly(result.diagnoses.front()).size() : 0);
+  append(rest, boardLines(result.fit, std::clamp<std::size_t>(kMaxLines - std::min(num_others, kMaxLines), 1,
+                                                              kMaxBoardLines)));
+  append(rest, last);
+  // The diagnoses have the room that is left; what does not fit is counted.
+  const std::size_t num_reserved = lines.size() + rest.size() + (advice.guidance.target ? 3 : 1);
+  std::size_t room = kMaxLines - std::min(num_reserved, kMaxLines);
+  std::size_t num_untold = 0;
+  std::size_t num_notes = 0;
+  for (const Diagnosis& diagnosis : result.diagnoses) {
+    if (diagnosis.severity == Severity::kNote) {
+      ++num_notes;
+      continue;
+    }
+    Lines told = diagnosisLines(diagnosis);
+    if (told.size() > room && diagnosis.severity == Severity::kFailure) told = toldShortly(diagnosis);
+    if (told.size() > room) {
+      ++num_untold;
+      continue;
+    }
+    room -= told.size();
+    append(lines, told);
+  }
+  append(lines, rest);
+  if (advice.guidance.target) {
+    const std::string target = targetText(advice.guidance);
+    append(lines, wrapped("Target", target.substr(0, target.find('\n'))));
+  }
+  append(lines, moreLines(num_untold, num_notes));
+  return join(lines, "\n") + "\n";
+}
+
+std::string detailsText(const Calibration& result, const GivenViews& given, const Advice& advice) {
+  const Uncertainty& known = result.uncertainty;
+  const SolveSummary& solver = result.fit.summary;
+  std::string text =
+      fmt::format("Images   {} given, {} with {} board, {} used\n", given.num_images, given.num_found,
+                  given.boards.size() > 1 ? "a" : "the", numImagesUsed(result));
+  for (const std::string& measures : given.measures) text += "         " + measures + "\n";
+  text += listed(given.reasons);
+  text += fmt::format("Noise    {:.3g} px per coordinate (standard deviation of the residuals)\n",
+                      known.coordinate_sigma_px);
+  if (std::isfinite(known.unexplained_sigma_px)) {
+    text += fmt::format("         {:.3g} px of it is not explained by the detector's standard deviations\n",
+                        known.unexplained_sigma_px);
+  }
+  text += boardShapesText(result);
+  if (result.choice.model) text += modelChoiceText(*result.choice.model);
+  text += weakPriorText(result) + projectionText(known) + domainText(result) + worstViewsText(result) +
+          outliersText(result) + startText(result.choice.start);
+  text += fmt::format("Solver   {} after {} iterations: {}\n", terminationName(solver.termination),
+                      solver.num_iterations, solver.reason);
+  text += labelled("Coverage", coverageText(advice.coverage)) +
+          labelled("Next", nextViewText(advice.guidance, result.imageSize())) +
+          labelled("Target", targetText(advice.guidance));
+  for (const std::string& note : given.notes) text += "Note     " + note + "\n";
+  return text + diagnosesText(result.diagnoses);
+}
+
+}  // namespace alidade

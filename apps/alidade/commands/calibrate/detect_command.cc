@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/core/error_text.h"
+#include "alidade/core/mapped.h"
+#include "alidade/files/board_file.h"
+#include "alidade/files/corners_file.h"
+#include "alidade/files/text/table_lines.h"
+#include "alidade/files/vnl_file.h"
+#include "alidade/imagery/image_list.h"
+#include "alidade/report/data/json_output.h"
+#include "board_views.h"
+#include "console.h"
+#include "options.h"
+
+namespace alidade {
+namespace {
+
+// One CSV line an image with its reason and measures, after a header line.
+std::vector<std::string> imageTable(const BoardSurvey& survey) {
+  std::vector<std::string> lines = {
+      "image,reason,corners,blur_px,spacing_px,area_share,tilt_deg,columns_seen,rows_seen,detail"};
+  const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{:.3g}", value) : ""; };
+  for (const ImageOutcome& outcome : survey.outcomes) {
+    const Detection& detection = outcome.detection;
+    const ViewMeasures& measures = detection.measures;
+    const bool is_measured = std::isfinite(measures.spacing_px);
+    lines.push_back(oneLine(
+        fmt::format("{},{},{},{},{},{},{},{},{},{}", detail::csvField(outcome.image),
+                    reasonCode(detection.reason), detection.corners.size(), number(measures.blur_px),
+                    number(measures.spacing_px), is_measured ? number(measures.area_share) : "",
+                    number(measures.tilt_deg), detection.seen ? std::to_string(detection.seen->columns) : "",
+                    detection.seen ? std::to_string(detection.seen->rows) : "",
+                    detail::csvField(oneLine(detection.detail)))));
+  }
+  return lines;
+}
+
+json imageJson(const ImageOutcome& outcome) {
+  const Detection& detection = outcome.detection;
+  json corners = mapped(detection.corners, [](const Corner& c) -> json {
+    return {{"id", c.id}, {"u", c.pixel.x()}, {"v", c.pixel.y()}, {"sigma_px", c.sigma_px}};
+  });
+  json image = {{"image", outcome.image},
+                {"reason", reasonCode(detection.reason)},
+                {"width", outcome.size.width},
+                {"height", outcome.size.height},
+                {"corners", std::move(corners)}};
+  if (!detection.detail.empty()) image["detail"] = detection.detail;
+  if (std::isfinite(detection.measures.spacing_px)) {
+    image["measures"] = {{"blur_px", detection.measures.blur_px},
+                         {"spacing_px", detection.measures.spacing_px},
+                         {"area_share", detection.measures.area_share},
+                         {"tilt_deg", detection.measures.tilt_deg}};
+  }
+  if (detection.seen) {
+    image["seen"] = {{"columns", detection.seen->columns},
+                     {"rows", detection.seen->rows},
+                     {"num_corners", detection.seen->num_corners},
+                     {"whole", detection.seen->is_closed}};
+  }
+  return image;
+}
+
+// One board as it was before there could be several.
+std::string detectionJson(const DetectionStage& stage) {
+  json boards = mapped(stage.surveys, [](const BoardSurvey& survey) -> json {
+    return {{"board", survey.board.spec()}, {"images", mapped(survey.outcomes, imageJson)}};
+  });
+  json document = boards.size() == 1 ? std::move(boards[0]) : json{{"boards", std::move(boards)}};
+  document["notes"] = stage.notes;
+  return jsonText(document);
+}
+
+class DetectCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer("Example: alidade detect photos/ --board checkerboard:9x6:25mm -o corners.csv");
+    app.add_option("input", inputs_, "Folders, image files, patterns (*.jpg, frame%04d.png) or videos")
+        ->type_name(kFileValue);
+    addBoardOption(app, boards_);
+    app.add_option("--camera", camera_, "Camera name to write into the corners file")->capture_default_str();
+    addDetectionOptions(app, detection_);
+    addDebugOption(app, debug_);
+    app.add_option("-o,--output", output_,
+                   "Corners file to write: .csv, or .vnl for mrcal; CSV to standard output if omitted or -")
+        ->type_name(kFileValue);
+    addCommonOptions(app, common_, true);
+  }
+
+  int run(const CLI::App& app) override {
+    if (inputs_.empty()) throw missingError("detect", "no images", "folders, files or patterns");
+    if (camera_.find_first_of("\r\n") != std::string::npos)
+      throw usageError(
+          {.where = "detect", .found = "a line break in --camera", .expected = "a name without line breaks"});
+    std::vector<std::string> sources = withImages(inputs_);
+    sources.insert(sources.end(), boards_.begin(), boards_.end());
+    sources.push_back(common_.config);
+    checkDebugFolder(debug_, output_);
+    checkOutput(output_, sources, common_);
+    const bool is_vnl = isVnlFile(output_);
+    if (is_vnl && !boards_.empty())
+      checkVnl(mapped(boards_, readBoard), shortNames(listInputs(inputs_).all()));
+    const DetectionStage stage = runDetection({.command = "detect",
+                                               .inputs = inputs_,
+                                               .boards = boards_,
+                                               .debug_folder = debug_,
+                                               .detection = detection_},
+                                              common_, catchInterrupts());
+    if (stage.numFound() == 0 && common_.json) {
+      printResult(detectionJson(stage));
+      has_answered_ = true;
+    }
+    requireBoards(stage, common_, true);
+
+    CornersFile file;
+    file.camera = camera_;
+    file.boards = mapped(stage.surveys, &BoardSurvey::board);
+    file.views = stage.views();
+    file.comments.push_back(programName() + " detect; pixel (0, 0) is the centre of the top-left pixel");
+    for (const auto& [key, values] : effectiveSettings(app))
+      file.comments.push_back(fmt::format("{}: {}", key, fmt::join(values, " ")));
+    for (const std::string& note : stage.notes) file.comments.push_back("note: " + note);
+    for (const BoardSurvey& survey : stage.surveys) {
+      if (stage.surveys.size() > 1) file.comments.push_back("images of " + survey.board.spec());
+      for (const std::string& line : imageTable(survey)) file.comments.push_back(line);
+    }
+    const bool to_stdout = output_.empty() || output_ == "-";
+    if (!to_stdout) (is_vnl ? writeVnlFile : writeCornersFile)(output_, file);
+
+    if (common_.json) {
+      printResult(detectionJson(stage));
+    } else if (to_stdout) {
+      printResult(cornersFileText(file));
+    }
+    if (!common_.quiet) report(stage, to_stdout);
+    return 0;
+  }
+
+  [[nodiscard]] bool owesJson() const override { return common_.json && !has_answered_; }
+
+ private:
+  void report(const DetectionStage& stage, bool to_stdout) const {
+    const bool is_one = stage.surveys.size() == 1;
+    const std::string written = to_stdout ? "" : "; written to " + output_;
+    if (!is_one)
+      printMessage(
+          fmt::format("{} of {} images show a board{}", stage.numFound(), stage.numImages(), written));
+    for (const BoardSurvey& survey : stage.surveys) {
+      const std::size_t num_partial = survey.numFound() - survey.numWhole();
+      printMessage(fmt::format(
+          "{}{} of {} images show the whole board ({} {} each){}{}", is_one ? "" : survey.board.spec() + ": ",
+          survey.numWhole(), survey.outcomes.size(), survey.board.numCorners(), survey.board.words().points,
+          num_partial > 0 ? fmt::format(", {} show a part of it", num_partial) : "", is_one ? written : ""));
+      if (survey.numFound() > 0) printMessage("  " + measuresText(survey));
+    }
+    for (const std::string& line : reasonLines(stage.surveys)) printMessage("  " + line);
+    for (const std::string& note : stage.notes) printMessage("note: " + note);
+  }
+
+  std::vector<std::string> inputs_;
+  std::vector<std::string> boards_;
+  bool has_answered_ = false;  // the error that follows has its reasons on standard output already
+  std::string camera_ = "camera";
+  DetectionOptions detection_;
+  std::string debug_;
+  std::string output_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeDetectCommand() {
+  return std::make_unique<DetectCommand>();
+}
+
+}  // namespace alidade

@@ -1,0 +1,530 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <filesystem>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/formats/camera_format.h"
+#include "alidade/files/rig_file.h"
+#include "alidade/files/rig_source.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/geometry/rotation_conversions.h"
+#include "alidade/record/conversion.h"
+#include "alidade/report/data/json_output.h"
+#include "commands/rig/rectified_pair.h"
+#include "console.h"
+#include "options.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::string_view kOwnFormat = "alidade";
+
+// One camera of the input and what became of it.
+struct Converted {
+  std::string where;  // "rig.yaml#cam1"
+  std::string name;
+  CameraRecord source;
+  Conversion conversion;
+  CameraRecord file;
+  std::optional<SE3> camera_from_rig;  // of `file`
+};
+
+bool isRig(std::span<const Converted> cameras) {
+  return cameras.size() > 1 && cameras.front().camera_from_rig;
+}
+
+// "(12.0, 0.0, -1.5) mm from the first camera, turned by 1.234 degrees".
+std::string poseText(const SE3& camera_from_first) {
+  constexpr double kMillimetres = 1000;
+  // A sum with 0 has no negative zeros.
+  const Eigen::Vector3d origin =
+      Eigen::Vector3d::Zero() + camera_from_first.inverse().translation * kMillimetres;
+  return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm from the first camera, turned by {:.4g} degrees",
+                     origin.x(), origin.y(), origin.z(),
+                     camera_from_first.rotation.log().norm() * 180 / std::numbers::pi);
+}
+
+std::vector<int> pixelNumbers(const std::string& flag, const std::string& text, char separator,
+                              std::size_t count, const std::string& expected) {
+  if (auto numbers = wholeNumbers(text, separator, count)) return *numbers;
+  throw usageError({.where = flag,
+                    .found = "'" + text + "'",
+                    .expected = expected,
+                    .next_step = "alidade convert --help"});
+}
+
+// What made a converted file: "alidade 0.1.0 convert crop 0,60,640,360, resize 320x180 of camera.yaml (...)".
+std::string provenance(const std::string& path, const CameraRecord& source, const Conversion& conversion) {
+  const std::vector<std::string> steps =
+      mapped(conversion.steps, [](const Conversion::Step& step) { return step.name + " " + step.value; });
+  return programName() + " convert" + (steps.empty() ? "" : " " + join(steps, ", ")) + " of " + path +
+         (source.created_by.empty() ? "" : " (" + source.created_by + ")");
+}
+
+// "(12.0, 34.5)"
+std::string pixelText(const Eigen::Vector2d& pixel) {
+  return fmt::format("({:.1f}, {:.1f})", pixel.x(), pixel.y());
+}
+
+// There is a fit for all problems but the first.
+std::string problemText(ConversionProblem problem, const Converted& converted) {
+  if (problem == ConversionProblem::kSourceUntrustworthy)
+    return converted.where + ": its own verdict says that it must not be used";
+  const double limit_px = converted.conversion.max_error_px;
+  const ModelFit& fit = converted.conversion.fit.value();
+  const std::string_view model = fit.camera.modelId();
+  switch (problem) {
+    case ConversionProblem::kUnreachedPixels:
+      return fmt::format("{} cannot represent {:.3g} % of the pixels, for example {}; limit {} %", model,
+                         100 * fit.unreachedShare(), pixelText(*fit.unreached_pixel),
+                         100 * kMaxUnreachedShare);
+    case ConversionProblem::kModelRms:
+      return fmt::format("{} has an RMS error of {:.3g} px; limit {} px (--max-error)", model, fit.rms_px,
+                         limit_px);
+    default:
+      return fmt::format("{} has an error of {:.3g} px at pixel {}; limit {} px ({} times --max-error)",
+                         model, fit.max_error_px, pixelText(fit.worst_pixel), kMaxErrorFactor * limit_px,
+                         kMaxErrorFactor);
+  }
+}
+
+// What a new axis is, as "-y".
+std::string axisText(const Eigen::Matrix3d& new_from_old, Eigen::Index row) {
+  const Eigen::Index column = new_from_old(row, 0) != 0 ? 0 : 1;
+  return std::string(new_from_old(row, column) < 0 ? "-" : "") + (column == 0 ? "x" : "y");
+}
+
+std::string fitText(const ModelFit& fit) {
+  std::string text =
+      fmt::format("Model    {}: {}\n", fit.camera.modelId(),
+                  fit.is_exact ? "identical lens" : "best fit over the image; the lens is not identical");
+  if (fit.num_unreached < fit.num_pixels)
+    text +=
+        fmt::format("Error    RMS {:.3g} px, at most {:.3g} px at pixel {}; {} pixels compared\n", fit.rms_px,
+                    fit.max_error_px, pixelText(fit.worst_pixel), fit.num_pixels - fit.num_unreached);
+  if (fit.num_unreached > 0) {
+    text += fmt::format("Missing  {:.3g} % of the pixels cannot be represented, for example {}\n",
+                        100 * fit.unreachedShare(), pixelText(*fit.unreached_pixel));
+  }
+  if (fit.num_without_ray > 0) {
+    text += fmt::format("         {} of {} pixels were ignored because they have no ray in the old camera\n",
+                        fit.num_without_ray, fit.num_without_ray + fit.num_pixels);
+  }
+  return text;
+}
+
+// What was done and what came out, for people; without an end of line.
+std::string summaryText(const Converted& converted) {
+  const auto& [where, name, source, conversion, file, pose] = converted;
+  std::string text = fmt::format("From     {}: {}, {} px\n", printable(where), source.camera.modelId(),
+                                 sizeText(source.image_size));
+  for (const Conversion::Step& step : conversion.steps) {
+    if (step.name == "model") continue;
+    std::string label = step.name;
+    label.front() = static_cast<char>(std::toupper(label.front()));
+    text += fmt::format("{:<8} {}: {} px\n", label, step.value, sizeText(step.size));
+  }
+  const Eigen::Matrix3d& R = conversion.edit.new_from_old;
+  if (!R.isIdentity()) {
+    text += fmt::format("         camera frame rotated: x_new = {}, y_new = {}, z_new = z\n", axisText(R, 0),
+                        axisText(R, 1));
+  }
+  if (conversion.fit) text += fitText(*conversion.fit);
+  text += fmt::format("Camera   {}, {} px\n", file.camera.modelId(), sizeText(file.image_size));
+  for (std::size_t i = 0; i < file.camera.parameters().size(); ++i) {
+    text +=
+        fmt::format("  {:<6} {}\n", file.camera.parameterNames()[i], exactText(file.camera.parameters()[i]));
+  }
+  text += fmt::format("Domain   valid up to {:.1f} degrees off-axis; {}",
+                      file.domain->max_angle_rad * 180 / std::numbers::pi,
+                      file.domain->full_image ? "every pixel of the image has a ray"
+                                              : "some pixels of the image have NO ray");
+  for (const ConversionProblem problem : conversion.problems)
+    text += fmt::format("\nFAILED   {} [{}]", problemText(problem, converted), problemId(problem));
+  return text;
+}
+
+json fitJson(const ModelFit& fit) {
+  return {{"exact", fit.is_exact},
+          {"rms_px", fit.rms_px},
+          {"max_error_px", fit.max_error_px},
+          {"worst_pixel", vectorJson(fit.worst_pixel)},
+          {"num_pixels", fit.num_pixels},
+          {"num_without_ray", fit.num_without_ray},
+          {"num_unreached", fit.num_unreached},
+          {"unreached_share", fit.unreachedShare()},
+          {"unreached_pixel", fit.unreached_pixel ? vectorJson(*fit.unreached_pixel) : json(nullptr)}};
+}
+
+// The same for programs.
+json summaryJson(const Converted& converted) {
+  const auto& [where, name, source, conversion, file, pose] = converted;
+  const json steps = mapped(conversion.steps, [](const Conversion::Step& step) -> json {
+    return {{"step", step.name}, {"value", step.value}, {"image_size", step.size}};
+  });
+  const json reasons = mapped(conversion.problems, [&](ConversionProblem problem) -> json {
+    return {{"id", problemId(problem)}, {"message", problemText(problem, converted)}};
+  });
+  const Eigen::Matrix3d& R = conversion.edit.new_from_old;
+  return {
+      {"input", where},
+      {"from", {{"model", source.camera.modelId()}, {"image_size", source.image_size}}},
+      {"steps", steps},
+      {"new_from_old", rowsJson(3, 3, [&](std::size_t i) { return R(i / 3, i % 3); })},
+      {"model", file.camera.modelId()},
+      {"image_size", file.image_size},
+      {"parameters", parametersJson(file.camera.parameterNames(), file.camera.parameters())},
+      {"fit", conversion.fit ? fitJson(*conversion.fit) : json(nullptr)},
+      {"camera_from_rig", orNull(pose)},
+      {"domain", {{"max_angle_rad", file.domain->max_angle_rad}, {"full_image", file.domain->full_image}}},
+      {"trustworthy", conversion.problems.empty()},
+      {"reasons", reasons}};
+}
+
+class ConvertCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade convert camera.yaml -o half.yaml --crop 0,60,640,360 --resize 320x180\nExample: "
+        "alidade convert camera.yaml -o turned.yaml --rotate 90 --model radtan\nExample: alidade convert "
+        "camchain.yaml#cam0 -o camera_info.yaml --to ros\nExample: alidade convert rig.yaml -o camchain.yaml "
+        "--to kalibr\nExample: alidade convert rig.yaml -o camera_info --to ros\nExample: alidade convert "
+        "left.cameramodel right.cameramodel -o rig.yaml\nThe format of "
+        "FILE is detected from its content. FILE#NAME selects one camera of a file with several. Several\n"
+        "files become one rig; each has one camera and its pose in a common frame. OpenCV's intrinsics.yml "
+        "and\nextrinsics.yml are one pair. The edits are applied to each camera, in this order: crop, bin, "
+        "resize, rotate, model.\nPixel (0, 0) is the centre of the top-left pixel. --rotate also rotates the "
+        "axes of the camera frame.\nExit code 3: the result must not be used; no camera file is "
+        "written.");
+    app.add_option("file", paths_,
+                   "Camera or rig file of any format (docs/formats.md), or the files of a rig")
+        ->type_name(kFileValue);
+    app.add_option(
+           "-o,--output", output_,
+           "Camera file to write (a folder for the two files of a pair with --to ros); - writes it to "
+           "standard output instead of the summary")
+        ->type_name(kFileValue);
+    app.add_option("--to", format_,
+                   "Format of the output: " + fmt::format("{}", fmt::join(formatIds(), ", ")))
+        ->check(CLI::IsMember(formatIds()))
+        ->capture_default_str();
+    app.add_option("--crop", crop_, "Part of the image to keep, in pixels: X,Y,WIDTH,HEIGHT");
+    app.add_option("--bin", request_.bin,
+                   "Combine N x N pixels into one; incomplete blocks at the edge are cropped");
+    app.add_option("--resize", resize_, "New image size in pixels: WIDTHxHEIGHT");
+    app.add_option("--rotate", request_.rotate_deg, "Rotate the image clockwise by this many degrees")
+        ->check(CLI::IsMember({0, 90, 180, 270}));
+    app.add_option("--model", request_.model,
+                   "Fit this lens model instead: " + fmt::format("{}", fmt::join(modelIds(), ", ")))
+        ->check(CLI::IsMember(modelIds()));
+    app.add_option("--max-error", request_.max_error_px,
+                   "Largest accepted RMS error of the new model in pixels; the limit for a single pixel is "
+                   "ten times larger")
+        ->check(nonNegativeNumber, "0 or more")
+        ->capture_default_str();
+    app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
+                 "Write the camera file even if the result must not be used");
+    addCameraOptions(app, camera_);
+    addCommonOptions(app, common_, false);
+  }
+
+  int run(const CLI::App&) override {
+    if (paths_.empty()) throw missingError("convert", "no camera file", "a camera file");
+    if (output_.empty()) throw missingError("convert", "no --output", "-o FILE, or -o - for standard output");
+    std::vector<std::string> inputs = mapped(paths_, cameraFilePath);
+    inputs.push_back(common_.config);
+    const CameraFormat& format = cameraFormat(format_);
+    if (!format.holds_rectification) checkOutput(output_, inputs, common_);
+    const GatheredCameras gathered = gatherCameras(paths_, camera_.readOptions());
+    const std::vector<std::string> outputs = outputsFor(gathered, format);
+    const bool is_new_folder = outputs.size() > 1 && !std::filesystem::exists(output_);
+    for (const std::string& output : is_new_folder ? std::vector{output_} : outputs)
+      checkOutput(output, inputs, common_);
+    const std::vector<Converted> cameras = convertAll(gathered, format);
+    const bool is_good = std::all_of(cameras.begin(), cameras.end(),
+                                     [](const Converted& c) { return c.conversion.problems.empty(); });
+    const bool is_kept = is_good || keep_untrustworthy_;
+    // What the format cannot hold is told before anything is printed or written.
+    const std::vector<std::string> contents =
+        is_kept ? contentsOf(gathered, cameras, format) : std::vector<std::string>();
+    const std::vector<std::string> notes = notesOn(gathered.source, cameras, format);
+    const bool to_stdout = output_ == "-";
+    if (!to_stdout) writeAll(outputs, contents);
+
+    if (common_.json) {
+      printResult(document(cameras, notes, outputs, is_kept));
+    } else if (to_stdout) {
+      if (is_kept) printResult(contents.front());
+      if (!common_.quiet || !is_good) printHelp(summary(cameras) + "\n");
+    } else {
+      printResult(summary(cameras) + "\n");
+    }
+    if (!common_.json && !common_.quiet) {
+      for (const std::string& note : notes) printMessage("note: " + note);
+    }
+    if (!is_good) {
+      printRefusal("the converted camera must not be used", output_, is_kept);
+      return kUntrustworthyExit;
+    }
+    if (!common_.quiet && !to_stdout) printMessage("written to " + join(outputs, " and "));
+    return 0;
+  }
+
+ private:
+  [[nodiscard]] ConversionRequest request(const CameraFormat& format) const {
+    ConversionRequest request = request_;
+    if (!crop_.empty()) {
+      const auto n =
+          pixelNumbers("--crop", crop_, ',', 4, "X,Y,WIDTH,HEIGHT in pixels, such as 0,60,640,360");
+      request.crop = {.x = n[0], .y = n[1], .width = n[2], .height = n[3]};
+    }
+    if (!resize_.empty()) {
+      const auto n = pixelNumbers("--resize", resize_, 'x', 2, "WIDTHxHEIGHT in pixels, such as 320x180");
+      request.resize = {.width = n[0], .height = n[1]};
+    }
+    // What the format cannot say of the model is fitted around.
+    for (const AbsentParameter& absent : format.absent) {
+      if (absent.model == request.model) request.absent.push_back(absent.parameter);
+    }
+    return request;
+  }
+
+  // Whether each camera gets a file of its own, and both tell where the other one is.
+  [[nodiscard]] static bool isRectifiedPair(const GatheredCameras& gathered, const CameraFormat& format) {
+    const CameraSource& source = gathered.source;
+    return format.holds_rectification && source.cameras.size() == 2 && source.refused.empty() &&
+           source.cameras.front().camera_from_rig;
+  }
+
+  // The paths of the files to write.
+  [[nodiscard]] std::vector<std::string> outputsFor(const GatheredCameras& gathered,
+                                                    const CameraFormat& format) const {
+    if (!isRectifiedPair(gathered, format)) return {output_};
+    const std::filesystem::path folder(output_);
+    if (output_ == "-" || folder.extension() == ".yaml" || folder.extension() == ".yml") {
+      throw usageError(
+          {.where = "--output " + output_,
+           .found = output_ == "-" ? "standard output" : "the name of a file",
+           .expected = "the name of a folder, because a pair has a file for each camera in the format " +
+                       std::string(format.title),
+           .next_step = "use -o FOLDER, or select one camera: alidade convert " + gathered.where.front() +
+                        " -o FILE --to " + std::string(format.id)});
+    }
+    std::vector<std::string> paths;
+    for (const StatedCamera& camera : gathered.source.cameras)
+      paths.push_back((folder / (fileNameOf(cameraLabel(camera)) + ".yaml")).string());
+    if (paths[0] == paths[1]) {
+      throw inputError({.where = gathered.source.path,
+                        .found = "names of cameras that become the same file, " + paths[0],
+                        .expected = "names that differ in more than / and _",
+                        .next_step = "rename one of the cameras"});
+    }
+    return paths;
+  }
+
+  void writeAll(const std::vector<std::string>& outputs, const std::vector<std::string>& contents) const {
+    if (contents.size() > 1) {
+      std::error_code failure;
+      std::filesystem::create_directory(output_, failure);
+      if (failure) {
+        throw inputError({.where = output_,
+                          .found = "cannot create the folder: " + failure.message(),
+                          .expected = "a folder for the two files"});
+      }
+    }
+    for (std::size_t i = 0; i < contents.size(); ++i) writeFileAtomically(outputs[i], contents[i]);
+  }
+
+  void requireRoom(const GatheredCameras& gathered, const CameraFormat& format) const {
+    const CameraSource& source = gathered.source;
+    const std::size_t num_all = source.cameras.size() + source.refused.size();
+    const bool has_room = format.id == kOwnFormat ? num_all == 1 || source.cameras.front().camera_from_rig
+                                                  : num_all <= format.max_cameras;
+    if (has_room || isRectifiedPair(gathered, format)) return;
+    const std::string first = gathered.where.size() == num_all
+                                  ? gathered.where.front()
+                                  : source.path + "#" + cameraLabel(source.cameras.front());
+    const std::string most = format.max_cameras == 2      ? "at most two cameras"
+                             : format.holds_rectification ? "one camera, or two with poses"
+                                                          : "one camera";
+    throw inputError(
+        {.where = source.path,
+         .found = std::to_string(num_all) + " cameras" + (format.id == kOwnFormat ? " without poses" : ""),
+         .expected = format.id == kOwnFormat ? "one camera, or cameras with poses, which become a rig"
+                                             : most + ", because a file in the format " +
+                                                   std::string(format.title) + " holds only that",
+         .next_step = "select one, and write a file for each camera: alidade convert " + first +
+                      " -o FILE --to " + std::string(format.id)});
+  }
+
+  [[nodiscard]] std::vector<Converted> convertAll(const GatheredCameras& gathered,
+                                                  const CameraFormat& format) const {
+    requireRoom(gathered, format);
+    requireAll(gathered.source);
+    const ConversionRequest asked = request(format);
+    std::vector<Converted> all;
+    for (std::size_t i = 0; i < gathered.source.cameras.size(); ++i) {
+      const StatedCamera& stated = gathered.source.cameras[i];
+      const std::string& where = gathered.where[i];
+      CameraRecord file = recordOf(stated, where);
+      Conversion conversion = convertCamera(file, asked);
+      // What is wrong with a rig is wrong with each of its cameras.
+      if (gathered.rig && gathered.rig->isCalibrated() && gathered.rig->verdict == Verdict::kNo &&
+          std::count(conversion.problems.begin(), conversion.problems.end(),
+                     ConversionProblem::kSourceUntrustworthy) == 0)
+        conversion.problems.push_back(ConversionProblem::kSourceUntrustworthy);
+      CameraRecord converted = convertedRecord(file, conversion, provenance(where, file, conversion));
+      all.push_back({.where = where,
+                     .name = stated.name,
+                     .source = std::move(file),
+                     .conversion = std::move(conversion),
+                     .file = std::move(converted),
+                     .camera_from_rig = stated.camera_from_rig});
+      if (std::optional<SE3>& pose = all.back().camera_from_rig)
+        pose =
+            SE3{rotationFromMatrix(all.back().conversion.edit.new_from_old), Eigen::Vector3d::Zero()} * *pose;
+    }
+    return all;
+  }
+
+  // The rig as it was read, or as far as it is known, with the converted cameras. The standard deviations are
+  // those of motions in the rig's frame, so they outlast a turned camera.
+  [[nodiscard]] static RigRecord rigOf(const GatheredCameras& gathered,
+                                       const std::vector<Converted>& cameras) {
+    RigRecord rig = gathered.rig.value_or(RigRecord{});
+    bool is_edited = false;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      if (!gathered.rig) rig.cameras.push_back({.camera = cameras[i].file});
+      rig.cameras[i].camera = cameras[i].file;
+      rig.cameras[i].camera.name.name = cameraLabel(gathered.source.cameras[i]);
+      rig.cameras[i].camera.created_by = cameras[i].source.created_by;  // the rig says what became of it
+      rig.cameras[i].camera_from_rig = *cameras[i].camera_from_rig;
+      is_edited = is_edited || !cameras[i].conversion.steps.empty();
+    }
+    // It belongs to the old parameters.
+    if (is_edited) rig.covariance.clear();
+    rig.created_by = programName() + " convert of " + join(gathered.where, ", ") +
+                     (rig.created_by.empty() ? "" : " (" + rig.created_by + ")");
+    return rig;
+  }
+
+  // A text for each file.
+  [[nodiscard]] std::vector<std::string> contentsOf(const GatheredCameras& gathered,
+                                                    const std::vector<Converted>& cameras,
+                                                    const CameraFormat& format) const {
+    if (format.id == kOwnFormat && isRig(cameras)) return {rigFileText(rigOf(gathered, cameras))};
+    if (format.id == kOwnFormat) return {cameraFileText(cameras.front().file)};
+    std::vector<NamedCamera> named;
+    for (const Converted& c : cameras) {
+      named.push_back({.name = c.name,
+                       .camera = c.file.camera,
+                       .image_size = c.file.image_size,
+                       .camera_from_rig = c.camera_from_rig,
+                       .where = c.where});
+    }
+    if (!isRectifiedPair(gathered, format)) return {formatText(format, named, output_)};
+    for (std::size_t i = 0; i < 2; ++i) named[i].name = cameraLabel(gathered.source.cameras[i]);
+    return rectifiedPairTexts(format, named);
+  }
+
+  // What becomes of the cameras' poses, if that is not all of it; empty if it is.
+  [[nodiscard]] static std::string poseNote(const std::vector<Converted>& cameras,
+                                            const CameraFormat& format) {
+    const Converted& first = cameras.front();
+    const bool is_at_origin = !first.camera_from_rig || first.camera_from_rig->log().isZero(0);
+    const bool is_own_camera = format.id == kOwnFormat && cameras.size() == 1;
+    if (cameras.size() == 1 && is_at_origin) return "";
+    if (!first.camera_from_rig) return "";
+    using Poses = CameraFormat::Poses;
+    if (format.holds_rectification && cameras.size() > 1) return "";
+    if (is_own_camera || format.poses == Poses::kNone ||
+        (format.poses == Poses::kFromFirst && cameras.size() == 1)) {
+      const std::string subject = cameras.size() == 1 ? "the pose of the camera is" : "the poses are";
+      return first.where + ": " + subject + " not written to a file of the format " +
+             std::string(format.title);
+    }
+    if (format.poses == Poses::kFromFirst && !is_at_origin)
+      return first.where + ": this camera becomes the origin of the rig, as the format " +
+             std::string(format.title) + " requires";
+    return "";
+  }
+
+  // What is worth knowing and is no reason to refuse.
+  [[nodiscard]] static std::vector<std::string> notesOn(const CameraSource& source,
+                                                        const std::vector<Converted>& cameras,
+                                                        const CameraFormat& format) {
+    std::vector<std::string> notes;
+    for (const StatedCamera& camera : source.cameras) {
+      for (const Remark& remark : camera.remarks) {
+        if (std::find(notes.begin(), notes.end(), remark.message) == notes.end())
+          notes.push_back(remark.message);
+      }
+    }
+    for (const Converted& c : cameras) {
+      if (format.id != kOwnFormat && c.source.calibration) {
+        notes.push_back(c.where +
+                        ": uncertainty, verdict and boards of the calibration cannot be stored in the "
+                        "format " +
+                        std::string(format.title));
+      }
+    }
+    const std::string pose_note = poseNote(cameras, format);
+    if (!pose_note.empty()) notes.push_back(pose_note);
+    if (!format.holds_size)
+      notes.push_back("the image size cannot be stored in the format " + std::string(format.title));
+    return notes;
+  }
+
+  [[nodiscard]] static std::string summary(const std::vector<Converted>& cameras) {
+    const bool is_rig = isRig(cameras);
+    return join(mapped(cameras,
+                       [&](const Converted& c) {
+                         std::string text = summaryText(c);
+                         if (!is_rig) return text;
+                         const SE3& first = *cameras.front().camera_from_rig;
+                         return text + "\nPose     " + poseText(*c.camera_from_rig * first.inverse());
+                       }),
+                "\n\n");
+  }
+
+  [[nodiscard]] std::string document(const std::vector<Converted>& cameras,
+                                     const std::vector<std::string>& notes,
+                                     const std::vector<std::string>& outputs, bool is_kept) const {
+    json all = {{"output", output_}, {"format", format_}, {"written", is_kept}, {"notes", notes}};
+    if (outputs.size() > 1) all["files"] = outputs;
+    if (cameras.size() == 1) {
+      all.update(summaryJson(cameras.front()));
+    } else {
+      all["cameras"] = mapped(cameras, summaryJson);
+    }
+    return jsonText(all);
+  }
+
+  std::vector<std::string> paths_;
+  std::string output_;
+  std::string format_ = std::string(kOwnFormat);
+  CameraOptions camera_;
+  ConversionRequest request_;
+  std::string crop_;
+  std::string resize_;
+  bool keep_untrustworthy_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeConvertCommand() {
+  return std::make_unique<ConvertCommand>();
+}
+
+}  // namespace alidade

@@ -1,0 +1,453 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/compare/projection_difference.h"
+#include "alidade/compare/ray_alignment.h"
+#include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/record/camera_record.h"
+#include "alidade/report/data/json_output.h"
+#include "alidade/report/figures/difference_svg.h"
+#include "commands/rig/rig_diff.h"
+#include "console.h"
+#include "options.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kRoundingPx = 1e-9;  // projecting one camera twice differs by less
+
+// Up to `most` of `count` places, from the first to the last.
+std::vector<int> spread(int count, int most) {
+  std::vector<int> places;
+  const int n = std::min(count, most);
+  for (int i = 0; i < n; ++i)
+    places.push_back(n == 1 ? 0
+                            : static_cast<int>(std::lround(static_cast<double>(i) * (count - 1) / (n - 1))));
+  return places;
+}
+
+std::string motionText(const ProjectionDifference& difference) {
+  const Eigen::Vector3d w = difference.b_from_a.rotation.log();
+  constexpr double kRoundingDeg = 1e-9;
+  const double angle_deg = kDegPerRad * w.norm();
+  std::string text = "by a rotation of 0 degrees";
+  if (angle_deg >= kRoundingDeg) {
+    text = fmt::format("by a rotation of {:.6g} degrees", angle_deg);
+    const Eigen::Vector3d axis = w.normalized();
+    text += fmt::format(" about ({:.4f}, {:.4f}, {:.4f}), from A's camera frame to B's", axis.x(), axis.y(),
+                        axis.z());
+  }
+  const Eigen::Vector3d& t = difference.b_from_a.translation;
+  if (t.norm() > 0)
+    text += fmt::format("\n         and by a translation of ({:.6g}, {:.6g}, {:.6g}) m", t.x(), t.y(), t.z());
+  return text;
+}
+
+// The motion that was taken out and the figures, for people; that there are none where the motion was not
+// found.
+std::string differenceText(const ProjectionDifference& difference) {
+  if (!difference.is_converged)
+    return "Aligned  no: the best alignment was not found, so no difference can be stated\n";
+  std::string text = "Aligned  " + motionText(difference) + "\n";
+  if (difference.match.quarter_turns != 0) {
+    text += fmt::format("         B's image is A's image rotated clockwise by {} degrees\n",
+                        90 * difference.match.quarter_turns);
+  }
+  const auto num_pixels = difference.pixels.size();
+  text += fmt::format("Compared {} of {} pixels", difference.num_compared, num_pixels);
+  if (difference.num_seen_by_one > 0)
+    text += fmt::format("; {} are seen by only one camera", difference.num_seen_by_one);
+  if (difference.num_seen_by_neither > 0)
+    text += fmt::format("; {} are seen by neither", difference.num_seen_by_neither);
+  text += "\n";
+  if (difference.num_compared == 0) return text;
+  if (difference.max_px < kRoundingPx)
+    return text + "Diff     none: the cameras are identical to within rounding\n";
+  text += fmt::format(
+      "Diff     mean {:.4g} px, RMS {:.4g} px, 95 % within {:.4g} px, at most {:.4g} px at pixel ({:.0f}, "
+      "{:.0f}) of A; in pixels of the {} image\n",
+      difference.mean_px, difference.rms_px, difference.p95_px, difference.max_px, difference.worst_pixel.x(),
+      difference.worst_pixel.y(), sizeText(difference.match.unit_size));
+  return text;
+}
+
+// A note for images whose sizes differ by more than a factor, as where a side was rounded (213x160 of
+// 640x480): how many pixels of the finer one that leaves. Empty for those that have exactly one shape.
+std::string unevenSizeText(ImageSize a, ImageSize b, int quarter_turns) {
+  if (quarter_turns % 2 != 0) std::swap(b.width, b.height);
+  if (std::int64_t{a.width} * b.height == std::int64_t{a.height} * b.width) return "";
+  // The factor by which the finer image shrinks differs along x and y. As one factor, that of the mean, it
+  // would be off at the border by this much.
+  const bool is_a_finer = std::int64_t{a.width} * a.height >= std::int64_t{b.width} * b.height;
+  const ImageSize fine = is_a_finer ? a : b;
+  const ImageSize coarse = is_a_finer ? b : a;
+  const double by_width = static_cast<double>(coarse.width) / fine.width;
+  const double by_height = static_cast<double>(coarse.height) / fine.height;
+  const double mean = std::sqrt(by_width * by_height);
+  const double off_px = 0.5 * std::max(std::abs(by_width / mean - 1) * fine.width,
+                                       std::abs(by_height / mean - 1) * fine.height);
+  return fmt::format(
+      "note: {} px is not {} px resized by one factor: the factor would be {:.5g} along x and {:.5g} along "
+      "y. If the sides were only rounded after resizing or binning, this causes differences of up to {:.2g} "
+      "px (of the {} image) at the border",
+      sizeText(coarse), sizeText(fine), by_width, by_height, off_px, sizeText(fine));
+}
+
+// A table of the grid's lengths, for people.
+std::string differenceTable(const ProjectionDifference& difference) {
+  constexpr int kMostColumns = 9;
+  constexpr int kMostRows = 7;
+  const auto columns = spread(difference.columns, kMostColumns);
+  const auto rows = spread(difference.rows, kMostRows);
+  const auto at = [&](int row, int column) {
+    return static_cast<std::size_t>(row * difference.columns + column);
+  };
+  std::string text = "Grid     differences in px; columns and rows are pixels of A\n            ";
+  for (const int column : columns) text += fmt::format(" {:>8.0f}", difference.pixels[at(0, column)].x());
+  text += "\n";
+  for (const int row : rows) {
+    text += fmt::format("    {:>8.0f}", difference.pixels[at(row, 0)].y());
+    for (const int column : columns) {
+      const double length = difference.lengthAt(at(row, column));
+      text += std::isfinite(length) ? fmt::format(" {:>8.3g}", length < kRoundingPx ? 0.0 : length)
+                                    : fmt::format(" {:>8}", "-");
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+// Rows of text for people ("Aligned  by a rotation", continued on lines that begin with blanks) as lines for
+// a figure: "Aligned: by a rotation".
+std::vector<std::string> figureLines(const std::string& text) {
+  constexpr std::size_t kLabelColumns = 9;
+  std::vector<std::string> lines;
+  for (const std::string_view row : split(trim(text), '\n')) {
+    if (row.starts_with(' ') && !lines.empty()) {
+      lines.back() += "; " + std::string(trim(row));
+      continue;
+    }
+    const std::string label(trim(row.substr(0, kLabelColumns)));
+    lines.push_back(label + ": " + std::string(trim(row.substr(std::min(row.size(), kLabelColumns)))));
+  }
+  for (std::string& line : lines) line = printable(line);
+  return lines;
+}
+
+// "the difference of 0.4 px (RMS) is 1.2 sigma: not significant; ...", or why nobody can tell.
+std::string significanceText(const ProjectionDifference& difference,
+                             const std::optional<DifferenceSignificance>& significance, bool has_a,
+                             bool has_b) {
+  if (!significance) {
+    return "unknown: neither file states a covariance, so the difference cannot be compared with the "
+           "uncertainty";
+  }
+  std::string text = fmt::format("the difference of {:.2g} px (RMS) is {}: {}",
+                                 difference.rms_px < kRoundingPx ? 0.0 : difference.rms_px,
+                                 significance->sigmas > 0 ? fmt::format("{:.1f} sigma", significance->sigmas)
+                                                          : std::string("within chance"),
+                                 significance->isSignificant() ? "significant" : "not significant");
+  text += fmt::format(
+      "; the covariances predict {0:.2g} px. At least {2:.3g} px of the {1:.3g} px (95 %) are real; {3:.0f} "
+      "% of the pixels differ by more than their 95 % ellipse",
+      significance->expected_rms_px, difference.p95_px, significance->sure_p95_px,
+      100 * significance->share_beyond);
+  if (!has_a || !has_b)
+    text += fmt::format("; {} states no covariance and is assumed to be exact", has_a ? "B" : "A");
+  return text;
+}
+
+// All of it; what is not finite is null, and so are all figures where the motion was not found.
+json differenceJson(const ProjectionDifference& difference,
+                    const std::optional<DifferenceSignificance>& significance) {
+  const auto gridJson = [&](const auto& valueAt) {
+    return rowsJson(difference.columns, difference.rows, valueAt);
+  };
+  const auto finiteJson = [](const Eigen::Vector2d& v) {
+    return v.allFinite() ? vectorJson(v) : json(nullptr);
+  };
+  const bool is_known = difference.is_converged;
+  const auto known = [is_known](const auto& value) { return is_known ? json(value) : json(nullptr); };
+  json motion = difference.b_from_a;
+  motion["angle_deg"] = kDegPerRad * difference.b_from_a.rotation.log().norm();
+  json document = {{"b_from_a", known(motion)},
+                   {"image_turn_deg", known(90 * difference.match.quarter_turns)},
+                   {"converged", difference.is_converged},
+                   {"pixels_of", difference.match.unit_size},
+                   {"num_compared", known(difference.num_compared)},
+                   {"num_seen_by_one", known(difference.num_seen_by_one)},
+                   {"num_seen_by_neither", known(difference.num_seen_by_neither)},
+                   {"mean_px", known(difference.mean_px)},
+                   {"rms_px", known(difference.rms_px)},
+                   {"p95_px", known(difference.p95_px)},
+                   {"max_px", known(difference.max_px)},
+                   {"worst_pixel", known(finiteJson(difference.worst_pixel))},
+                   {"grid",
+                    {{"columns", difference.columns},
+                     {"rows", difference.rows},
+                     {"pixels", gridJson([&](std::size_t i) { return finiteJson(difference.pixels[i]); })},
+                     {"difference_px", gridJson([&](std::size_t i) {
+                        return known(finiteJson(difference.difference_px[i]));
+                      })}}},
+                   {"significance", nullptr}};
+  if (significance && is_known) {
+    document["grid"]["std_px"] = gridJson([&](std::size_t i) { return significance->std_px[i]; });
+    document["significance"] = {{"sigmas", significance->sigmas},
+                                {"significant", significance->isSignificant()},
+                                {"expected_rms_px", significance->expected_rms_px},
+                                {"sure_p95_px", significance->sure_p95_px},
+                                {"share_beyond", significance->share_beyond}};
+  }
+  return document;
+}
+
+class DiffCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade diff left.yaml right.yaml --tolerance 0.5\nExample: alidade diff left.yaml "
+        "right.yaml -o difference.svg\nA and B may have different formats, models and resolutions. "
+        "Differences are in pixels of the image with the higher\nresolution. Swapping A and B gives the "
+        "inverse rotation and the same differences.\nTwo rigs are compared camera by camera, then the poses "
+        "from the first camera, then what both together do: a pixel of\none camera, as a point at --distance "
+        "(default: 10 times the largest baseline), projected into another.\nExit code 3: the cameras see too "
+        "little in common, or they differ significantly and by more than the tolerance.");
+    app.add_option("files", files_,
+                   "Two camera files, or two rigs, of any format, A and B; FILE#NAME selects one camera of a "
+                   "file with several")
+        ->type_name(kFileValue);
+    takeLength(*app.add_option("--distance", distance_m_,
+                               "Compare points at this distance, for example 2m, and align by the best pose "
+                               "instead of the best rotation")
+                    ->check(positiveNumber, "above 0"));
+    app.add_flag("--same-frame", same_frame_, "Do not align: assume that both cameras have the same frame");
+    app.add_option("--rotate", rotate_,
+                   "Clockwise rotation of B's image relative to A's, in degrees. Default: 0, or 90 or 270 if "
+                   "the image sizes require it")
+        ->check(CLI::IsMember({0, 90, 180, 270}));
+    app.add_option("--grid", grid_,
+                   "Grid of pixels to compare: COLUMNSxROWS. Default: 40 along the longer side")
+        ->check(gridComplaint, "");
+    takePixels(*app.add_option("--tolerance", tolerance_px_,
+                               "Largest accepted difference in pixels (95th percentile). Exit code 3 if it "
+                               "is exceeded by a significant difference")
+                    ->check(nonNegativeNumber, "0 or more"));
+    app.add_option("-o,--output", figure_,
+                   "SVG file to write: the difference over the image of A, as colours and arrows")
+        ->type_name(kFileValue)
+        ->check(figureComplaint, "");
+    addCameraOptions(app, camera_);
+    addCommonOptions(app, common_, false);
+  }
+
+  int run(const CLI::App&) override {
+    if (files_.size() != 2)
+      throw missingError("diff", fmt::format("{} file{}", files_.size(), files_.size() == 1 ? "" : "s"),
+                         "two camera files");
+    if (same_frame_ && distance_m_) {
+      throw usageError({.where = "--same-frame and --distance",
+                        .found = "both",
+                        .expected = "one of them",
+                        .next_step = "remove --distance: without alignment the distance has no effect"});
+    }
+    checkOutput(figure_, {cameraFilePath(files_[0]), cameraFilePath(files_[1]), common_.config}, common_);
+    const CameraSource source_a = loadCameras(files_[0], camera_.readOptions());
+    const CameraSource source_b = loadCameras(files_[1], camera_.readOptions());
+    if (isRigSource(source_a) || isRigSource(source_b)) return runOnRigs(source_a, source_b);
+    const CameraRecord a = onlyCameraTelling(source_a, common_.quiet);
+    const CameraRecord b = onlyCameraTelling(source_b, common_.quiet);
+    const DifferenceOptions options = differenceOptions();
+    const ComparedCamera in_a{&a.camera, a.image_size, statedCovariance(a)};
+    const ComparedCamera in_b{&b.camera, b.image_size, statedCovariance(b)};
+    const ProjectionDifference difference = projectionDifference(in_a, in_b, options);
+    const auto significance = significanceOf(difference, in_a, in_b, options.freed);
+    const auto no = complaint(difference, significance);
+
+    if (!common_.quiet) {
+      if (const auto crop = suspectCrop(in_a, in_b, difference.match)) printMessage(cropText(*crop));
+      const std::string uneven = unevenSizeText(a.image_size, b.image_size, difference.match.quarter_turns);
+      if (!uneven.empty()) printMessage(uneven);
+    }
+    const bool has_figures = difference.num_compared > 0 && difference.is_converged;
+    std::string text = fileText("A", files_[0], a) + fileText("B", files_[1], b) + differenceText(difference);
+    const std::string chance =
+        has_figures ? "Test     " +
+                          significanceText(difference, significance, in_a.covariance.has_value(),
+                                           in_b.covariance.has_value()) +
+                          "\n"
+                    : "";
+    if (!figure_.empty() && has_figures)
+      writeFileAtomically(figure_, differenceSvg(in_a, in_b, difference, figureLines(text + chance)));
+
+    if (common_.json) {
+      json document = differenceJson(difference, significance);
+      document["a"] = fileJson(files_[0], a);
+      document["b"] = fileJson(files_[1], b);
+      document["distance_m"] = orNull(distance_m_);
+      document["tolerance_px"] = orNull(tolerance_px_);
+      document["agrees"] = tolerance_px_ || no ? json(!no) : json(nullptr);
+      document["reason"] = orNull(no);
+      printResult(jsonText(document));
+    } else {
+      if (has_figures) text += differenceTable(difference) + chance;
+      printResult(text + upsideDownText(in_a, in_b, difference));
+    }
+    if (!figure_.empty() && has_figures && !common_.quiet) printMessage("written to " + figure_);
+    if (!no) return 0;
+    printMessage("error: " + *no);
+    if (!figure_.empty() && !has_figures) printMessage(notWritten(figure_) + " (there is nothing to draw)");
+    return kUntrustworthyExit;
+  }
+
+ private:
+  static std::string gridComplaint(const std::string& text) {
+    constexpr int kMostPixels = 1'000'000;
+    const auto grid = parseSize(text);
+    if (grid && grid->width <= kMostPixels / grid->height) return {};
+    return "found '" + text + "', expected COLUMNSxROWS such as 20x15, with at most a million pixels";
+  }
+
+  [[nodiscard]] int runOnRigs(const CameraSource& a, const CameraSource& b) const {
+    if (!figure_.empty() || rotate_) {
+      throw usageError(
+          {.where = figure_.empty() ? "--rotate" : "--output",
+           .found = "two rigs",
+           .expected = "two cameras",
+           .next_step = "select a camera of each: " + a.path + "#" + cameraLabel(a.cameras.front())});
+    }
+    DifferenceOptions options = differenceOptions();
+    // Points at the distance are for the poses; each lens is compared for far ones.
+    if (options.freed == Freed::kPose) options.freed = Freed::kRotation;
+    return diffRigs(a, b,
+                    {.of_cameras = options,
+                     .distance_m = distance_m_,
+                     .tolerance_px = tolerance_px_,
+                     .json = common_.json,
+                     .quiet = common_.quiet});
+  }
+
+  [[nodiscard]] DifferenceOptions differenceOptions() const {
+    DifferenceOptions options;
+    if (same_frame_) options.freed.reset();
+    if (distance_m_) {
+      options.freed = Freed::kPose;
+      options.distance_m = *distance_m_;
+    }
+    if (rotate_) options.quarter_turns = *rotate_ / 90;
+    if (grid_.empty()) return options;
+    const ImageSize grid = *parseSize(grid_);
+    options.columns = grid.width;
+    options.rows = grid.height;
+    const int num_pixels = options.columns * options.rows;
+    if (options.freed && num_pixels < fewestPairs(*options.freed)) {
+      throw usageError(
+          {.where = "--grid " + grid_,
+           .found = fmt::format("{} pixels", num_pixels),
+           .expected = fmt::format("at least {} pixels to estimate the best {}", fewestPairs(*options.freed),
+                                   distance_m_ ? "pose" : "rotation"),
+           .next_step = "use a finer grid, or --same-frame to compare without alignment"});
+    }
+    return options;
+  }
+
+  // Why the answer is no.
+  [[nodiscard]] std::optional<std::string> complaint(
+      const ProjectionDifference& difference,
+      const std::optional<DifferenceSignificance>& significance) const {
+    if (difference.num_compared == 0)
+      return "the cameras cannot be compared: no pixel is seen by both\n  next: check both files with "
+             "alidade validate";
+    if (!difference.is_converged) {
+      return fmt::format(
+          "the best {} was not found: the cameras have too little in common\n  next: check both files with "
+          "alidade validate, and that both cameras belong to the same image",
+          distance_m_ ? "pose" : "rotation");
+    }
+    if (!isComparable(difference)) {
+      return fmt::format(
+          "{} of {} pixels are seen by only one camera, or differ by more than the image diagonal: the "
+          "cameras cannot be compared as a whole\n  next: check both files with alidade validate, and that "
+          "both cameras belong to the same image",
+          difference.num_seen_by_one, difference.pixels.size());
+    }
+    if (!tolerance_px_ || agreementOf(difference, significance, *tolerance_px_) != Agreement::kBeyond)
+      return std::nullopt;
+    return fmt::format("the cameras differ by {:.3g} px (95 %); limit {} px (--tolerance)", difference.p95_px,
+                       *tolerance_px_);
+  }
+
+  // Images that are upside down have the same size; that they are shall not be left to be guessed.
+  [[nodiscard]] std::string upsideDownText(const ComparedCamera& a, const ComparedCamera& b,
+                                           const ProjectionDifference& difference) const {
+    constexpr double kFarLess = 0.1;
+    constexpr double kWorthWhilePx = 0.1;
+    if (rotate_ || !difference.is_converged || difference.match.quarter_turns != 0 ||
+        !(difference.rms_px > kWorthWhilePx))
+      return "";
+    DifferenceOptions options = differenceOptions();
+    options.quarter_turns = 2;
+    const ProjectionDifference turned = projectionDifference(a, b, options);
+    // Few pixels that suit by chance are no sign of a turned image.
+    if (!turned.is_converged || turned.num_compared < difference.num_compared ||
+        !(turned.rms_px < kFarLess * difference.rms_px))
+      return "";
+    return fmt::format(
+        "Note     with B's image upside down relative to A's (--rotate 180), the RMS would be {:.4g} px "
+        "instead of {:.4g} px\n",
+        turned.rms_px, difference.rms_px);
+  }
+
+  static std::string figureComplaint(const std::string& text) {
+    if (text.ends_with(".svg")) return {};
+    return "found '" + text + "', expected a file name that ends in .svg";
+  }
+
+  [[nodiscard]] std::string cropText(const CropSuspicion& crop) const {
+    const std::string& larger = files_[crop.is_a_larger ? 0 : 1];
+    const std::string corner = crop.corner ? fmt::format("{},{}", crop.corner->x(), crop.corner->y()) : "X,Y";
+    return fmt::format(
+        "note: the image sizes differ, but the focal lengths agree ({:.6g} and {:.6g} px), as if one image "
+        "were a crop of the other; this comparison assumes a resized image\n  next: if {}'s image is a crop "
+        "of {}'s, run alidade convert {} -o cropped.yaml --crop {},{},{} and compare with its output",
+        crop.focal_a_px, crop.focal_b_px, crop.is_a_larger ? "B" : "A", crop.is_a_larger ? "A" : "B", larger,
+        corner, crop.part.width, crop.part.height);
+  }
+
+  static std::string fileText(const char* name, const std::string& path, const CameraRecord& file) {
+    return fmt::format("{:<8} {}: {}, {} px\n", name, path, file.camera.modelId(), sizeText(file.image_size));
+  }
+
+  static json fileJson(const std::string& path, const CameraRecord& file) {
+    return {{"file", path},
+            {"model", file.camera.modelId()},
+            {"image_size", file.image_size},
+            {"has_covariance", statedCovariance(file).has_value()}};
+  }
+
+  std::vector<std::string> files_;
+  CameraOptions camera_;
+  std::optional<double> distance_m_;
+  bool same_frame_ = false;
+  std::optional<int> rotate_;
+  std::string grid_;
+  std::string figure_;
+  std::optional<double> tolerance_px_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeDiffCommand() {
+  return std::make_unique<DiffCommand>();
+}
+
+}  // namespace alidade

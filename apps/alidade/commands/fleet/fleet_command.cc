@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/core/error_text.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/median.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+#include "alidade/files/camera_save.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/fleet/fleet.h"
+#include "alidade/fleet/fleet_findings.h"
+#include "alidade/report/data/fleet_json.h"
+#include "alidade/report/data/json_output.h"
+#include "alidade/report/pages/fleet_page.h"
+#include "console.h"
+#include "options.h"
+#include "summary_lines.h"
+
+namespace alidade {
+namespace {
+
+// "trustworthy 950, with reservations 40, rejected 2, none stated 8"
+std::string verdictsText(const Fleet& fleet) {
+  std::vector<std::string> parts;
+  const auto add = [&](std::optional<Verdict> verdict, const char* words) {
+    const std::size_t count = fleet.count(verdict);
+    if (count > 0) parts.push_back(fmt::format("{} {}", count, words));
+  };
+  add(Verdict::kTrustworthy, "trustworthy");
+  add(Verdict::kReservations, "usable with reservations");
+  add(Verdict::kNo, "rejected");
+  add(std::nullopt, "without a verdict");
+  std::vector<double> accuracies;
+  for (const FleetUnit& unit : fleet.files.units)
+    if (std::isfinite(unit.accuracy_px)) accuracies.push_back(unit.accuracy_px);
+  std::string text = join(parts, ", ");
+  if (accuracies.empty()) return text;
+  const double worst = std::ranges::max(accuracies);
+  return text + fmt::format("; accuracy {} (median), worst {}", pixels(medianOf(std::move(accuracies))),
+                            pixels(worst));
+}
+
+// "fx 1002.3 +- 3.5", to two digits of the spread between units.
+Lines spreadLines(const TypicalCamera& typical) {
+  constexpr std::size_t kPerLine = 4;
+  const auto names = typical.camera.parameterNames();
+  Lines lines;
+  std::string line;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    const auto at = static_cast<Eigen::Index>(j);
+    const double mean = typical.population.mean(at);
+    const double std = std::sqrt(std::max(0.0, typical.population.between(at, at)));
+    const int decimals = decimalsFor(std, std::abs(mean) < 10 ? 5 : 3);
+    const std::string value = std > 0 ? fmt::format("{:.{}f} +- {:.{}f}", mean, decimals, std, decimals)
+                                      : fmt::format("{:.5g} in all", mean);
+    line += fmt::format("{:<20}  ", fmt::format("{} {}", names[j], value));
+    if (j % kPerLine + 1 < kPerLine && j + 1 < names.size()) continue;
+    line.erase(line.find_last_not_of(' ') + 1);
+    lines.push_back(fmt::format("{:<{}}{}", lines.empty() ? "Spread" : "", kIndent, line));
+    line.clear();
+  }
+  return lines;
+}
+
+Lines groupLines(const FleetGroup& group, double tolerance_px, bool has_spread) {
+  Lines lines;
+  if (group.typical) {
+    const TypicalCamera& typical = *group.typical;
+    append(lines,
+           wrapped("Typical",
+                   fmt::format("{}, {} px, from {} of {} units; 95 % of the units are within {} of it",
+                               typical.camera.modelId(), sizeText(group.size),
+                               typical.population.numMembers(), group.units.size(), pixels(group.p95_px))));
+    if (has_spread) append(lines, spreadLines(typical));
+  }
+  append(lines, wrapped("Serves", servingSentence(group, tolerance_px)));
+  return lines;
+}
+
+std::string fleetSummary(const Fleet& fleet, bool is_verbose) {
+  constexpr std::size_t kMostGroups = 2;
+  constexpr std::size_t kMostFindings = 3;
+  Lines lines = wrapped("Fleet", fmt::format("{} camera{} in {} file{}", fleet.files.units.size(),
+                                             fleet.files.units.size() == 1 ? "" : "s", fleet.files.num_files,
+                                             fleet.files.num_files == 1 ? "" : "s"));
+  append(lines, wrapped("Verdicts", verdictsText(fleet)));
+  const std::size_t num_groups =
+      is_verbose ? fleet.groups.size() : std::min(kMostGroups, fleet.groups.size());
+  for (std::size_t g = 0; g < num_groups; ++g)
+    append(lines, groupLines(fleet.groups[g], fleet.tolerance_px, g == 0 || is_verbose));
+  if (num_groups < fleet.groups.size())
+    append(lines, wrapped("", fmt::format("{} more image size{}", fleet.groups.size() - num_groups,
+                                          fleet.groups.size() == num_groups + 1 ? "" : "s")));
+  if (fleet.has_previous) {
+    append(lines, wrapped("Drift", fmt::format("{} of {} units with a previous calibration changed",
+                                               fleet.numDrifted(), fleet.drifts.size())));
+  }
+  std::size_t num_warnings = 0;
+  std::size_t num_notes = 0;
+  std::size_t num_shown = 0;
+  for (const Diagnosis& finding : fleetFindings(fleet)) {
+    const Lines found = diagnosisLines(finding);
+    const bool is_shown =
+        is_verbose || (finding.severity >= Severity::kWarning && num_shown < kMostFindings &&
+                       lines.size() + found.size() < kMaxLines);
+    if (is_shown) {
+      append(lines, found);
+      ++num_shown;
+    } else {
+      ++(finding.severity >= Severity::kWarning ? num_warnings : num_notes);
+    }
+  }
+  append(lines, moreLines(num_warnings, num_notes));
+  return join(lines, "\n") + "\n";
+}
+
+class FleetCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade fleet calibrations/ -o fleet.html\n"
+        "Example: alidade fleet now/ --previous before/ --tolerance 0.5px -o fleet.csv --typical "
+        "typical.yaml\n"
+        "Cameras of one image size are compared with their typical camera, after the best rotation. Units "
+        "are "
+        "paired with their\nprevious calibration by serial number, name or file name.\n"
+        "Exit code 1: no camera file can be read. Exit code 3 with --strict: a unit deviates or changed, or "
+        "a "
+        "file cannot be read.");
+    app.add_option("file", files_, "Camera files, folders, or patterns in quotes")->type_name(kFileValue);
+    app.add_option("-o,--output", output_,
+                   "What to write: a page with figures (.html) or a row for each unit (.csv)")
+        ->check(outputComplaint, "")
+        ->type_name(kFileValue);
+    app.add_option("--typical", typical_,
+                   "Camera file to write: the typical camera of the largest group, with the spread between "
+                   "units as its covariance")
+        ->type_name(kFileValue);
+    app.add_option("--previous", previous_,
+                   "Earlier calibrations of the same cameras: files, folders or patterns")
+        ->expected(1, -1)
+        ->type_name(kFileValue);
+    takePixels(
+        *app.add_option("--tolerance", tolerance_px_,
+                        "Largest accepted distance from the typical camera in pixels, for 95 % of the image")
+             ->check(positiveNumber, "above 0")
+             ->capture_default_str());
+    app.add_flag("--same-frame", same_frame_, "Do not align: all cameras have the same frame");
+    app.add_flag("--strict", is_strict_,
+                 "Exit code 3 if a unit deviates or changed, or a file cannot be read");
+    app.add_flag("--verbose", is_verbose_, "Print all groups and findings");
+    addCameraOptions(app, camera_);
+    addCommonOptions(app, common_, true);
+  }
+
+  int run(const CLI::App&) override {
+    if (files_.empty()) throw missingError("fleet", "no file", "camera files, or folders with camera files");
+    checkOutputs();
+    const CancelFlag* const cancel = catchInterrupts();
+    FleetFiles files = readFiles(files_, "reading", cancel);
+    if (files.units.empty()) throw nothingToRead(files);
+    std::optional<FleetFiles> previous;
+    if (!previous_.empty()) previous = readFiles(previous_, "reading previous", cancel);
+    const Fleet fleet = analyse(std::move(files), previous, cancel);
+    write(fleet);
+    if (common_.json) {
+      printResult(jsonText(fleetJson(fleet, programName())));
+    } else if (!common_.quiet) {
+      printResult(fleetSummary(fleet, is_verbose_));
+    }
+    tell(fleet);
+    const bool is_clean = fleet.numDeviating() == 0 && fleet.numDrifted() == 0 &&
+                          fleet.files.unreadable.empty() && fleet.unreadable_previous.empty();
+    return is_strict_ && !is_clean ? kUntrustworthyExit : 0;
+  }
+
+ private:
+  static std::string outputComplaint(const std::string& text) {
+    if (text.ends_with(".html") || text.ends_with(".csv")) return {};
+    return "found '" + text + "', expected a file name that ends in .html or .csv";
+  }
+
+  // What is written must not be among what is read, which folders are searched for.
+  void checkOutputs() const {
+    std::vector<std::string> sources;
+    for (const auto* inputs : {&files_, &previous_}) {
+      for (const ListedFile& file : listCameraFiles(*inputs)) sources.push_back(cameraFilePath(file.path));
+    }
+    sources.push_back(common_.config);
+    checkOutput(output_, sources, common_);
+    checkOutput(typical_, sources, common_, "--typical");
+  }
+
+  [[nodiscard]] FleetFiles readFiles(const std::vector<std::string>& inputs, const char* label,
+                                     const CancelFlag* cancel) const {
+    ProgressBar bar(label, common_.quiet);
+    return readFleetFiles(
+        inputs, {.read = camera_.readOptions(),
+                 .jobs = common_.jobs,
+                 .cancel = cancel,
+                 .progress = [&](std::size_t done, std::size_t total) { bar.update(done, total); }});
+  }
+
+  [[nodiscard]] Fleet analyse(FleetFiles files, const std::optional<FleetFiles>& previous,
+                              const CancelFlag* cancel) const {
+    ProgressBar bar("comparing", common_.quiet);
+    FleetOptions options{.tolerance_px = tolerance_px_,
+                         .jobs = common_.jobs,
+                         .cancel = cancel,
+                         .progress = [&](std::size_t done, std::size_t total) { bar.update(done, total); }};
+    if (same_frame_) options.freed.reset();
+    return analyseFleet(std::move(files), previous, options);
+  }
+
+  [[nodiscard]] Error nothingToRead(const FleetFiles& files) const {
+    if (files.unreadable.empty()) {
+      return inputError({.where = files_.front(),
+                         .found = fmt::format("no camera file among {} files", files.other_files.size()),
+                         .expected = "at least one",
+                         .next_step = "see docs/formats.md for the formats"});
+    }
+    return inputError(
+        {.where = files_.front(),
+         .found = fmt::format("{} camera files, of which none can be read; the first: {}",
+                              files.unreadable.size(), oneLine(files.unreadable.front().reason)),
+         .expected = "at least one that can be read",
+         .next_step = "run alidade validate on them"});
+  }
+
+  void write(const Fleet& fleet) const {
+    if (output_.ends_with(".csv")) {
+      writeFileAtomically(output_, fleetCsv(fleet));
+    } else if (!output_.empty()) {
+      writeFileAtomically(output_, fleetPage(fleet, programName()));
+    }
+    if (typical_.empty()) return;
+    if (!fleet.groups.front().typical) {
+      throw inputError({.where = "--typical " + typical_,
+                        .found = fmt::format("{} units of {} px", fleet.groups.front().units.size(),
+                                             sizeText(fleet.groups.front().size)),
+                        .expected = fmt::format("at least {} of one model", kFewestUnits),
+                        .next_step = "add more files of this kind of camera"});
+    }
+    saveCamera(typical_, typicalRecord(fleet.groups.front(), tolerance_px_, programName() + " fleet"),
+               "alidade");
+  }
+
+  void tell(const Fleet& fleet) const {
+    if (common_.quiet) return;
+    tellUnreadable(fleet.files.unreadable, "");
+    tellUnreadable(fleet.unreadable_previous, "previous ");
+    if (!output_.empty())
+      printMessage((output_.ends_with(".csv") ? "table" : "report") + std::string(" written to ") + output_);
+    if (!typical_.empty()) printMessage("typical camera written to " + typical_);
+  }
+
+  static void tellUnreadable(const std::vector<UnreadableFile>& files, const char* kind) {
+    if (files.empty()) return;
+    const std::string lines =
+        listed(mapped(files, [](const UnreadableFile& file) { return oneLine(file.reason); }));
+    printMessage(fmt::format("warning: {} {}file{} left out:\n{}", files.size(), kind,
+                             files.size() == 1 ? "" : "s",
+                             std::string_view(lines).substr(0, lines.size() - 1)));
+  }
+
+  std::vector<std::string> files_;
+  std::string output_;
+  std::string typical_;
+  std::vector<std::string> previous_;
+  double tolerance_px_ = 1;
+  bool same_frame_ = false;
+  bool is_strict_ = false;
+  bool is_verbose_ = false;
+  CameraOptions camera_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeFleetCommand() {
+  return std::make_unique<FleetCommand>();
+}
+
+}  // namespace alidade

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/imagery/image_list.h"
+#include "alidade/imagery/projection_file.h"
+#include "alidade/imagery/remap.h"
+#include "alidade/imagery/undistortion_view.h"
+#include "alidade/report/data/json_output.h"
+#include "commands/images/remapped_images.h"
+#include "console.h"
+#include "options.h"
+#include "pending_folder.h"
+#include "view_options.h"
+
+namespace alidade {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kCameraName = "camera.yaml";
+constexpr const char* kProjectionName = "projection.yaml";
+
+class UndistortCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade undistort camera.yaml photos/ -o undistorted\nWithout --fov or --keep, the focal "
+        "length and the principal point are kept, scaled if --size is given.\nWrites PNG files with the "
+        "channels and bit depth of the inputs (JPEG files for JPEG inputs), and camera.yaml, the\nmatching "
+        "pinhole camera. The other projections get projection.yaml instead.");
+    app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)")
+        ->type_name(kFileValue);
+    app.add_option("input", inputs_, "Folders, image files or patterns")->type_name(kFileValue);
+    app.add_option("-o,--output", output_, "Folder to create")->type_name(kFolderValue);
+    view_.addOptions(app, "; rectilinear keeps straight lines straight", "size of the input");
+    app.add_flag("--camera-only", camera_only_,
+                 "Write only the camera or projection file; do not read inputs");
+    addCameraOptions(app, camera_);
+    addCommonOptions(app, common_, true);
+  }
+
+  int run(const CLI::App& app) override {
+    checkUsage(app);
+    const CancelFlag* cancel = catchInterrupts();
+    const CameraRecord source = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
+    const std::vector<std::string> paths = camera_only_ ? std::vector<std::string>() : listImages(inputs_);
+    std::vector<std::string> sources = paths;
+    sources.insert(sources.end(), {cameraFilePath(camera_path_), common_.config});
+    refuseFolderOfInputs(output_, sources);
+    std::vector<RemappedImage> images = namedImages(paths);
+
+    const ViewChoice choice = chooseView(source.camera, source.image_size, view_.request<ViewRequest>(app));
+    PendingFolder folder(output_, "undistort", view_.may_overwrite);
+    if (!common_.quiet) noteLeftovers(folder);
+    const RemapTable table =
+        makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, cancel);
+    folder.write([&] {
+      remapAll(paths, images, table, folder,
+               {.label = "undistorting",
+                .subfolder = "",
+                .interpolation = view_.interpolationKind(),
+                .num_jobs = common_.jobs,
+                .is_quiet = common_.quiet,
+                .cancel = cancel});
+    });
+    const std::size_t num_skipped = numSkipped(images);
+    requireAnImage(images);
+    folder.write([&] { writeView(choice.view, folder); });
+    folder.commit();
+
+    const double dark_share = static_cast<double>(table.num_without_source) /
+                              static_cast<double>(std::max<std::size_t>(1, table.pixels.size()));
+    const std::vector<std::string> notes = notesOn(choice, images);
+    if (common_.json) {
+      printResult(viewJson(choice, images, dark_share, notes));
+    } else if (!common_.quiet) {
+      printResult(summary(choice.view, images.size() - num_skipped, images.size(), dark_share));
+    }
+    if (!common_.quiet) {
+      for (const std::string& note : notes) printMessage("note: " + note);
+    }
+    return reportSkipped(images) ? static_cast<int>(ErrorCode::kInput) : 0;
+  }
+
+ private:
+  void checkUsage(const CLI::App& app) const {
+    if (camera_path_.empty())
+      throw missingError("undistort", "no camera file", "a camera file (YAML) and images");
+    if (inputs_.empty() && !camera_only_)
+      throw missingError("undistort", "no images", "folders, files or patterns, or --camera-only");
+    if (output_.empty()) throw missingError("undistort", "no --output", "-o FOLDER");
+    view_.checkUsage(app);
+  }
+
+  static void writeView(const OutputView& view, const PendingFolder& folder) {
+    if (view.projection != ViewProjection::kRectilinear)
+      return writeProjectionFile(folder.path(kProjectionName),
+                                 {.view = view, .created_by = programName() + " undistort"});
+    writeCameraFile(folder.path(kCameraName),
+                    bareRecord(pinholeOf(view), view.size, programName() + " undistort"));
+  }
+
+  static std::vector<std::string> notesOn(const ViewChoice& choice,
+                                          const std::vector<RemappedImage>& images) {
+    std::vector<std::string> notes;
+    if (choice.cut_share > 0) {
+      notes.push_back(fmt::format(
+          "{:.2g} % of the input pixels are more than {:.0f} degrees from the {} and were cut off; {}",
+          100 * choice.cut_share, kMaxTangentAngleRad * kDegPerRad,
+          choice.view.projection == ViewProjection::kCylindrical ? "horizon" : "axis",
+          "--projection equirectangular shows them all"));
+    } else if (choice.is_limited_by_projection) {
+      notes.push_back(fmt::format("a {} view cannot show all pixels of the input",
+                                  projectionName(choice.view.projection)));
+    }
+    const std::vector<std::string> orientations = orientationNotes(images);
+    notes.insert(notes.end(), orientations.begin(), orientations.end());
+    return notes;
+  }
+
+  [[nodiscard]] std::string summary(const OutputView& view, std::size_t num_written, std::size_t num_images,
+                                    double dark_share) const {
+    const std::string what =
+        camera_only_ ? "no images" : fmt::format("{} of {} images", num_written, num_images);
+    const std::string scale = view.projection == ViewProjection::kRectilinear
+                                  ? fmt::format("focal length {:.2f} px", view.scale_px.x())
+                                  : fmt::format("{:.4g} px per degree", view.scale_px.x() / kDegPerRad);
+    return fmt::format(
+        "{}: {}; {}, {} px, {:.1f} degrees wide, {}, {:.2g} % of the pixels are black (no source)\n",
+        printable(output_), what, projectionName(view.projection), sizeText(view.size),
+        view.horizontalFieldRad() * kDegPerRad, scale, 100 * dark_share);
+  }
+
+  [[nodiscard]] std::string viewJson(const ViewChoice& choice, const std::vector<RemappedImage>& images,
+                                     double dark_share, const std::vector<std::string>& notes) const {
+    const OutputView& view = choice.view;
+    const bool is_flat = view.projection == ViewProjection::kRectilinear;
+    return jsonText({{"folder", output_},
+                     {"file", is_flat ? kCameraName : kProjectionName},
+                     {"projection", projectionName(view.projection)},
+                     {"image_size", view.size},
+                     {is_flat ? "focal_px" : "pixels_per_radian", vectorJson(view.scale_px)},
+                     {"axis_pixel", vectorJson(view.axis_px)},
+                     {"horizontal_fov_deg", view.horizontalFieldRad() * kDegPerRad},
+                     {"share_without_source", dark_share},
+                     {"share_cut", choice.cut_share},
+                     {"images", imagesJson(images)},
+                     {"notes", notes}});
+  }
+
+  std::string camera_path_;
+  CameraOptions camera_;
+  std::vector<std::string> inputs_;
+  std::string output_;
+  ViewOptions view_;
+  bool camera_only_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeUndistortCommand() {
+  return std::make_unique<UndistortCommand>();
+}
+
+}  // namespace alidade

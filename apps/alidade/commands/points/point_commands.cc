@@ -1,0 +1,587 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+
+#include "alidade/camera/batch.h"
+#include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/text.h"
+#include "alidade/files/pose_list.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/table_lines.h"
+#include "alidade/report/data/json_output.h"
+#include "console.h"
+#include "options.h"
+
+// The commands project and unproject.
+
+namespace alidade {
+namespace {
+
+using detail::TableColumn;
+using detail::TableLines;
+
+constexpr std::size_t kReadBytes = std::size_t{1} << 18U;
+constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16U;
+
+bool isStandardInput(const std::string& path) {
+  return path.empty() || path == "-";
+}
+
+int openInput(const std::string& path) {
+  if (isStandardInput(path)) return STDIN_FILENO;
+  struct stat info {};
+  if (stat(path.c_str(), &info) != 0 && errno == ENOENT) throw missingPathError(path);
+  if (S_ISDIR(info.st_mode))
+    throw inputError({.where = path, .found = "a folder", .expected = "a file of points"});
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) throw inputError({.where = path, .found = std::strerror(errno), .expected = "a readable file"});
+  return fd;
+}
+
+std::string namesOf(const std::vector<TableColumn>& columns) {
+  return join(mapped(columns, &TableColumn::name), ",");
+}
+
+// Reads rows of two or three numbers from a file or standard input in constant memory, in the forms of
+// TableLines. A header may name the columns in any order and have further ones, which are ignored; without a
+// header (or a comment in its place) the columns come in order and none is extra.
+class PointReader {
+ public:
+  // Rows that are handed on at a time.
+  static constexpr std::size_t kMaxRows = 512;
+
+  // @param path  a file; "-" or nothing for standard input
+  // @param before_read  called before each read, which may wait for whoever writes the input; all rows read
+  // so far have been handed on by then
+  // @throws Error (kInput)
+  PointReader(const std::string& path, std::vector<TableColumn> columns, std::function<void()> before_read)
+      : lines_(isStandardInput(path) ? "standard input" : path),
+        fd_(openInput(path)),
+        columns_(std::move(columns)),
+        before_read_(std::move(before_read)),
+        buffer_(kReadBytes + 1),  // and the end of a last line that has none
+        begin_(buffer_.data()),
+        lines_end_(begin_),
+        end_(begin_) {}
+  ~PointReader() {
+    if (fd_ != STDIN_FILENO) ::close(fd_);
+  }
+  PointReader(const PointReader&) = delete;
+  PointReader& operator=(const PointReader&) = delete;
+
+  // The next rows' numbers in the order of `columns` (NaN and infinities are numbers here), with zero for a
+  // third column where there are two. False at the end.
+  // @throws Error (kInput) naming file, line and field
+  bool next(std::vector<Eigen::Vector3d>& rows) {
+    rows.clear();
+    for (;;) {
+      while (begin_ != lines_end_ && rows.size() < kMaxRows) readLine(rows);
+      if (!rows.empty()) return true;
+      if (at_end_) return false;
+      refill();
+    }
+  }
+
+ private:
+  [[noreturn]] void failOnLongLine() {
+    lines_.countLine();
+    throw lines_.error("a line longer than 64 KiB", "one row of numbers per line");
+  }
+
+  void refill() {
+    const auto kept = static_cast<std::size_t>(end_ - begin_);
+    if (kept > kMaxLineBytes) failOnLongLine();
+    std::memmove(buffer_.data(), begin_, kept);
+    before_read_();
+    ssize_t got = 0;
+    do {
+      got = ::read(fd_, buffer_.data() + kept, kReadBytes - kept);
+    } while (got < 0 && errno == EINTR);
+    if (got < 0) throw lines_.error(std::strerror(errno), "readable data");
+    char* end = buffer_.data() + kept + got;
+    at_end_ = got == 0;
+    if (at_end_ && kept > 0) *end++ = '\n';
+    begin_ = buffer_.data();
+    end_ = end;
+    const auto* last =
+        static_cast<const char*>(::memrchr(begin_, '\n', static_cast<std::size_t>(end_ - begin_)));
+    lines_end_ = last == nullptr ? begin_ : last + 1;
+  }
+
+  void readLine(std::vector<Eigen::Vector3d>& rows) {
+    const auto* stop =
+        static_cast<const char*>(std::memchr(begin_, '\n', static_cast<std::size_t>(lines_end_ - begin_)));
+    const std::string_view line(begin_, static_cast<std::size_t>(stop - begin_));
+    begin_ = stop + 1;
+    if (line.size() > kMaxLineBytes) failOnLongLine();
+    const TableLines::Kind kind = lines_.take(line);
+    if (kind == TableLines::Kind::kNothing) return;
+    if (kind == TableLines::Kind::kHeader) {
+      if (const std::string complaint = findColumns(lines_.names()); !complaint.empty())
+        throw lines_.error(complaint, "columns " + namesOf(columns_) + " in " + columns_.front().unit);
+      return;
+    }
+    // Without a header: a comment may name the columns, otherwise they come in order.
+    if (field_of_column_.empty() && !findColumns(lines_.commentNames()).empty()) {
+      if (lines_.numFields() != columns_.size()) {
+        throw lines_.error(std::to_string(lines_.numFields()) + " columns without a header",
+                           std::to_string(columns_.size()) + ": " + namesOf(columns_));
+      }
+      for (std::size_t i = 0; i < columns_.size(); ++i) field_of_column_.push_back(i);
+    }
+    Eigen::Vector3d row = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < columns_.size(); ++i)
+      row[static_cast<Eigen::Index>(i)] = lines_.number(field_of_column_[i], columns_[i].name);
+    rows.push_back(row);
+  }
+
+  // Looks each column up among the names of a header. @returns why one is missing; empty if none is
+  std::string findColumns(const std::vector<std::string>& names) {
+    std::vector<std::size_t> fields;
+    for (const TableColumn& column : columns_) {
+      const detail::ColumnSearch search = detail::findColumn(names, column);
+      if (!search.index)
+        return search.complaint.empty() ? "the header " + join(names, ",") : search.complaint;
+      fields.push_back(*search.index);
+    }
+    field_of_column_ = std::move(fields);
+    return {};
+  }
+
+  TableLines lines_;
+  int fd_;
+  std::vector<TableColumn> columns_;
+  std::function<void()> before_read_;
+  std::vector<std::size_t> field_of_column_;  // empty until known
+  std::vector<char> buffer_;
+  // In the buffer: whole lines up to `lines_end_`, and the start of one more up to `end_`.
+  const char* begin_;
+  const char* lines_end_;
+  const char* end_;
+  bool at_end_ = false;
+};
+
+// Writes rows of numbers with a status to standard output, as CSV or as one JSON document, in large pieces.
+// Numbers are written in the fewest digits that read back as the same; NaN is "nan", in JSON null.
+// The JSON is written piece by piece and not as a document of nlohmann-json, which would need memory for all
+// rows.
+// @throws Error (kInput), from any method, when it does not arrive
+class AnswerWriter {
+ public:
+  struct Format {
+    bool is_json = false;
+    bool has_pose = false;             // rows start with the id of a pose
+    std::vector<std::string> values;   // columns before the status
+    std::vector<std::string> details;  // columns behind it
+  };
+
+  explicit AnswerWriter(Format format) : format_(std::move(format)) {
+    if (format_.is_json) {
+      buffer_ += "{\"points\": [";
+      return;
+    }
+    std::vector<std::string> names = format_.values;
+    if (format_.has_pose) names.insert(names.begin(), "pose");
+    names.emplace_back("status");
+    names.insert(names.end(), format_.details.begin(), format_.details.end());
+    buffer_ += join(names, ",") + "\n";
+  }
+
+  // Of the rows to come.
+  void setPose(const std::string& id) {
+    pose_ = format_.is_json
+                ? "\"pose\": " + json(id).dump(-1, ' ', false, json::error_handler_t::replace) + ", "
+                : detail::csvField(id) + ",";
+  }
+
+  void row(std::span<const double> values, std::string_view status, std::span<const double> details) {
+    constexpr std::size_t kBufferBytes = std::size_t{1} << 17U;
+    const bool is_json = format_.is_json;
+    const std::string_view separator = is_json ? ", " : ",";
+    if (is_json) buffer_ += has_rows_ ? ",\n{" : "\n{";
+    buffer_ += pose_;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      addNumber(format_.values[i], values[i]);
+      buffer_ += separator;
+    }
+    if (is_json) buffer_ += "\"status\": \"";
+    buffer_ += status;
+    if (is_json) buffer_ += '"';
+    for (std::size_t i = 0; i < details.size(); ++i) {
+      buffer_ += separator;
+      addNumber(format_.details[i], details[i]);
+    }
+    buffer_ += is_json ? '}' : '\n';
+    has_rows_ = true;
+    if (buffer_.size() >= kBufferBytes) flush();
+  }
+
+  void end() {
+    if (format_.is_json) buffer_ += "\n]}\n";
+    flush();
+  }
+  void flush() {
+    has_sent_ = has_sent_ || !buffer_.empty();  // even if not all of it arrives
+    printResult(buffer_);
+    buffer_.clear();
+  }
+
+  // A header alone is no answer.
+  void flushRows() {
+    if (has_rows_) flush();
+  }
+  // Whether anything has left for standard output, so that what follows there must go on with it.
+  [[nodiscard]] bool hasSent() const { return has_sent_; }
+
+ private:
+  // In JSON behind its name.
+  void addNumber(const std::string& name, double value) {
+    if (format_.is_json) buffer_.append("\"").append(name).append("\": ");
+    if (std::isnan(value) || (format_.is_json && std::isinf(value))) {
+      buffer_ += format_.is_json ? "null" : "nan";
+      return;
+    }
+    std::array<char, 32> digits{};  // the shortest that reads back as the same has at most 24 characters
+    char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+    buffer_.append(digits.data(), end);
+  }
+
+  Format format_;
+  std::string pose_;
+  std::string buffer_;
+  bool has_rows_ = false;
+  bool has_sent_ = false;
+};
+
+const std::array<std::string_view, 4> kStatusNames = {statusId(ProjectStatus::kOk), "out_of_image",
+                                                      statusId(ProjectStatus::kBehind),
+                                                      statusId(ProjectStatus::kOutsideDomain)};
+
+// Rows of numbers, one array a column, for the batch functions; memory is kept between blocks.
+using Columns = Eigen::MatrixX3d;
+
+std::span<double> column(Columns& columns, Eigen::Index c) {
+  return {columns.col(c).data(), static_cast<std::size_t>(columns.rows())};
+}
+
+void assign(std::span<const Eigen::Vector3d> rows, Columns& columns) {
+  columns.resize(static_cast<Eigen::Index>(rows.size()), Eigen::NoChange);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    columns.row(static_cast<Eigen::Index>(i)) = rows[i].transpose();
+}
+
+// What project and unproject share: a camera file, rows in, rows out, counts by status at the end.
+class StreamCommand : public Command {
+ public:
+  int run(const CLI::App& app) final {
+    if (camera_path_.empty()) throw missingError(app.get_name(), "no camera file", "a camera file");
+    const CameraRecord file = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
+    prepare(file);
+    AnswerWriter& out = out_.emplace(format(file));
+    // Whoever writes the points may wait for these rows before writing more.
+    PointReader reader(points_path_, columns_, [&] { out.flushRows(); });
+    std::vector<Eigen::Vector3d> rows;
+    while (reader.next(rows)) take(file, rows, out);
+    finish(file, out);
+    out.end();
+    if (!common_.quiet) printMessage(countsText());
+    return 0;
+  }
+  // What was written but has not gone out is dropped by an error, which is the document then.
+  [[nodiscard]] bool owesJson() const final { return common_.json && !(out_ && out_->hasSent()); }
+
+ protected:
+  // What becomes of a row, in the order of the counts.
+  enum class Status { kOk, kOutOfImage, kBehind, kOutside };
+
+  // The options of both; `points` describes the input, which has these columns.
+  void setUpStream(CLI::App& app, const char* points, std::vector<TableColumn> columns) {
+    columns_ = std::move(columns);
+    app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)")
+        ->type_name(kFileValue);
+    app.add_option("points", points_path_, points)->type_name(kFileValue);
+    addCameraOptions(app, camera_);
+    addCommonOptions(app, common_, false);
+  }
+
+  // Reads what the command needs beside the camera.
+  virtual void prepare(const CameraRecord&) {}
+  [[nodiscard]] virtual AnswerWriter::Format format(const CameraRecord& file) const = 0;
+  // Answers a block of rows, or keeps it until finish().
+  virtual void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows,
+                    AnswerWriter& out) = 0;
+  virtual void finish(const CameraRecord&, AnswerWriter&) {}
+
+  // Writes one row and counts it.
+  void answer(std::span<const double> values, Status status, std::span<const double> details,
+              AnswerWriter& out) {
+    const auto index = static_cast<std::size_t>(status);
+    ++counts_[index];
+    out.row(values, kStatusNames[index], details);
+  }
+
+  [[nodiscard]] static Status statusOf(ProjectStatus status, const Eigen::Vector2d& pixel, ImageSize size) {
+    if (status == ProjectStatus::kBehind) return Status::kBehind;
+    if (status == ProjectStatus::kOutsideDomain) return Status::kOutside;
+    const bool is_in_image = pixel.x() >= -0.5 && pixel.x() < size.width - 0.5 && pixel.y() >= -0.5 &&
+                             pixel.y() < size.height - 0.5;
+    return is_in_image ? Status::kOk : Status::kOutOfImage;
+  }
+
+  // Whether a row with this status has a pixel or a ray.
+  [[nodiscard]] bool hasNumbers(Status status) const {
+    return status == Status::kOk || (status == Status::kOutOfImage && !is_clipped_);
+  }
+
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  bool is_clipped_ = false;
+  bool has_jacobian_ = false;
+
+ private:
+  [[nodiscard]] std::string countsText() const {
+    std::string text;
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+      if (counts_[i] == 0) continue;
+      text += (text.empty() ? "" : ", ") + std::to_string(counts_[i]) + " " + std::string(kStatusNames[i]);
+    }
+    return text.empty() ? "no points" : text;
+  }
+
+  std::vector<TableColumn> columns_;
+  std::optional<AnswerWriter> out_;
+  std::string camera_path_;
+  CameraOptions camera_;
+  std::string points_path_;
+  std::array<std::size_t, kStatusNames.size()> counts_{};
+};
+
+class ProjectCommand final : public StreamCommand {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: echo 0.1,-0.05,1.0 | alidade project camera.yaml\nExample: alidade project camera.yaml "
+        "points.csv --pose '{rotation_vector_rad: [0, 0.1, 0], translation_m: [0, 0, 2]}'\nExample: alidade "
+        "project camera.yaml points.csv --poses trajectory.txt\nOutput: u,v,status. The status is ok (a "
+        "pixel of the image), out_of_image (a pixel outside the image),\nbehind or outside (no pixel; u and "
+        "v are nan).\nPixel (0, 0) is the centre of the top-left pixel. With --poses, the first column is "
+        "the id of the pose.\n--poses reads one of: a YAML list of poses; a TUM trajectory (timestamp tx ty "
+        "tz qx qy qz qw, world_from_camera);\nor a table with a header that names tx,ty,tz, a rotation "
+        "qx,qy,qz,qw or rx,ry,rz (rotation vector), and optionally id\nor timestamp.\nPoints are processed "
+        "as they arrive, in constant memory. With --poses all points are kept in memory, at 24 bytes "
+        "each.\n--jacobian appends the derivatives of u, then those of v: du_dx,du_dy,du_dz with respect to "
+        "the point as given,\ndu_dtx,du_dty,du_dtz,du_drx,du_dry,du_drz with respect to the pose, "
+        "camera_from_points * Exp([t, r]) at t = r = 0\n(metres, radians), and du_dfx and so on with respect "
+        "to the camera parameters.");
+    setUpStream(
+        app,
+        "Rows x,y,z in metres, separated by commas, semicolons or blanks, header optional; standard input if "
+        "omitted or -",
+        {{"x", "m"}, {"y", "m"}, {"z", "m"}});
+    app.add_option("--pose", pose_,
+                   "Pose camera_from_points: a YAML file, or YAML text in braces. Default: identity")
+        ->type_name(kFileValue);
+    app.add_option("--poses", poses_path_, "File of poses; all points are projected for each pose")
+        ->type_name(kFileValue);
+    app.add_option(
+           "--poses-are", direction_,
+           "Direction of the poses, unless YAML keys state it: camera_from_world or world_from_camera")
+        ->check(CLI::IsMember({"camera_from_world", "world_from_camera"}));
+    app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the pixel");
+    app.add_flag("--clip", is_clipped_, "Leave out the coordinates of pixels outside the image");
+  }
+
+ private:
+  void prepare(const CameraRecord& file) override {
+    if (!pose_.empty() && !poses_path_.empty()) {
+      throw usageError({.where = "project",
+                        .found = "both --pose and --poses",
+                        .expected = "one of them",
+                        .next_step = "remove one; --poses also accepts a file with one pose"});
+    }
+    if (!direction_.empty() && poses_path_.empty()) {
+      throw usageError({.where = "project",
+                        .found = "--poses-are without --poses",
+                        .expected = "--poses FILE",
+                        .next_step = "a --pose states its direction by a key such as world_from_camera"});
+    }
+    if (!pose_.empty()) camera_from_points_ = readPoseSource(pose_);
+    if (!poses_path_.empty()) {
+      std::optional<PoseDirection> direction;
+      if (!direction_.empty())
+        direction = direction_ == "camera_from_world" ? PoseDirection::kCameraFromWorld
+                                                      : PoseDirection::kWorldFromCamera;
+      list_ = readPoseList(poses_path_, direction);
+      if (list_.is_assumed_tum && !common_.quiet) {
+        printMessage("note: " + poses_path_ +
+                     " is read as a TUM trajectory (timestamp tx ty tz qx qy qz qw, world_from_camera)");
+      }
+    }
+    if (has_jacobian_) jacobian_.resize(2 * (9 + file.camera.parameters().size()));
+  }
+
+  [[nodiscard]] AnswerWriter::Format format(const CameraRecord& file) const override {
+    AnswerWriter::Format format{
+        .is_json = common_.json, .has_pose = !list_.poses.empty(), .values = {"u", "v"}, .details = {}};
+    if (!has_jacobian_) return format;
+    std::vector<std::string> inputs = {"x", "y", "z", "tx", "ty", "tz", "rx", "ry", "rz"};
+    for (const std::string_view name : file.camera.parameterNames()) inputs.emplace_back(name);
+    for (const char* output : {"du_d", "dv_d"}) {
+      for (const std::string& input : inputs) format.details.push_back(output + input);
+    }
+    return format;
+  }
+
+  void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
+    if (list_.poses.empty()) return project(file, camera_from_points_, rows, out);
+    kept_.insert(kept_.end(), rows.begin(), rows.end());
+  }
+
+  void finish(const CameraRecord& file, AnswerWriter& out) override {
+    const std::span<const Eigen::Vector3d> all(kept_);
+    for (const NamedPose& pose : list_.poses) {
+      out.setPose(pose.id);
+      for (std::size_t i = 0; i < all.size(); i += PointReader::kMaxRows)
+        project(file, pose.camera_from_x, all.subspan(i, std::min(PointReader::kMaxRows, all.size() - i)),
+                out);
+    }
+  }
+
+  void project(const CameraRecord& file, const std::optional<SE3>& camera_from_points,
+               std::span<const Eigen::Vector3d> rows, AnswerWriter& out) {
+    assign(rows, points_);
+    pixels_.resizeLike(points_);
+    statuses_.resize(rows.size());
+    const PointColumns points{column(points_, 0), column(points_, 1), column(points_, 2)};
+    const PixelResults pixels{column(pixels_, 0), column(pixels_, 1), statuses_};
+    if (has_jacobian_) {
+      // First, as the pixels are to have the same digits with and without.
+      by_point_.resize(6 * rows.size());
+      by_pose_.resize(12 * rows.size());
+      by_params_.resize(2 * file.camera.parameters().size() * rows.size());
+      projectBatch(file.camera, camera_from_points.value_or(SE3()), points, pixels,
+                   {by_point_.data(), by_pose_.data(), by_params_.data()});
+    }
+    if (camera_from_points) {
+      projectBatch(file.camera, *camera_from_points, points, pixels);
+    } else {
+      projectBatch(file.camera, points, pixels);
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      Eigen::Vector2d pixel = pixels_.row(static_cast<Eigen::Index>(i)).head<2>().transpose();
+      const Status status = statusOf(statuses_[i], pixel, file.image_size);
+      const bool has_pixel = hasNumbers(status);
+      if (!has_pixel) pixel.setConstant(kNone);
+      if (has_jacobian_) gatherJacobian(i, has_pixel);
+      answer({pixel.data(), 2}, status, jacobian_, out);
+    }
+  }
+
+  // du by the point, the pose and the parameters, then dv.
+  void gatherJacobian(std::size_t i, bool has_pixel) {
+    if (!has_pixel) return std::fill(jacobian_.begin(), jacobian_.end(), kNone);
+    const std::size_t num_inputs = jacobian_.size() / 2;
+    const std::size_t num_params = num_inputs - 9;
+    for (std::size_t r = 0; r < 2; ++r) {
+      const auto to = jacobian_.begin() + static_cast<std::ptrdiff_t>(r * num_inputs);
+      std::copy_n(by_point_.data() + 6 * i + 3 * r, 3, to);
+      std::copy_n(by_pose_.data() + 12 * i + 6 * r, 6, to + 3);
+      std::copy_n(by_params_.data() + (2 * i + r) * num_params, num_params, to + 9);
+    }
+  }
+
+  std::string pose_;
+  std::string poses_path_;
+  std::string direction_;
+  std::optional<SE3> camera_from_points_;
+  PoseList list_;
+  std::vector<Eigen::Vector3d> kept_;  // only for many poses
+  // Of the block at hand.
+  Columns points_;
+  Columns pixels_;
+  std::vector<ProjectStatus> statuses_;
+  std::vector<double> by_point_;
+  std::vector<double> by_pose_;
+  std::vector<double> by_params_;
+  std::vector<double> jacobian_;  // of the point at hand
+};
+
+class UnprojectCommand final : public StreamCommand {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: echo 320,240 | alidade unproject camera.yaml\nOutput: x,y,z,status: a unit ray in the "
+        "camera frame. The status is ok (a pixel of the image), out_of_image (a pixel\noutside the image) or "
+        "outside (no ray projects to the pixel; x, y and z are nan).\n--jacobian appends "
+        "dx_du,dx_dv,dy_du,dy_dv,dz_du,dz_dv.");
+    setUpStream(app,
+                "Rows u,v in pixels, separated by commas, semicolons or blanks, header optional; standard "
+                "input if omitted or -",
+                {{"u", "px"}, {"v", "px"}});
+    app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the ray");
+    app.add_flag("--clip", is_clipped_, "Leave out the rays of pixels outside the image");
+  }
+
+ private:
+  [[nodiscard]] AnswerWriter::Format format(const CameraRecord&) const override {
+    AnswerWriter::Format format{
+        .is_json = common_.json, .has_pose = false, .values = {"x", "y", "z"}, .details = {}};
+    if (has_jacobian_) format.details = {"dx_du", "dx_dv", "dy_du", "dy_dv", "dz_du", "dz_dv"};
+    return format;
+  }
+
+  void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
+    assign(rows, pixels_);
+    rays_.resizeLike(pixels_);
+    statuses_.resize(rows.size());
+    J_ray_pixel_.resize(has_jacobian_ ? 6 * rows.size() : 0);
+    unprojectBatch(file.camera, {column(pixels_, 0), column(pixels_, 1)},
+                   {column(rays_, 0), column(rays_, 1), column(rays_, 2), statuses_},
+                   has_jacobian_ ? J_ray_pixel_.data() : nullptr);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const Status status = statusOf(statuses_[i], rows[i].head<2>(), file.image_size);
+      Eigen::Vector3d ray = rays_.row(static_cast<Eigen::Index>(i)).transpose();
+      const auto J =
+          std::span<double>(J_ray_pixel_).subspan(has_jacobian_ ? 6 * i : 0, has_jacobian_ ? 6 : 0);
+      if (!hasNumbers(status)) {
+        ray.setConstant(kNone);
+        std::fill(J.begin(), J.end(), kNone);
+      }
+      answer({ray.data(), 3}, status, J, out);
+    }
+  }
+
+  // Of the block at hand.
+  Columns pixels_;
+  Columns rays_;
+  std::vector<ProjectStatus> statuses_;
+  std::vector<double> J_ray_pixel_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeProjectCommand() {
+  return std::make_unique<ProjectCommand>();
+}
+
+std::unique_ptr<Command> makeUnprojectCommand() {
+  return std::make_unique<UnprojectCommand>();
+}
+
+}  // namespace alidade

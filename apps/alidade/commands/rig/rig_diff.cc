@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+#include "commands/rig/rig_diff.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "alidade/compare/rig_difference.h"
+#include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+#include "alidade/files/rig_file.h"
+#include "alidade/report/data/json_output.h"
+#include "console.h"
+#include "options.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kNoDifferencePx = 1e-9;
+
+// A camera of both rigs, and how its lenses differ.
+struct LensComparison {
+  std::string name;
+  ProjectionDifference difference;
+  std::optional<DifferenceSignificance> significance;
+};
+
+RigRecord rigFrom(const CameraSource& source, const CameraSource& other) {
+  requireAll(source);
+  if (!isRigSource(source) && source.cameras.size() == 1) {
+    throw inputError({.where = source.path,
+                      .found = "one camera",
+                      .expected = "a rig, as " + other.path + " is one",
+                      .next_step = "select a camera of the rig: " + other.path + "#" +
+                                   cameraLabel(other.cameras.front())});
+  }
+  return rigOf(source);
+}
+
+std::vector<std::string> namesOf(const RigRecord& rig) {
+  return mapped(rig.cameras, [](const RigCameraRecord& camera) { return camera.camera.name.name; });
+}
+
+// Brings the cameras of `b` into the order of those of `a`, by their names, or else leaves them by number.
+// @returns whether the names are the same
+bool matchCameras(const RigRecord& a, RigRecord& b, const std::string& path_a, const std::string& path_b) {
+  const std::vector<std::string> names = namesOf(a);
+  const std::vector<std::string> others = namesOf(b);
+  if (names.size() != others.size()) {
+    throw inputError(
+        {.where = path_b,
+         .found = fmt::format("{} cameras: {}", others.size(), join(others, ", ")),
+         .expected = fmt::format("{} as in {}: {}", names.size(), path_a, join(names, ", ")),
+         .next_step = "write rigs of the same cameras: alidade convert RIG#NAME RIG#NAME -o RIG"});
+  }
+  return orderCamerasAs(a, b);
+}
+
+void requireSameSizes(const RigRecord& a, const RigRecord& b, const std::string& path_b) {
+  for (std::size_t i = 0; i < a.cameras.size(); ++i) {
+    const ImageSize expected = a.cameras[i].camera.image_size;
+    const ImageSize found = b.cameras[i].camera.image_size;
+    if (expected == found) continue;
+    throw inputError({.where = path_b + "#" + b.cameras[i].camera.name.name,
+                      .found = "an image of " + sizeText(found) + " pixels",
+                      .expected = sizeText(expected),
+                      .next_step = "resize it first: alidade convert " + path_b +
+                                   " -o resized.yaml --resize " + sizeText(expected)});
+  }
+}
+
+std::vector<LensComparison> compareCameras(const RigRecord& a, const RigRecord& b,
+                                           const DifferenceOptions& options) {
+  std::vector<LensComparison> pairs;
+  for (std::size_t i = 0; i < a.cameras.size(); ++i) {
+    const CameraRecord& first = a.cameras[i].camera;
+    const CameraRecord& second = b.cameras[i].camera;
+    const ComparedCamera in_a{&first.camera, first.image_size, statedCovariance(first)};
+    const ComparedCamera in_b{&second.camera, second.image_size, statedCovariance(second)};
+    ProjectionDifference difference = projectionDifference(in_a, in_b, options);
+    auto significance = significanceOf(difference, in_a, in_b, options.freed);
+    pairs.push_back({.name = first.name.name,
+                     .difference = std::move(difference),
+                     .significance = std::move(significance)});
+  }
+  return pairs;
+}
+
+std::vector<PlacedCamera> placedCameras(const RigRecord& rig) {
+  return mapped(rig.cameras, [](const RigCameraRecord& camera) {
+    return PlacedCamera{.camera = &camera.camera.camera,
+                        .size = camera.camera.image_size,
+                        .camera_from_rig = camera.camera_from_rig};
+  });
+}
+
+std::string lensText(const LensComparison& pair) {
+  const ProjectionDifference& difference = pair.difference;
+  if (!isComparable(difference)) return "cannot be compared: the lenses see too little in common";
+  if (difference.max_px < kNoDifferencePx) return "no difference";
+  std::string text =
+      fmt::format("95 % within {:.3g} px, at most {:.3g} px", difference.p95_px, difference.max_px);
+  if (difference.b_from_a.rotation.log().norm() * kDegPerRad > 1e-6) {
+    text +=
+        fmt::format("; aligned by {:.3g} degrees", difference.b_from_a.rotation.log().norm() * kDegPerRad);
+  }
+  if (pair.significance) text += pair.significance->isSignificant() ? "; significant" : "; not significant";
+  return text;
+}
+
+std::string transferText(const std::optional<TransferDifference>& transfer,
+                         const std::vector<std::string>& names) {
+  if (!transfer) return "cannot be compared: no other camera sees enough of the same points";
+  const std::string from = "pixels of " + names[transfer->from] + ": ";
+  if (transfer->max_px < kNoDifferencePx) return from + "no difference";
+  return from + fmt::format("95 % within {:.3g} px, at most {:.3g} px at pixel ({:.0f}, {:.0f})",
+                            transfer->p95_px, transfer->max_px, transfer->worst_pixel.x(),
+                            transfer->worst_pixel.y());
+}
+
+std::string rigText(const std::vector<LensComparison>& pairs, const RigDifference& difference) {
+  constexpr double kMillimetres = 1000;
+  const std::vector<std::string> names = mapped(pairs, &LensComparison::name);
+  std::string text = "Lenses   each by itself\n";
+  for (const LensComparison& pair : pairs) text += fmt::format("  {:<10} {}\n", pair.name, lensText(pair));
+  text += fmt::format("Poses    from {}\n", names.front());
+  for (std::size_t i = 1; i < names.size(); ++i) {
+    text += fmt::format("  {:<10} {:.4g} mm and {:.4g} degrees different\n", names[i],
+                        kMillimetres * difference.places[i].distance_m,
+                        kDegPerRad * difference.places[i].angle_rad);
+  }
+  text +=
+      fmt::format("Points   at {:.4g} m from one camera, in the image of another\n", difference.distance_m);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += fmt::format("  {:<10} {}\n", names[i], transferText(difference.transfers[i], names));
+  return text;
+}
+
+json rigJson(const std::vector<LensComparison>& pairs, const RigDifference& difference) {
+  json cameras = json::array();
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto& [name, lens, significance] = pairs[i];
+    const bool is_known = isComparable(lens);
+    const auto& transfer = difference.transfers[i];
+    json into = nullptr;
+    if (transfer) {
+      into = {{"from", pairs[transfer->from].name}, {"num_compared", transfer->num_compared},
+              {"rms_px", transfer->rms_px},         {"p95_px", transfer->p95_px},
+              {"max_px", transfer->max_px},         {"worst_pixel", vectorJson(transfer->worst_pixel)}};
+    }
+    cameras.push_back({{"name", name},
+                       {"p95_px", is_known ? json(lens.p95_px) : json(nullptr)},
+                       {"max_px", is_known ? json(lens.max_px) : json(nullptr)},
+                       {"significant", significance ? json(significance->isSignificant()) : json(nullptr)},
+                       {"place_difference_m", difference.places[i].distance_m},
+                       {"rotation_difference_rad", difference.places[i].angle_rad},
+                       {"transfer", std::move(into)}});
+  }
+  return {{"distance_m", difference.distance_m}, {"cameras", std::move(cameras)}};
+}
+
+// Why the answer is no.
+std::optional<std::string> rigComplaint(const std::vector<LensComparison>& pairs,
+                                        const RigDifference& difference, std::optional<double> tolerance_px) {
+  for (const LensComparison& pair : pairs) {
+    if (!isComparable(pair.difference)) {
+      return pair.name +
+             ": the lenses cannot be compared, because they see too little in common\n  next: check both "
+             "files with alidade validate";
+    }
+    if (tolerance_px &&
+        agreementOf(pair.difference, pair.significance, *tolerance_px) == Agreement::kBeyond) {
+      return fmt::format("{}: the lenses differ by {:.3g} px (95 %); limit {} px (--tolerance)", pair.name,
+                         pair.difference.p95_px, *tolerance_px);
+    }
+  }
+  if (!tolerance_px) return std::nullopt;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto& transfer = difference.transfers[i];
+    if (!transfer) {
+      return fmt::format(
+          "{}: the pose cannot be judged, because no other camera sees enough of the same points at {:.4g} "
+          "m\n  next: add --distance with one at which the cameras' images overlap",
+          pairs[i].name, difference.distance_m);
+    }
+    if (transfer->p95_px > *tolerance_px) {
+      return fmt::format("{}: points from {} differ by {:.3g} px (95 %); limit {} px (--tolerance)",
+                         pairs[i].name, pairs[transfer->from].name, transfer->p95_px, *tolerance_px);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool isRigSource(const CameraSource& source) {
+  return source.cameras.size() > 1 &&
+         std::all_of(source.cameras.begin(), source.cameras.end(),
+                     [](const StatedCamera& camera) { return camera.camera_from_rig.has_value(); });
+}
+
+int diffRigs(const CameraSource& a, const CameraSource& b, const RigDiffRequest& request) {
+  const RigRecord rig_a = rigFrom(a, b);
+  RigRecord rig_b = rigFrom(b, a);
+  const bool is_by_name = matchCameras(rig_a, rig_b, a.path, b.path);
+  requireSameSizes(rig_a, rig_b, b.path);
+  const std::vector<PlacedCamera> in_a = placedCameras(rig_a);
+  const std::vector<PlacedCamera> in_b = placedCameras(rig_b);
+  const std::vector<LensComparison> pairs = compareCameras(rig_a, rig_b, request.of_cameras);
+  const RigDifference difference =
+      rigDifference(in_a, in_b, request.distance_m.value_or(usualDistance(in_a)));
+  const auto no = rigComplaint(pairs, difference, request.tolerance_px);
+  if (!request.quiet) {
+    for (const CameraSource* source : {&a, &b}) {
+      for (const StatedCamera& camera : source->cameras) {
+        for (const Remark& remark : camera.remarks) printMessage("note: " + remark.message);
+      }
+    }
+    if (!is_by_name)
+      printMessage("note: the names of the cameras differ, so they are compared in the order of the files");
+  }
+  if (request.json) {
+    json document = rigJson(pairs, difference);
+    document["a"] = a.path;
+    document["b"] = b.path;
+    document["tolerance_px"] = orNull(request.tolerance_px);
+    document["agrees"] = request.tolerance_px || no ? json(!no) : json(nullptr);
+    document["reason"] = orNull(no);
+    printResult(jsonText(document));
+  } else {
+    printResult(fmt::format("A        {}: {} cameras\nB        {}: {} cameras\n", a.path, in_a.size(), b.path,
+                            in_b.size()) +
+                rigText(pairs, difference));
+  }
+  if (!no) return 0;
+  printMessage("error: " + *no);
+  return kUntrustworthyExit;
+}
+
+}  // namespace alidade

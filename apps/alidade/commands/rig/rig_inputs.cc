@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+#include "commands/rig/rig_inputs.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/core/distinct_names.h"
+#include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/text.h"
+#include "alidade/files/frame_table_file.h"
+#include "console.h"
+
+namespace alidade {
+namespace {
+
+// "left" for photos/left/, photos/left*.png and left.csv; the names of folders are whole.
+std::string nameOf(const std::string& input) {
+  std::filesystem::path path = std::filesystem::absolute(input).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  std::string name = path.filename().string();
+  std::error_code ignored;  // of inputs that do not exist, which are told later
+  if (std::filesystem::is_directory(path, ignored)) return name;
+  const std::size_t pattern = name.find_first_of("*?[%");
+  name = pattern == std::string::npos ? path.stem().string() : name.substr(0, pattern);
+  while (!name.empty() && (name.back() == '_' || name.back() == '-' || name.back() == '.')) name.pop_back();
+  return name;
+}
+
+std::vector<std::string> namesOf(const std::vector<std::string>& inputs) {
+  return distinctNames(mapped(inputs, nameOf), inputs);
+}
+
+// Without links and detours. What has no path, as a pipe, stays as it is.
+std::filesystem::path withoutLinks(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::path whole = std::filesystem::weakly_canonical(path, error);
+  if (error || whole.empty()) return std::filesystem::absolute(path).lexically_normal();
+  return whole.has_filename() ? whole : whole.parent_path();
+}
+
+// An image that is a link keeps its own name.
+std::string placeOf(const std::filesystem::path& image) {
+  return (withoutLinks(image.has_parent_path() ? image.parent_path() : ".") / image.filename()).string();
+}
+
+void requireDifferentInputs(const std::string& command, const std::vector<std::string>& inputs) {
+  const std::string expected = "images of its own for each camera";
+  std::map<std::string, std::size_t> input_of;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const auto [at, is_new] = input_of.emplace(withoutLinks(inputs[i]).string(), i);
+    if (is_new) continue;
+    throw usageError({.where = command,
+                      .found = "the same input for two cameras: " + inputs[at->second] +
+                               (inputs[at->second] == inputs[i] ? "" : " and " + inputs[i]),
+                      .expected = expected});
+  }
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    if (isCornersFile(inputs[i])) continue;
+    for (const std::string& image : withImages({inputs[i]})) {
+      if (image == inputs[i]) continue;
+      const auto [at, is_new] = input_of.emplace(placeOf(image), i);
+      if (is_new || at->second == i) continue;
+      throw usageError({.where = command,
+                        .found = "an image of two cameras: " + image + ", in " + inputs[at->second] +
+                                 " and in " + inputs[i],
+                        .expected = expected});
+    }
+  }
+}
+
+FrameTable readFrames(const std::string& match) {
+  return match.empty() ? FrameTable() : readFrameTable(match);
+}
+
+void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>& cameras) {
+  if (frames.empty()) return;
+  const std::vector<RigImage> named = namedWithoutViews(frames, cameras);
+  if (named.empty()) return;
+  const RigImage& first = named.front();
+  printMessage(fmt::format("note: {} image{} of {} {} in no corners file, for example '{}' of {} ({}): {}",
+                           named.size(), named.size() == 1 ? "" : "s", frames.path,
+                           named.size() == 1 ? "is" : "are", first.image, cameras[first.camera].name,
+                           first.frame, "no board was found there, or the name is misspelt"));
+}
+
+}  // namespace
+
+void RigInputs::addOptions(CLI::App& app) {
+  addBoardOption(app, boards);
+  app.add_option("--names", names, "Names of the cameras, separated by commas. Default: from the inputs")
+      ->group(kBoardGroup)
+      ->delimiter(',');
+  addMatchOption(app, match);
+  addDetectionOptions(app, detection);
+}
+
+void addMatchOption(CLI::App& app, std::string& match) {
+  app.add_option("--match", match,
+                 "CSV file that says which images were taken together: a column for each camera, a row for "
+                 "each frame. Default: images whose names match")
+      ->group(kBoardGroup)
+      ->type_name(kFileValue);
+}
+
+std::vector<std::string> RigInputs::sources() const {
+  std::vector<std::string> sources = {match};
+  for (const std::string& input : inputs) {
+    const std::vector<std::string> files = isCornersFile(input) ? std::vector{input} : withImages({input});
+    sources.insert(sources.end(), files.begin(), files.end());
+  }
+  return sources;
+}
+
+std::vector<std::string> RigInputs::cameraNames(const std::string& command) const {
+  requireDifferentInputs(command, inputs);
+  std::vector<std::string> result = names.empty() ? namesOf(inputs) : names;
+  const std::set<std::string> unique(result.begin(), result.end());
+  if (result.size() != inputs.size() || unique.size() != result.size() || unique.contains("")) {
+    throw usageError(
+        {.where = names.empty() ? command : "--names",
+         .found = (result.empty() ? "no names in the inputs" : "the names " + join(result, ", ")) +
+                  fmt::format(" for {} cameras", inputs.size()),
+         .expected = "a different name for each camera",
+         .next_step = "give --names, for example --names left,right"});
+  }
+  return result;
+}
+
+void RigInputs::sortLike(const std::vector<std::string>& cameras, const std::string& command, bool is_quiet) {
+  requireDifferentInputs(command, inputs);
+  expect(inputs.size() == cameras.size(), "an input for each camera");
+  const auto places = placesByName(namesOf(inputs), cameras);
+  if (!places || places->empty() || std::ranges::is_sorted(*places)) return;
+  std::vector<std::string> sorted(inputs.size());
+  for (std::size_t i = 0; i < inputs.size(); ++i) sorted[(*places)[i]] = inputs[i];
+  inputs = std::move(sorted);
+  if (is_quiet) return;
+  std::vector<std::string> assigned;
+  for (std::size_t c = 0; c < cameras.size(); ++c) assigned.push_back(inputs[c] + " to " + cameras[c]);
+  printMessage("note: the inputs were assigned to the cameras by their names: " + join(assigned, ", "));
+}
+
+std::optional<std::vector<std::size_t>> placesByName(const std::vector<std::string>& names,
+                                                     const std::vector<std::string>& cameras) {
+  std::vector<std::size_t> places;
+  for (const std::string& name : names) {
+    const auto at = std::ranges::find(cameras, name);
+    const auto place = static_cast<std::size_t>(at - cameras.begin());
+    if (at == cameras.end() || std::ranges::find(places, place) != places.end()) return std::nullopt;
+    places.push_back(place);
+  }
+  return places;
+}
+
+void tellIfRejected(const RigRecord& rig, const std::string& path, bool is_quiet) {
+  if (is_quiet || !rig.isCalibrated() || rig.verdict != Verdict::kNo) return;
+  printMessage("note: " + path + " says of itself that it must not be used (verdict: rejected" +
+               (rig.findings.empty() ? "" : "; " + join(rig.findings, ", ")) + ")");
+}
+
+RigInputViews readRigViews(const std::string& command, const RigInputs& inputs,
+                           const std::vector<std::string>& names, const CommonOptions& common,
+                           const CancelFlag* cancel) {
+  RigInputViews result;
+  result.frames = readFrames(inputs.match);
+  for (std::size_t c = 0; c < inputs.inputs.size(); ++c) {
+    GivenViews given = readViews({.command = command,
+                                  .inputs = {inputs.inputs[c]},
+                                  .boards = inputs.boards,
+                                  .detection = inputs.detection},
+                                 common, cancel);
+    if (c == 0) result.boards = given.boards;
+    if (given.boards != result.boards) {
+      throw inputError({.where = inputs.inputs[c],
+                        .found = "other boards than in " + inputs.inputs.front(),
+                        .expected = "the same boards for all cameras, in the same order"});
+    }
+    if (!common.quiet && !common.json) {
+      printMessage(
+          fmt::format("{}: a board in {} of {} images", names[c], given.num_found, given.num_images));
+      if (!given.reasons.empty()) {
+        const std::string lines = listed(given.reasons);
+        printMessage(lines.substr(0, lines.size() - 1));
+      }
+    }
+    result.cameras.push_back(
+        {.name = names[c], .views = std::move(given.views), .images = given.images, .paths = given.paths});
+    given.views.clear();
+    result.given.push_back(std::move(given));
+  }
+  if (!common.quiet) tellNamedWithoutViews(result.frames, result.cameras);
+  return result;
+}
+
+}  // namespace alidade

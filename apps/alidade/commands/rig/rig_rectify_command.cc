@@ -1,0 +1,455 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/rig_file.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/imagery/image_list.h"
+#include "alidade/imagery/rectification.h"
+#include "alidade/report/data/json_output.h"
+#include "alidade/rig/rig_frames.h"
+#include "alidade/rig/rig_start.h"
+#include "commands/images/remapped_images.h"
+#include "commands/rig/rectified_pair.h"
+#include "commands/rig/rig_inputs.h"
+#include "console.h"
+#include "options.h"
+#include "pending_folder.h"
+#include "view_options.h"
+
+namespace alidade {
+namespace {
+
+constexpr const char* kRigName = "rig.yaml";
+constexpr const char* kRectificationName = "rectification.yaml";
+
+// The two cameras as they were told, first and second.
+using CameraIndices = std::array<std::size_t, 2>;
+
+// The corners of one board that both cameras saw at one time.
+struct SharedBoard {
+  const View* first;
+  const View* second;
+};
+
+std::vector<SharedBoard> sharedBoards(const std::vector<RigViews>& cameras, const FrameTable& table) {
+  const RigFrames frames = table.empty() ? matchFrames(cameras) : framesOf(table, cameras);
+  std::map<std::pair<std::size_t, std::size_t>, const View*> seen;  // by frame and board
+  for (std::size_t i = 0; i < cameras[0].views.size(); ++i) {
+    const View& view = cameras[0].views[i];
+    seen[{frames.frame_of[0][i], view.board}] = &view;
+  }
+  std::vector<SharedBoard> shared;
+  for (std::size_t i = 0; i < cameras[1].views.size(); ++i) {
+    const View& view = cameras[1].views[i];
+    const auto at = seen.find({frames.frame_of[1][i], view.board});
+    if (at != seen.end()) shared.push_back({at->second, &view});
+  }
+  return shared;
+}
+
+// Pixels of the same corners, if the second view is numbered by a turn of the board.
+std::vector<EpipolarPair> pairsOf(const SharedBoard& board, const BoardTurn& turn) {
+  std::map<int, Eigen::Vector2d> first;
+  for (const Corner& corner : board.first->corners) first[corner.id] = corner.pixel;
+  std::vector<EpipolarPair> pairs;
+  for (const Corner& corner : board.second->corners) {
+    const auto at = first.find(turn.id_of.at(static_cast<std::size_t>(corner.id)));
+    if (at != first.end()) pairs.push_back({at->second, corner.pixel});
+  }
+  return pairs;
+}
+
+struct MeasuredErrors {
+  std::size_t num_boards = 0;
+  EpipolarErrors errors;
+};
+
+// A board that looks the same after a turn may be numbered differently by the two cameras. The numbers for
+// which the errors are least are the right ones: others are off by whole squares.
+MeasuredErrors measured(const Rectification& r, const MountedCamera& first, const MountedCamera& second,
+                        const RigInputViews& given) {
+  MeasuredErrors result;
+  std::vector<EpipolarPair> all;
+  std::vector<std::vector<BoardTurn>> turns;
+  for (const Board& board : given.boards) turns.push_back(boardTurns(board));
+  for (const SharedBoard& shared : sharedBoards(given.cameras, given.frames)) {
+    std::vector<EpipolarPair> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const BoardTurn& turn : turns.at(shared.first->board)) {
+      std::vector<EpipolarPair> pairs = pairsOf(shared, turn);
+      const EpipolarErrors errors = epipolarErrors(r, first, second, pairs);
+      if (errors.num_pairs == 0 || errors.curve_rms_px >= least) continue;
+      least = errors.curve_rms_px;
+      best = std::move(pairs);
+    }
+    if (best.empty()) continue;
+    all.insert(all.end(), best.begin(), best.end());
+    ++result.num_boards;
+  }
+  result.errors = epipolarErrors(r, first, second, all);
+  return result;
+}
+
+json matrixJson(const Eigen::MatrixXd& matrix) {
+  json rows = json::array();
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    json row = json::array();
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) row.push_back(matrix(r, c));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+class RigRectifyCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade rig rectify rig.yaml left/ right/ -o rectified\n"
+        "Example: alidade rig rectify rig.yaml --camera-only --maps -o rectified --overwrite\n"
+        "Writes one folder of images per camera, rig.yaml with the rectified pinhole cameras, and "
+        "rectification.yaml with\nR1, R2, P1, P2 and Q for cv::FileStorage. A point has the same row in both "
+        "images. If the cameras are one above\nthe other, it has the same column. Around the baseline, "
+        "cylindrical and equirectangular views show more than\nhalf of all directions. Corners files in "
+        "place of the folders only measure the errors "
+        "of the rows.");
+    app.add_option("rig", rig_path_, "Rig file, or another file with several cameras and their poses")
+        ->type_name(kFileValue);
+    app.add_option(
+           "input", views_.inputs,
+           "For the first and the second camera: a folder of images, a pattern in quotes, or a corners file "
+           "(.csv)")
+        ->type_name(kFileValue);
+    app.add_option("-o,--output", output_, "Folder to create")->type_name(kFolderValue);
+    app.add_option("--cameras", names_,
+                   "Names of the two cameras, separated by a comma. Default: those of a rig of two")
+        ->delimiter(',');
+    view_.addOptions(app, ", with the baseline as its axis", "image size of the first camera");
+    app.add_flag("--own-centres", has_own_centres_,
+                 "Centre each view on its own camera, for cameras that look towards each other; infinity "
+                 "then has a disparity");
+    addBoardOption(app, views_.boards);
+    addMatchOption(app, views_.match);
+    addDetectionOptions(app, views_.detection);
+    app.add_option("--tolerance", tolerance_, "RMS difference of rows that you accept")
+        ->check(pixelComplaint, "")
+        ->capture_default_str();
+    app.add_flag("--maps", has_maps_, "Write the tables for cv::remap() as TIFF files of 32-bit floats");
+    app.add_flag("--camera-only", camera_only_, "Write no images; do not read inputs");
+    addCommonOptions(app, common_, true);
+  }
+
+  int run(const CLI::App& app) override {
+    checkUsage(app);
+    const CancelFlag* cancel = catchInterrupts();
+    const RigRecord record = loadRig(rig_path_);
+    tellIfRejected(record, rig_path_, common_.quiet);
+    const AnyRig rig = rigOf(record);
+    const CameraIndices pair = chosenCameras(rig);
+    const std::vector<std::string> cameras = {rig.camera(pair[0]).name, rig.camera(pair[1]).name};
+    if (!camera_only_) views_.sortLike(cameras, "rig rectify", common_.quiet);
+    const Rectification r = rectify(rig, pair[0], pair[1], request(app));
+    std::array<std::vector<std::string>, 2> paths;
+    if (!camera_only_ && !hasCornersFiles()) {
+      for (std::size_t i = 0; i < 2; ++i) paths[i] = listImages(std::span(&views_.inputs[i], 1));
+    }
+    refuseOutputAmongInputs(paths);
+    std::optional<MeasuredErrors> errors;
+    if (hasBoards()) errors = measure(rig, pair, r, cancel);
+    std::array<std::vector<RemappedImage>, 2> images = {namedImages(paths[0]), namedImages(paths[1])};
+    std::array<double, 2> dark = {};
+    if (!output_.empty()) write(record, rig, pair, r, paths, images, dark, cancel);
+    const std::vector<std::string> notes = notesOn(rig, pair, r, images);
+    const std::vector<std::string> warnings = warningsOn(errors, r.is_vertical);
+    if (common_.json) {
+      printResult(documentOf(rig, pair, r, images, dark, errors, {{"notes", notes}, {"warnings", warnings}}));
+    } else if (!common_.quiet) {
+      printResult(summaryOf(r, images, dark, errors));
+    }
+    if (!common_.quiet) {
+      for (const std::string& note : notes) printMessage("note: " + note);
+      for (const std::string& warning : warnings) printMessage("warning: " + warning);
+    }
+    const bool is_incomplete = reportSkipped(images[0]);
+    return reportSkipped(images[1]) || is_incomplete ? static_cast<int>(ErrorCode::kInput) : 0;
+  }
+
+ private:
+  [[nodiscard]] bool hasCornersFiles() const {
+    return !camera_only_ && !views_.inputs.empty() && isCornersFile(views_.inputs.front());
+  }
+  // Whether errors can be measured.
+  [[nodiscard]] bool hasBoards() const { return hasCornersFiles() || !views_.boards.empty(); }
+
+  void checkUsage(const CLI::App& app) const {
+    if (rig_path_.empty())
+      throw missingError("rig rectify", "no rig file", "a rig file and two folders of images");
+    if (views_.inputs.size() != 2 && !camera_only_) {
+      throw missingError("rig rectify", fmt::format("{} inputs", views_.inputs.size()),
+                         "two, for the first and the second camera, or --camera-only");
+    }
+    if (!camera_only_ && isCornersFile(views_.inputs[0]) != isCornersFile(views_.inputs[1])) {
+      throw usageError({.where = "rig rectify",
+                        .found = "a corners file beside images",
+                        .expected = "two corners files or two folders of images"});
+    }
+    if (output_.empty() && !hasCornersFiles()) throw missingError("rig rectify", "no --output", "-o FOLDER");
+    if (camera_only_ && !views_.boards.empty()) {
+      throw usageError({.where = "rig rectify",
+                        .found = "--board with --camera-only",
+                        .expected = "one of them: boards are searched for in images"});
+    }
+    if (!views_.match.empty() && !hasBoards()) {
+      throw usageError({.where = "--match",
+                        .found = "neither --board nor corners files",
+                        .expected = "one of them: only corners are compared between images"});
+    }
+    view_.checkUsage(app);
+  }
+
+  CameraIndices chosenCameras(const AnyRig& rig) const {
+    const std::vector<std::string> known = mapped(rig.cameras(), &MountedCamera::name);
+    if (names_.empty() && rig.size() == 2) return {0, 1};
+    if (names_.size() == 2) return {rig.index(names_[0]), rig.index(names_[1])};
+    const auto count = names_.empty() ? rig.size() : names_.size();
+    throw usageError({.where = names_.empty() ? rig_path_ : "--cameras",
+                      .found = fmt::format("{} cameras", count),
+                      .expected = "two, given as --cameras FIRST,SECOND",
+                      .next_step = "the rig has " + join(known, ", ")});
+  }
+
+  [[nodiscard]] RectificationRequest request(const CLI::App& app) const {
+    auto request = view_.request<RectificationRequest>(app);
+    request.has_own_centres = has_own_centres_;
+    return request;
+  }
+
+  void refuseOutputAmongInputs(const std::array<std::vector<std::string>, 2>& paths) const {
+    if (output_.empty()) return;
+    std::vector<std::string> sources = {cameraFilePath(rig_path_), common_.config, views_.match};
+    for (const auto& of_camera : paths) sources.insert(sources.end(), of_camera.begin(), of_camera.end());
+    if (hasCornersFiles()) sources.insert(sources.end(), views_.inputs.begin(), views_.inputs.end());
+    refuseFolderOfInputs(output_, sources);
+  }
+
+  MeasuredErrors measure(const AnyRig& rig, const CameraIndices& pair, const Rectification& r,
+                         const CancelFlag* cancel) const {
+    const std::vector<std::string> names = {rig.camera(pair[0]).name, rig.camera(pair[1]).name};
+    const RigInputViews given = readRigViews("rig rectify", views_, names, common_, cancel);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const std::vector<View>& views = given.cameras[i].views;
+      const ImageSize size = rig.camera(pair[i]).image_size;
+      if (views.empty() || views.front().size == size) continue;
+      throw inputError({.where = views_.inputs[i],
+                        .found = "images of " + sizeText(views.front().size) + " pixels",
+                        .expected = sizeText(size) + ", the image size of camera '" + names[i] + "'"});
+    }
+    return measured(r, rig.camera(pair[0]), rig.camera(pair[1]), given);
+  }
+
+  void write(const RigRecord& record, const AnyRig& rig, const CameraIndices& pair, const Rectification& r,
+             const std::array<std::vector<std::string>, 2>& paths,
+             std::array<std::vector<RemappedImage>, 2>& images, std::array<double, 2>& dark,
+             const CancelFlag* cancel) const {
+    PendingFolder folder(output_, "rig rectify", view_.may_overwrite);
+    if (!common_.quiet) noteLeftovers(folder);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const MountedCamera& camera = rig.camera(pair[i]);
+      const std::string name = fileNameOf(camera.name);
+      const RemapTable table = makeRemapTable(r, i, camera, common_.jobs, cancel);
+      dark[i] = static_cast<double>(table.num_without_source) / static_cast<double>(table.pixels.size());
+      if (has_maps_) {
+        folder.write([&] {
+          writeRemapTable(table, folder.path(name + "_map_x.tiff"), folder.path(name + "_map_y.tiff"));
+        });
+      }
+      if (paths[i].empty()) continue;
+      folder.write([&] {
+        folder.makeSubfolder(name);
+        remapAll(paths[i], images[i], table, folder,
+                 {.label = "rectifying " + camera.name,
+                  .subfolder = name,
+                  .interpolation = view_.interpolationKind(),
+                  .num_jobs = common_.jobs,
+                  .is_quiet = common_.quiet,
+                  .cancel = cancel});
+      });
+      requireAnImage(images[i]);
+    }
+    folder.write([&] {
+      writeFileAtomically(folder.path(kRectificationName), rectificationFileText(r));
+      if (r.projection == ViewProjection::kRectilinear)
+        writeFileAtomically(folder.path(kRigName), rigFileText(rectifiedRecord(record, rig, pair, r)));
+    });
+    folder.commit();
+  }
+
+  // The rectified cameras, with what the rig says of itself.
+  static RigRecord rectifiedRecord(const RigRecord& source, const AnyRig& rig, const CameraIndices& pair,
+                                   const Rectification& r) {
+    RigRecord record = source;
+    record.cameras.clear();
+    record.covariance.clear();
+    record.created_by = programName() + " rig rectify";
+    for (std::size_t i = 0; i < 2; ++i) {
+      CameraRecord camera = bareRecord(r.pinhole(i), r.size, record.created_by);
+      camera.name.name = rig.camera(pair[i]).name;
+      SE3 camera_from_rig;
+      if (i == 1) camera_from_rig.translation[r.alongIndex()] = -r.baseline_m;
+      record.cameras.push_back({.camera = std::move(camera), .camera_from_rig = camera_from_rig});
+    }
+    return record;
+  }
+
+  std::vector<std::string> notesOn(const AnyRig& rig, const CameraIndices& pair, const Rectification& r,
+                                   const std::array<std::vector<RemappedImage>, 2>& images) const {
+    std::vector<std::string> notes;
+    if (r.baseline_m < 0) {
+      notes.push_back(fmt::format(
+          "camera '{}' is {} '{}', so disparities are negative; --cameras {},{} makes them positive",
+          rig.camera(pair[0]).name, r.is_vertical ? "below" : "on the right of", rig.camera(pair[1]).name,
+          rig.camera(pair[1]).name, rig.camera(pair[0]).name));
+    }
+    if (r.is_vertical)
+      notes.emplace_back(
+          "the cameras are one above the other: a point has the same column in both images, not the same "
+          "row");
+    if (r.cut_share > 0) {
+      notes.push_back(fmt::format(
+          "{:.2g} % of the input pixels are too far from the axis of the views and were cut off; {}",
+          100 * r.cut_share, "--projection equirectangular shows them all"));
+    }
+    if (images[0].size() != images[1].size() && !images[1].empty())
+      notes.push_back(fmt::format("{} images for the first camera, {} for the second", images[0].size(),
+                                  images[1].size()));
+    for (const auto& of_camera : images) {
+      const std::vector<std::string> more = orientationNotes(of_camera);
+      notes.insert(notes.end(), more.begin(), more.end());
+    }
+    return notes;
+  }
+
+  [[nodiscard]] std::vector<std::string> warningsOn(const std::optional<MeasuredErrors>& errors,
+                                                    bool is_vertical) const {
+    const double tolerance_px = *parsePixels(tolerance_);
+    if (!errors) return {};
+    if (errors->errors.num_pairs == 0) return {"no board was seen by both cameras at one time"};
+    if (!(errors->errors.row_rms_px > tolerance_px)) return {};
+    return {
+        fmt::format("{} differ by RMS {:.3g} px, more than --tolerance {:g} px; check that the inputs are in "
+                    "the order of the cameras, and that the cameras stand where the rig file says",
+                    is_vertical ? "columns" : "rows", errors->errors.row_rms_px, tolerance_px)};
+  }
+
+  [[nodiscard]] std::string summaryOf(const Rectification& r,
+                                      const std::array<std::vector<RemappedImage>, 2>& images,
+                                      const std::array<double, 2>& dark,
+                                      const std::optional<MeasuredErrors>& errors) const {
+    constexpr double kMillimetres = 1000;
+    const char* row = r.is_vertical ? "columns" : "rows";
+    std::string text;
+    if (!output_.empty()) {
+      const std::string what =
+          images[0].empty()
+              ? "no images"
+              : fmt::format("{} of {} and {} of {} images", images[0].size() - numSkipped(images[0]),
+                            images[0].size(), images[1].size() - numSkipped(images[1]), images[1].size());
+      text += fmt::format("{}: {}; {}, {} px, {:.2g} % and {:.2g} % of the pixels are black (no source)\n",
+                          printable(output_), what, projectionName(r.projection), sizeText(r.size),
+                          100 * dark[0], 100 * dark[1]);
+    }
+    text += fmt::format("Baseline  {:.2f} mm, {}\n", r.baseline_m * kMillimetres,
+                        r.is_vertical ? "vertical" : "horizontal");
+    if (r.projection == ViewProjection::kEquirectangular) {
+      text += fmt::format("Views     {:.4g} px per degree; {} are planes through the baseline\n",
+                          r.scale_px / kDegPerRad, row);
+    } else {
+      const std::string offset = r.disparityAtInfinity() == 0
+                                     ? "disparity"
+                                     : fmt::format("(disparity - {:.3f})", r.disparityAtInfinity());
+      text +=
+          fmt::format("Views     focal length {:.2f} px; {} = {:.4f} m px / {}\n", r.scale_px,
+                      r.projection == ViewProjection::kRectilinear ? "depth" : "distance from the baseline",
+                      r.scale_px * r.baseline_m, offset);
+    }
+    if (errors) {
+      const EpipolarErrors& e = errors->errors;
+      text += fmt::format(
+          "Errors    {} corners of {} boards: RMS {:.3f} px from the epipolar curves before\n"
+          "          {} differ by RMS {:.3f} px, mean {:.3f} px, at most {:.2f} px; {} corners in both "
+          "views\n",
+          e.num_pairs, errors->num_boards, e.curve_rms_px, row, e.row_rms_px, e.row_mean_px, e.row_max_px,
+          e.num_shown);
+    }
+    return text;
+  }
+
+  [[nodiscard]] std::string documentOf(const AnyRig& rig, const CameraIndices& pair, const Rectification& r,
+                                       const std::array<std::vector<RemappedImage>, 2>& images,
+                                       const std::array<double, 2>& dark,
+                                       const std::optional<MeasuredErrors>& errors, const json& told) const {
+    const bool is_flat = r.projection == ViewProjection::kRectilinear;
+    json cameras = json::array();
+    for (std::size_t i = 0; i < 2; ++i) {
+      json camera = {{"name", rig.camera(pair[i]).name},
+                     {"folder", fileNameOf(rig.camera(pair[i]).name)},
+                     {"axis_pixel", vectorJson(r.views[i].axis_px)},
+                     {"R", matrixJson(r.views[i].rectified_from_camera.matrix())},
+                     {"P", is_flat ? matrixJson(r.projectionMatrix(i)) : json(nullptr)},
+                     {"share_without_source", output_.empty() ? json(nullptr) : json(dark[i])},
+                     {"images", imagesJson(images[i])}};
+      cameras.push_back(std::move(camera));
+    }
+    json epipolar = nullptr;
+    if (errors) {
+      const EpipolarErrors& e = errors->errors;
+      epipolar = {{"num_boards", errors->num_boards}, {"num_corners", e.num_pairs},
+                  {"curve_rms_px", e.curve_rms_px},   {"num_shown", e.num_shown},
+                  {"row_rms_px", e.row_rms_px},       {"row_mean_px", e.row_mean_px},
+                  {"row_max_px", e.row_max_px}};
+    }
+    return jsonText({{"folder", output_.empty() ? json(nullptr) : json(output_)},
+                     {"projection", projectionName(r.projection)},
+                     {"direction", r.is_vertical ? "vertical" : "horizontal"},
+                     {"image_size", r.size},
+                     {"scale_px", r.scale_px},
+                     {"baseline_m", r.baseline_m},
+                     {"disparity_at_infinity_px", r.disparityAtInfinity()},
+                     {"Q", is_flat ? matrixJson(r.disparityToDepth()) : json(nullptr)},
+                     {"share_cut", r.cut_share},
+                     {"cameras", std::move(cameras)},
+                     {"epipolar_errors", std::move(epipolar)},
+                     {"notes", told.at("notes")},
+                     {"warnings", told.at("warnings")}});
+  }
+
+  std::string rig_path_;
+  RigInputs views_;
+  std::string output_;
+  std::vector<std::string> names_;
+  std::string tolerance_ = "1px";
+  ViewOptions view_;
+  bool has_own_centres_ = false;
+  bool has_maps_ = false;
+  bool camera_only_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeRigRectifyCommand() {
+  return std::make_unique<RigRectifyCommand>();
+}
+
+}  // namespace alidade

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/camera/triangulation.h"
+#include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/parallel.h"
+#include "alidade/core/text.h"
+#include "alidade/files/rig_file.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/table_lines.h"
+#include "alidade/report/data/json_output.h"
+#include "commands/rig/rig_inputs.h"
+#include "console.h"
+#include "options.h"
+
+namespace alidade {
+namespace {
+
+using detail::TableLines;
+
+// A point to find: its name in the input, and where it is seen.
+struct SeenPoint {
+  std::string id;
+  std::vector<RigPixel> pixels;
+};
+
+constexpr const char* kColumns = "id,camera,u,v";
+constexpr std::array<const char*, 6> kEntries = {"xx", "xy", "xz", "yy", "yz", "zz"};
+
+// Reads rows id,camera,u,v and optionally sigma_px, under a header that names them in any order. The rows of
+// a point need not follow one another.
+class PixelTable {
+ public:
+  PixelTable(const AnyRig& rig, double default_sigma_px) : rig_(rig), default_sigma_px_(default_sigma_px) {}
+
+  // The points in the order of their first rows. @throws Error (kInput) with the line
+  std::vector<SeenPoint> read(const std::string& path) {
+    constexpr std::size_t kMaxBytes = std::size_t{1} << 30U;
+    const bool is_standard = path.empty() || path == "-";
+    const std::string text = readTextFile(is_standard ? "/dev/stdin" : path, kMaxBytes);
+    TableLines lines(is_standard ? "standard input" : path);
+    for (std::string_view rest = text; !rest.empty();) {
+      const std::size_t end = rest.find('\n');
+      takeLine(lines, rest.substr(0, end));
+      rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
+    }
+    return std::move(points_);
+  }
+
+ private:
+  void takeLine(TableLines& lines, std::string_view line) {
+    const TableLines::Kind kind = lines.take(line);
+    if (kind == TableLines::Kind::kHeader) findColumns(lines);
+    if (kind != TableLines::Kind::kRow) return;
+    if (fields_.empty())
+      throw lines.error("a row before the header", std::string("the header ") + kColumns + "[,sigma_px]");
+    const std::string id(lines.fields()[fields_[0]]);
+    const std::string camera(lines.fields()[fields_[1]]);
+    RigPixel pixel{.camera = cameraOf(lines, camera),
+                   .pixel = {lines.number(fields_[2], "u"), lines.number(fields_[3], "v")},
+                   .sigma_px = default_sigma_px_};
+    if (fields_.size() > 4 && !lines.fields()[fields_[4]].empty()) {
+      const double sigma = lines.number(fields_[4], "sigma_px");
+      if (!std::isnan(sigma)) pixel.sigma_px = sigma;
+      if (!(pixel.sigma_px > 0) || std::isinf(pixel.sigma_px))
+        throw lines.error("sigma_px " + exactText(sigma), "a positive number of pixels");
+    }
+    const auto [at, is_new] = index_.emplace(id, points_.size());
+    if (is_new) points_.push_back({.id = id, .pixels = {}});
+    std::vector<RigPixel>& pixels = points_[at->second].pixels;
+    if (std::ranges::find(pixels, pixel.camera, &RigPixel::camera) != pixels.end()) {
+      throw lines.error("a second pixel of point '" + id + "' in camera '" + camera + "'",
+                        "at most one per point and camera",
+                        "give points of other moments their own ids, such as 17_frame2");
+    }
+    pixels.push_back(pixel);
+  }
+
+  void findColumns(const TableLines& lines) {
+    for (const detail::TableColumn& column :
+         {detail::TableColumn{"id"}, detail::TableColumn{"camera"}, detail::TableColumn{"u", "px"},
+          detail::TableColumn{"v", "px"}, detail::TableColumn{"sigma_px"}}) {
+      const detail::ColumnSearch search = detail::findColumn(lines.names(), column);
+      if (search.index) {
+        fields_.push_back(*search.index);
+        continue;
+      }
+      if (column.name == "sigma_px" && search.complaint.empty()) continue;
+      throw lines.error(
+          search.complaint.empty() ? "the header " + join(lines.names(), ",") : search.complaint,
+          std::string("columns ") + kColumns + " and optionally sigma_px");
+    }
+  }
+
+  std::size_t cameraOf(const TableLines& lines, const std::string& name) const {
+    const auto at = std::ranges::find(rig_.cameras(), name, &MountedCamera::name);
+    if (at != rig_.cameras().end()) return static_cast<std::size_t>(at - rig_.cameras().begin());
+    const std::vector<std::string> names = mapped(rig_.cameras(), &MountedCamera::name);
+    throw lines.error("camera '" + name + "'", "one of the rig's: " + join(names, ", "),
+                      didYouMean(name, names));
+  }
+
+  const AnyRig& rig_;
+  double default_sigma_px_;
+  std::vector<std::size_t> fields_;  // of id, camera, u, v and sigma_px
+  std::vector<SeenPoint> points_;
+  std::map<std::string, std::size_t> index_;
+};
+
+std::array<double, 6> entriesOf(const Eigen::Matrix3d& matrix) {
+  return {matrix(0, 0), matrix(0, 1), matrix(0, 2), matrix(1, 1), matrix(1, 2), matrix(2, 2)};
+}
+
+// What is told of a point, by name; the id and the status stand apart.
+using NamedNumbers = std::vector<std::pair<std::string, double>>;
+
+NamedNumbers numbersOf(const Triangulation& point, bool is_rig_known, bool has_covariance) {
+  const Eigen::Vector3d std = point.covariance().diagonal().cwiseSqrt();
+  NamedNumbers numbers = {
+      {"x", point.p_rig.x()},
+      {"y", point.p_rig.y()},
+      {"z", point.p_rig.z()},
+      {"std_x", std.x()},
+      {"std_y", std.y()},
+      {"std_z", std.z()},
+      {"std_by_pixels", std::sqrt(point.covariance_by_pixels.trace())},
+      {"std_by_rig", is_rig_known ? std::sqrt(point.covariance_by_rig.trace()) : Triangulation::kNone},
+      {"error_px", point.error_px}};
+  if (!has_covariance) return numbers;
+  for (const bool is_by_rig : {false, true}) {
+    const auto entries = entriesOf(is_by_rig ? point.covariance_by_rig : point.covariance_by_pixels);
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      numbers.emplace_back(std::string(is_by_rig ? "by_rig_" : "by_pixels_") + kEntries[i],
+                           is_by_rig && !is_rig_known ? Triangulation::kNone : entries[i]);
+    }
+  }
+  return numbers;
+}
+
+class RigTriangulateCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade rig triangulate rig.yaml pixels.csv -o points.csv\n"
+        "Output: id,x,y,z,std_x,std_y,std_z,std_by_pixels,std_by_rig,error_px,num_cameras,status, in metres "
+        "in "
+        "the frame of\nthe rig. std_x to std_z are standard deviations from the noise of the pixels and the "
+        "uncertainty of the rig\ntogether; std_by_pixels and std_by_rig are the lengths of the two parts. "
+        "error_px is the RMS distance of the\nprojected point from its pixels. The status is ok, "
+        "too_few_cameras, no_ray (of a pixel), at_infinity (parallel\nrays), behind (the rays meet behind a "
+        "camera), undetermined (rays along the line through the cameras) or\nnot_converged; all numbers are "
+        "nan unless it is ok.");
+    app.add_option("rig", rig_path_, "Rig file, or another file with several cameras and their poses")
+        ->type_name(kFileValue);
+    app.add_option("pixels", pixels_path_,
+                   "Table with the header id,camera,u,v[,sigma_px] and one row per pixel; standard input if "
+                   "omitted or -")
+        ->type_name(kFileValue);
+    app.add_option("-o,--output", output_, "Table to write (CSV). Default: standard output")
+        ->type_name(kFileValue);
+    app.add_option("--sigma", sigma_,
+                   "Standard deviation of each coordinate of a pixel, for rows without sigma_px")
+        ->check(pixelComplaint, "")
+        ->capture_default_str();
+    app.add_flag("--covariance", has_covariance_,
+                 "Append both parts of the covariance in m^2: by_pixels_xx to by_pixels_zz, by_rig_xx to "
+                 "by_rig_zz");
+    addCommonOptions(app, common_, true);
+  }
+
+  int run(const CLI::App&) override {
+    if (rig_path_.empty())
+      throw missingError("rig triangulate", "no rig file", "a rig file and a table of pixels");
+    checkOutput(output_, {rig_path_, pixels_path_, common_.config}, common_);
+    const CancelFlag* cancel = catchInterrupts();
+    const RigRecord record = loadRig(rig_path_);
+    tellIfRejected(record, rig_path_, common_.quiet);
+    const AnyRig rig = rigOf(record);
+    if (rig.size() < 2) {
+      throw inputError(
+          {.where = rig_path_, .found = "one camera", .expected = "a rig of two or more cameras"});
+    }
+    Eigen::MatrixXd covariance;
+    if (!record.covariance.empty()) covariance = fullMatrix(record.covariance, numRigUnknowns(rig));
+    const std::vector<SeenPoint> points = PixelTable(rig, *parsePixels(sigma_)).read(pixels_path_);
+    std::vector<Triangulation> answers(points.size());
+    parallelFor(
+        points.size(), resolveJobs(common_.jobs),
+        [&](std::size_t i) { answers[i] = triangulate(rig, points[i].pixels, covariance); }, cancel);
+    write(points, answers, covariance.size() > 0);
+    if (common_.quiet) return 0;
+    if (covariance.size() == 0 && !points.empty())
+      printMessage("note: " + rig_path_ +
+                   " states no covariance; the standard deviations are those by the pixels alone");
+    printMessage(countsText(answers));
+    return 0;
+  }
+
+ private:
+  void write(const std::vector<SeenPoint>& points, const std::vector<Triangulation>& answers,
+             bool is_rig_known) const {
+    std::string table = "id";
+    for (const auto& [name, value] : numbersOf({}, is_rig_known, has_covariance_)) {
+      if (name == "error_px")
+        table += ",error_px,num_cameras,status";
+      else
+        table += "," + name;
+    }
+    table += "\n";
+    json list = json::array();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const NamedNumbers numbers = numbersOf(answers[i], is_rig_known, has_covariance_);
+      const std::size_t num_cameras = points[i].pixels.size();
+      table += detail::csvField(points[i].id);
+      json point = {
+          {"id", points[i].id}, {"num_cameras", num_cameras}, {"status", statusId(answers[i].status)}};
+      for (const auto& [name, value] : numbers) {
+        table += "," + exactText(value);
+        if (common_.json) point[name] = value;
+        if (name == "error_px") table += fmt::format(",{},{}", num_cameras, statusId(answers[i].status));
+      }
+      table += "\n";
+      if (common_.json) list.push_back(std::move(point));
+    }
+    const bool is_to_file = !output_.empty() && output_ != "-";
+    if (is_to_file) writeFileAtomically(output_, table);
+    if (common_.json) {
+      printResult(jsonText({{"points", std::move(list)}, {"is_rig_covariance_known", is_rig_known}}));
+    } else if (!is_to_file) {
+      printResult(table);
+    }
+  }
+
+  static std::string countsText(const std::vector<Triangulation>& answers) {
+    std::map<TriangulationStatus, std::size_t> counts;
+    for (const Triangulation& answer : answers) ++counts[answer.status];
+    std::string text;
+    for (const auto& [status, count] : counts)
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, statusId(status));
+    return text.empty() ? "no points" : text;
+  }
+
+  std::string rig_path_;
+  std::string pixels_path_;
+  std::string output_;
+  std::string sigma_ = "1px";
+  bool has_covariance_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeRigTriangulateCommand() {
+  return std::make_unique<RigTriangulateCommand>();
+}
+
+}  // namespace alidade

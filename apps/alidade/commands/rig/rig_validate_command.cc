@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/text.h"
+#include "alidade/files/rig_file.h"
+#include "alidade/report/data/json_output.h"
+#include "alidade/rig/rig_validation.h"
+#include "commands/rig/rig_footage.h"
+#include "commands/rig/rig_inputs.h"
+#include "console.h"
+#include "options.h"
+#include "summary_lines.h"
+
+namespace alidade {
+namespace {
+
+std::string validationText(const RigValidation& tested) {
+  const Verdict verdict = tested.verdict();
+  Lines lines =
+      wrapped("Verdict", verdict == Verdict::kTrustworthy    ? "the images confirm the rig"
+                         : verdict == Verdict::kReservations ? "the images confirm the rig with reservations"
+                                                             : "the images contradict the rig");
+  for (const Diagnosis& diagnosis : tested.diagnoses) {
+    if (diagnosis.severity == Severity::kFailure) append(lines, diagnosisLines(diagnosis));
+  }
+  if (std::isfinite(tested.epipolar_px)) {
+    append(lines,
+           wrapped("Epipolar", fmt::format("error {:.3f} px RMS, {} points seen by two or more cameras",
+                                           tested.epipolar_px, tested.num_points - tested.num_failed)));
+  }
+  if (tested.num_failed > 0) {
+    append(lines, wrapped("Points", fmt::format("{} of {} that two or more cameras see have no position",
+                                                tested.num_failed, tested.num_points)));
+  }
+  if (std::isfinite(tested.length_ratio)) {
+    append(lines,
+           wrapped("Lengths", fmt::format("on the boards {:+.3f} %, standard deviation {:.3f} %",
+                                          100 * (tested.length_ratio - 1), 100 * tested.length_ratio_std)));
+  }
+  for (const TestedRigCamera& camera : tested.cameras) {
+    const bool is_first = &camera == &tested.cameras.front();
+    std::string text = fmt::format("{}: RMS {:.3f} px; {:.3f} px with the poses freed", camera.name,
+                                   camera.rms_px, camera.freed_rms_px);
+    if (!is_first) {
+      constexpr double kMmPerM = 1000;
+      text += fmt::format(", which moves it by {:.2f} mm and {:.3f} degrees: {:.2f} px, {:.1f} sigma",
+                          camera.freed_from_stated.translation.norm() * kMmPerM,
+                          camera.freed_from_stated.rotation.log().norm() * kDegPerRad, camera.effect_px,
+                          std::max(0.0, camera.sigmas));
+    }
+    append(lines, wrapped(is_first ? "Camera" : "", text));
+  }
+  for (const Diagnosis& diagnosis : tested.diagnoses) {
+    if (diagnosis.severity < Severity::kFailure) append(lines, diagnosisLines(diagnosis));
+  }
+  return join(lines, "\n") + "\n";
+}
+
+std::string validationJson(const RigValidation& tested) {
+  json cameras = json::array();
+  for (const TestedRigCamera& camera : tested.cameras) {
+    const Eigen::Vector3d w = camera.freed_from_stated.rotation.log();
+    const Eigen::Vector3d& t = camera.freed_from_stated.translation;
+    cameras.push_back({{"name", camera.name},
+                       {"rms_px", camera.rms_px},
+                       {"freed_rms_px", camera.freed_rms_px},
+                       {"translation_m", {t.x(), t.y(), t.z()}},
+                       {"rotation_rad", {w.x(), w.y(), w.z()}},
+                       {"effect_px", camera.effect_px},
+                       {"sigmas", camera.sigmas}});
+  }
+  return jsonText({{"verdict", verdictName(tested.verdict())},
+                   {"rms_px", tested.rms_px},
+                   {"freed_rms_px", tested.freed_rms_px},
+                   {"epipolar_px", tested.epipolar_px},
+                   {"num_points", tested.num_points},
+                   {"num_failed", tested.num_failed},
+                   {"length_ratio", tested.length_ratio},
+                   {"length_ratio_std", tested.length_ratio_std},
+                   {"cameras", std::move(cameras)},
+                   {"diagnoses", tested.diagnoses}});
+}
+
+class RigValidateCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade rig validate rig.yaml left/ right/ --board checkerboard:9x6:25mm\n"
+        "Example: alidade rig validate rig.yaml left/ right/ --footage\n"
+        "Inputs are in the order of the rig's cameras, unless --names or their own names say otherwise.\n"
+        "--footage needs no board: points that two cameras see at the same time show whether a camera was "
+        "turned or its lens is\nanother one (docs/footage.md). It may be unable to tell.\n"
+        "Exit code 3: the images contradict the rig.");
+    app.add_option("rig", rig_path_, "Rig file of any format that states where its cameras are")
+        ->type_name(kFileValue);
+    app.add_option("input", views_.inputs,
+                   "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)")
+        ->type_name(kFileValue);
+    views_.addOptions(app);
+    app.add_flag(
+           "--footage", is_footage_,
+           "The images are ordinary pictures, taken at the same time by all cameras; no board is needed")
+        ->group(kFootageGroup);
+    tolerance_flag_ =
+        app.add_option("--tolerance", tolerance_,
+                       "Error of a projected point that you accept (95 %). For --footage, whose default is "
+                       "0.2px, a fifth of the error of rows that surely fails")
+            ->check(pixelComplaint, "")
+            ->capture_default_str();
+    addCommonOptions(app, common_, true);
+  }
+
+  int run(const CLI::App&) override {
+    if (rig_path_.empty()) throw missingError("rig validate", "no rig file", "a rig file and images");
+    RigRecord rig = loadRig(rig_path_);
+    if (views_.inputs.size() != rig.cameras.size()) {
+      throw missingError("rig validate", fmt::format("{} inputs", views_.inputs.size()),
+                         fmt::format("{}, one for each camera: {}", rig.cameras.size(),
+                                     join(mapped(rig.cameras, nameOf), ", ")));
+    }
+    tellIfRejected(rig, rig_path_, common_.quiet);
+    if (views_.names.empty()) {
+      views_.sortLike(mapped(rig.cameras, nameOf), "rig validate", common_.quiet);
+    } else {
+      sortByNames(rig);
+    }
+    if (is_footage_) return testOnFootage(rig);
+    RigOptions options;
+    options.camera.tolerance_px = *parsePixels(tolerance_);
+    options.camera.jobs = common_.jobs;
+    options.camera.cancel = catchInterrupts();
+    RigInputViews given =
+        readRigViews("rig validate", views_, mapped(rig.cameras, nameOf), common_, options.camera.cancel);
+    options.frames = given.frames;
+    const RigValidation tested = validateRig(rig, given.boards, std::move(given.cameras), options);
+    printResult(common_.json ? validationJson(tested) : common_.quiet ? "" : validationText(tested));
+    if (tested.verdict() != Verdict::kNo) return 0;
+    printMessage("error: the images contradict the rig: " + tested.diagnoses.front().message());
+    return kUntrustworthyExit;
+  }
+
+ private:
+  static std::string nameOf(const RigCameraRecord& camera) { return camera.camera.name.name; }
+
+  [[nodiscard]] int testOnFootage(const RigRecord& record) const {
+    RigCheckOptions options{.num_jobs = common_.jobs, .cancel = catchInterrupts()};
+    if (tolerance_flag_->count() > 0) options.tolerance_px = *parsePixels(tolerance_);
+    const RigFootage footage = matchRigFootage(record, views_, common_, options.cancel);
+    const AnyRig rig = rigOf(record);
+    const RigCheck check = checkRigOnFootage(rig, footage.pairs, options);
+    printResult(common_.json    ? rigFootageJson(check, footage, rig)
+                : common_.quiet ? ""
+                                : rigFootageText(check, rig));
+    if (check.verdict != FootageVerdict::kInconsistent) return 0;
+    printMessage("error: the images contradict the rig: " + rigContradiction(check, rig));
+    return kUntrustworthyExit;
+  }
+
+  // In the order of --names. A rig's frame need not be that of a camera.
+  void sortByNames(RigRecord& rig) const {
+    const std::vector<std::string> names = views_.cameraNames("rig validate");
+    std::vector<RigCameraRecord> sorted;
+    for (const std::string& name : names) {
+      const auto found = std::ranges::find(rig.cameras, name, nameOf);
+      if (found == rig.cameras.end()) {
+        throw usageError({.where = "--names",
+                          .found = "'" + name + "'",
+                          .expected = "the cameras of the rig: " + join(mapped(rig.cameras, nameOf), ", ")});
+      }
+      sorted.push_back(*found);
+    }
+    if (names != mapped(rig.cameras, nameOf)) rig.covariance.clear();  // it is in the order of the file
+    rig.cameras = std::move(sorted);
+  }
+
+  std::string rig_path_;
+  RigInputs views_;
+  bool is_footage_ = false;
+  std::string tolerance_ = "1px";
+  CLI::Option* tolerance_flag_ = nullptr;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeRigValidateCommand() {
+  return std::make_unique<RigValidateCommand>();
+}
+
+}  // namespace alidade

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+#include <filesystem>
+#include <variant>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "alidade/core/error.h"
+#include "alidade/files/camera_file.h"
+#include "alidade/files/corners_file.h"
+#include "alidade/files/scene_file.h"
+#include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/file_text.h"
+#include "alidade/imagery/image_file.h"
+#include "alidade/print/ink_of_board.h"
+#include "alidade/report/data/json_output.h"
+#include "alidade/simulate/footage_simulator.h"
+#include "alidade/simulate/observe.h"
+#include "alidade/simulate/random_views.h"
+#include "alidade/simulate/render.h"
+#include "commands/simulate/simulated_footage.h"
+#include "console.h"
+#include "options.h"
+#include "pending_folder.h"
+
+namespace alidade {
+namespace {
+
+class SimulateCommand final : public Command {
+ public:
+  void setUp(CLI::App& app) override {
+    app.footer(
+        "Example: alidade simulate config/scene.yaml -o simulated\nWrites images/*.png, camera.yaml (the "
+        "true camera), corners.csv (the true corners) and poses.yaml (the true poses).\n"
+        "Example: alidade simulate config/footage.yaml -o footage\nWrites tracks.csv (true pixels of points "
+        "in each frame) in place of corners.csv, and trajectory.txt (the poses as TUM trajectory).");
+    app.add_option("scene", scene_path_, "Scene file (YAML): camera and either board and views, or footage")
+        ->type_name(kFileValue);
+    app.add_option("-o,--output", output_, "Folder to create")->type_name(kFolderValue);
+    app.add_flag("--corners-only,--truth-only", truth_only_, "Write only the ground truth, no images");
+    app.add_flag("--overwrite", overwrite_,
+                 "Replace an earlier, unchanged result of this command; other files are never changed");
+    addCommonOptions(app, common_, true);
+  }
+
+  int run(const CLI::App&) override {
+    if (scene_path_.empty()) throw missingError("simulate", "no scene file", "a scene file (YAML)");
+    if (output_.empty()) throw missingError("simulate", "no --output", "-o FOLDER");
+    refuseFolderOfInputs(output_, {scene_path_, common_.config});
+    const CancelFlag* cancel = catchInterrupts();
+    const AnyScene any_scene = readSceneFile(scene_path_);
+    std::visit(
+        [&](const auto& scene) {
+          refuseFolderOfInputs(output_, scene.files);
+          if (common_.quiet) return;
+          for (const std::string& remark : scene.camera_remarks) printMessage("note: " + remark);
+        },
+        any_scene);
+    if (const auto* footage = std::get_if<FootageScene>(&any_scene)) return runFootage(*footage, cancel);
+    return runBoard(std::get<Scene>(any_scene), cancel);
+  }
+
+ private:
+  int runFootage(FootageScene scene, const CancelFlag* cancel) const {
+    scene.num_jobs = common_.jobs;
+    // Whether objects can cover the wanted share is known only now.
+    const FootageSimulator simulator =
+        detail::withPlace(scene_path_ + ": footage", [&] { return FootageSimulator(scene); });
+    PendingFolder folder(output_, "simulate", overwrite_);
+    if (!common_.quiet) noteLeftovers(folder);
+    const FootageCounts counts =
+        writeFootage(simulator, folder, {.with_images = !truth_only_, .is_quiet = common_.quiet}, cancel);
+    folder.commit();
+    if (common_.json) {
+      printResult(jsonText({{"folder", output_},
+                            {"num_frames", simulator.numFrames()},
+                            {"num_tracks", counts.num_tracks},
+                            {"num_pixels", counts.num_pixels}}));
+    } else if (!common_.quiet) {
+      printResult(fmt::format("{}: {} frames, {} tracks of {} pixels{}\n", printable(output_),
+                              simulator.numFrames(), counts.num_tracks, counts.num_pixels,
+                              truth_only_ ? ", no images" : ""));
+    }
+    return 0;
+  }
+
+  int runBoard(const Scene& scene, const CancelFlag* cancel) const {
+    std::vector<SE3> poses = scene.camera_from_board;
+    if (poses.empty()) {
+      Random random(streamSeed(scene.seed, 0));
+      poses = randomViews(scene.camera, scene.image_size, scene.board, scene.num_random_views, random,
+                          scene.random_views);
+    }
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < poses.size(); ++i) names.push_back(fmt::format("view_{:03}.png", i + 1));
+
+    const CornersFile corners = trueCorners(scene, poses, names);
+    const std::vector<std::string> without_corners = viewsWithoutCorners(corners);
+    PendingFolder folder(output_, "simulate", overwrite_);
+    if (!common_.quiet) noteLeftovers(folder);
+    folder.write([&] {
+      writeCornersFile(folder.path("corners.csv"), corners);
+      writeCameraFile(folder.path("camera.yaml"),
+                      bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
+      writeFileAtomically(folder.path("poses.yaml"), posesText(names, "camera_from_board", poses));
+      if (!truth_only_) renderAll(scene, poses, names, folder, cancel);
+    });
+    folder.commit();
+
+    std::size_t num_corners = 0;
+    for (const View& view : corners.views) num_corners += view.corners.size();
+    if (common_.json) {
+      printResult(jsonText({{"folder", output_},
+                            {"num_views", poses.size()},
+                            {"num_corners", num_corners},
+                            {"views_without_corners", without_corners}}));
+    } else if (!common_.quiet) {
+      printResult(fmt::format("{}: {} views, {} corners{}\n", printable(output_), poses.size(), num_corners,
+                              truth_only_ ? ", no images" : ""));
+    }
+    if (!without_corners.empty() && !common_.quiet) {
+      printMessage(fmt::format("warning: no corner of the board is visible in {}\n  next: check these poses",
+                               fmt::join(without_corners, ", ")));
+    }
+    return 0;
+  }
+
+  [[nodiscard]] std::vector<std::string> viewsWithoutCorners(const CornersFile& corners) const {
+    std::vector<std::string> names;
+    for (const View& view : corners.views) {
+      if (view.corners.empty()) names.push_back(view.image);
+    }
+    if (names.size() == corners.views.size()) {
+      throw inputError(
+          {.where = scene_path_ + ": views",
+           .found = "no corner of the board is visible in any view",
+           .expected = "the printed side of the board in front of the camera and inside the image",
+           .next_step = "check the poses: they must be camera_from_board, in metres, z forward"});
+    }
+    return names;
+  }
+
+  static CornersFile trueCorners(const Scene& scene, const std::vector<SE3>& poses,
+                                 const std::vector<std::string>& names) {
+    CornersFile file;
+    file.boards = {scene.board};
+    file.comments.push_back(fmt::format(
+        "{} simulate; {}", programName(),
+        scene.corner_noise_px > 0 ? fmt::format("noise of {} px per axis", scene.corner_noise_px) : "exact"));
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      View view = exactView(scene.camera, scene.image_size, scene.board, poses[i], names[i]);
+      Random random(streamSeed(scene.seed, 1 + i));
+      if (scene.corner_noise_px > 0) addCornerNoise(view, scene.corner_noise_px, random);
+      file.views.push_back(std::move(view));
+    }
+    return file;
+  }
+
+  void renderAll(const Scene& scene, const std::vector<SE3>& poses, const std::vector<std::string>& names,
+                 const PendingFolder& folder, const CancelFlag* cancel) const {
+    folder.makeSubfolder("images");
+    ProgressBar bar("rendering", common_.quiet);
+    const Renderer renderer(scene.camera, scene.image_size, common_.jobs);
+    const auto* squares = std::get_if<Checkerboard>(&scene.board.kind());  // whose border may be narrow
+    const BoardInk ink = inkOf(scene.board);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      RenderOptions options = scene.render;
+      options.num_jobs = common_.jobs;
+      options.seed = streamSeed(scene.seed, 1'000'000 + i);
+      GrayImage image = squares != nullptr ? renderer.render(*squares, poses[i], options, cancel)
+                                           : renderer.render(ink, poses[i], options, cancel);
+      writeImage(folder.path("images/" + names[i]), {.size = image.size, .bytes = std::move(image.pixels)});
+      bar.update(i + 1, poses.size());
+    }
+  }
+
+  std::string scene_path_;
+  std::string output_;
+  bool truth_only_ = false;
+  bool overwrite_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> makeSimulateCommand() {
+  return std::make_unique<SimulateCommand>();
+}
+
+}  // namespace alidade

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "alidade/report/data/json_output.h"
+#include "commands/validate/validation_output.h"
+#include "console.h"
+
+namespace alidade {
+namespace {
+
+json checksJson(const std::vector<FileCheck>& list) {
+  json checks = json::array();
+  for (const FileCheck& check : list) {
+    json values = json::object();
+    for (const CheckValue& value : check.values) values[value.name] = value.value;
+    checks.push_back({{"id", check.id},
+                      {"status", severityName(check.severity)},
+                      {"values", std::move(values)},
+                      {"message", check.message}});
+    if (check.mended) {
+      checks.back()["slip"] = {
+          {"id", check.slip},
+          {"parameters", parametersJson(check.mended->parameterNames(), check.mended->parameters())}};
+    }
+  }
+  return checks;
+}
+
+// What a document holds besides the checks.
+struct DocumentParts {
+  std::span<const Board> boards;  // that the images show
+  bool has_corners = false;
+};
+
+json cornersJson(const HeldOutView& view) {
+  json corners = json::array();
+  for (const HeldOutCorner& corner : view.corners) {
+    corners.push_back({{"id", corner.id},
+                       {"u", corner.pixel.x()},
+                       {"v", corner.pixel.y()},
+                       {"dx", corner.error_px.x()},
+                       {"dy", corner.error_px.y()}});
+  }
+  return corners;
+}
+
+json heldOutViewJson(const HeldOutView& view, const DocumentParts& parts) {
+  double largest_px = view.corners.empty() ? std::numeric_limits<double>::quiet_NaN() : 0;
+  for (const HeldOutCorner& corner : view.corners) largest_px = std::max(largest_px, corner.error_px.norm());
+  json document = {{"image", view.image},
+                   {"num_corners", view.num_corners},
+                   {"num_unseen", view.num_unseen},
+                   {"rms_px", view.rms_px},
+                   {"max_error_px", largest_px},
+                   {"fixed_rms_px", view.fixed_rms_px},
+                   {"freed_rms_px", view.freed_rms_px}};
+  if (parts.boards.size() > 1) document["board"] = parts.boards[view.board].spec();
+  if (!view.corners.empty()) document["camera_from_board"] = view.camera_from_board;
+  if (parts.has_corners) document["corners"] = cornersJson(view);
+  return document;
+}
+
+// The camera that the images give by themselves.
+json freedJson(const Calibration& freed) {
+  const AnyCamera camera = freed.camera();
+  const Uncertainty& known = freed.uncertainty;
+  std::vector<double> stds;
+  for (std::size_t i = 0; i < camera.parameters().size(); ++i)
+    stds.push_back(known.parameterStd(static_cast<int>(i)));
+  json document = {{"model", camera.modelId()},
+                   {"parameters", parametersJson(camera.parameterNames(), camera.parameters())},
+                   {"parameter_std", parametersJson(camera.parameterNames(), stds)},
+                   {"covariance", nullptr}};
+  if (known.covariance) document["covariance"] = lowerTriangle(known.statedCovariance());
+  return document;
+}
+
+json heldOutJson(const HeldOutJudgement& judgement, const DocumentParts& parts) {
+  json boards = json::array();
+  for (const Board& board : parts.boards) boards.push_back(board.spec());
+  json views = json::array();
+  for (const HeldOutView& view : judgement.views) views.push_back(heldOutViewJson(view, parts));
+  return {{"boards", std::move(boards)},
+          {"num_views_given", judgement.num_views_given},
+          {"num_corners", judgement.num_corners},
+          {"rms_px", judgement.held_out_rms_px},
+          {"noise_sigma_px", judgement.noise_sigma_px},
+          {"noise_rms_px", judgement.noise_rms_px},
+          {"fixed_rms_px", judgement.fixed_rms_px},
+          {"freed_rms_px", judgement.freed_rms_px},
+          {"covered_share", judgement.covered_share},
+          {"p95_px", judgement.difference ? json(judgement.difference->p95_px) : json(nullptr)},
+          {"freed", judgement.freed ? freedJson(*judgement.freed) : json(nullptr)},
+          {"views", std::move(views)}};
+}
+
+json cameraJson(const CameraJudgement& camera, const DocumentParts& parts) {
+  json document = {{"name", camera.name},
+                   {"model", nullptr},
+                   {"image_size", orNull(camera.image_size)},
+                   {"calibration", nullptr},
+                   {"held_out", camera.held_out ? heldOutJson(*camera.held_out, parts) : json(nullptr)},
+                   {"footage", camera.footage ? footageJson(*camera.footage) : json(nullptr)},
+                   {"checks", checksJson(camera.checks)}};
+  if (const auto& stated = camera.calibration) {
+    const auto orNone = [](const std::vector<double>& values) {
+      return values.empty() ? json(nullptr) : json(values);
+    };
+    document["calibration"] = {{"verdict", verdictName(stated->verdict)},
+                               {"accuracy_px", stated->accuracy_px},
+                               {"accuracy_distance_m", stated->accuracy_distance_m},
+                               {"covered_share", stated->covered_share},
+                               {"parameter_std", orNone(stated->parameter_std)},
+                               {"covariance", orNone(stated->covariance)}};
+  }
+  if (camera.camera) {
+    document["model"] = camera.camera->modelId();
+    document["parameters"] = parametersJson(camera.camera->parameterNames(), camera.camera->parameters());
+  }
+  return document;
+}
+
+json validationDocument(const ValidationResult& result, bool has_corners) {
+  const DocumentParts parts{.boards = result.boards, .has_corners = has_corners};
+  const auto textOrNull = [](const std::string& text) { return text.empty() ? json(nullptr) : json(text); };
+  json files = json::array();
+  for (const FileJudgement& file : result.files) {
+    json cameras = json::array();
+    for (const CameraJudgement& camera : file.cameras) cameras.push_back(cameraJson(camera, parts));
+    files.push_back({{"file", file.file},
+                     {"status", severityName(outcomeOf(result, file))},
+                     {"format", textOrNull(file.format)},
+                     {"error", textOrNull(file.error)},
+                     {"cameras", std::move(cameras)},
+                     {"rig_checks", checksJson(file.rig_checks)}});
+  }
+  const ValidationTotals totals = totalsOf(result);
+  return {{"created_by", programName()},
+          {"strict", result.is_strict},
+          {"tolerance_px", result.tolerance_px},
+          {"totals",
+           {{"files", totals.num_files},
+            {"passed", totals.num_files - totals.num_failed},
+            {"passed_with_warnings", totals.num_warned},
+            {"failed", totals.num_failed},
+            {"other_files", totals.num_others}}},
+          {"files", std::move(files)},
+          {"other_files", result.other_files}};
+}
+
+}  // namespace
+
+std::string judgementJson(const ValidationResult& result) {
+  return jsonText(validationDocument(result, false));
+}
+
+std::string validationEvidenceJson(const ValidationResult& result, const std::string& other_name,
+                                   const std::optional<CameraRecord>& other) {
+  json document = validationDocument(result, true);
+  document["against"] = nullptr;
+  if (other) {
+    const AnyCamera& camera = other->camera;
+    const auto covariance = statedCovariance(*other);
+    document["against"] = {{"file", other_name},
+                           {"model", camera.modelId()},
+                           {"image_size", other->image_size},
+                           {"parameters", parametersJson(camera.parameterNames(), camera.parameters())},
+                           {"covariance", nullptr}};
+    if (covariance) document["against"]["covariance"] = lowerTriangle(covariance->view());
+  }
+  return jsonText(document);
+}
+
+}  // namespace alidade

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: MIT
+#include "commands/validate/validation_output.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <pugixml.hpp>
+
+#include "alidade/core/error_text.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/core/text.h"
+#include "console.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::string_view kFootageStart = "footage: ";  // of the reason that the check gives
+constexpr std::string_view kNextLine = "\n  next: ";
+
+// "PASS", "NOTE", "WARN" or "FAIL".
+std::string_view statusLabel(Severity severity) {
+  constexpr std::array<std::string_view, 4> kLabels = {"PASS", "NOTE", "WARN", "FAIL"};
+  return kLabels.at(static_cast<std::size_t>(severity));
+}
+
+std::string cameraSizeText(const CameraJudgement& camera) {
+  return camera.image_size ? sizeText(*camera.image_size) : "-";
+}
+
+std::string modelText(const CameraJudgement& camera) {
+  return camera.camera ? std::string(camera.camera->modelId()) : "-";
+}
+
+// What a column says of all cameras of a file.
+template <class TextOf>
+std::string commonText(const FileJudgement& file, const TextOf& textOf) {
+  if (file.cameras.empty()) return "-";
+  const std::string first = textOf(file.cameras.front());
+  const bool is_common = std::all_of(file.cameras.begin(), file.cameras.end(),
+                                     [&](const CameraJudgement& camera) { return textOf(camera) == first; });
+  return is_common ? first : "several";
+}
+
+// The most severe of what was found, and how much more there is; empty if the file passed.
+std::string reasonText(const FileJudgement& file) {
+  const Severity worst = file.severity();
+  if (worst < Severity::kWarning) return "";
+  if (!file.error.empty()) return printable(oneLine(file.error));
+  std::vector<std::string> reasons;
+  for (const CameraJudgement& camera : file.cameras) {
+    for (const FileCheck& check : camera.checks) {
+      if (check.severity != worst) continue;
+      // A check that names a slip tells more than the others.
+      reasons.insert(check.mended ? reasons.begin() : reasons.end(),
+                     (file.cameras.size() > 1 ? camera.name + ": " : "") + check.id + ": " +
+                         check.message.substr(0, check.message.find(kNextLine)));
+    }
+  }
+  for (const FileCheck& check : file.rig_checks) {
+    if (check.severity == worst) reasons.push_back("rig: " + check.id + ": " + check.message);
+  }
+  if (reasons.size() > 1) reasons[0] += fmt::format(" (and {} more)", reasons.size() - 1);
+  return printable(oneLine(reasons[0]));
+}
+
+// The check of the file's only camera on footage, if there was one.
+const FileCheck* footageCheckOf(const FileJudgement& file) {
+  if (file.cameras.size() != 1) return nullptr;
+  const std::vector<FileCheck>& checks = file.cameras.front().checks;
+  const auto found = std::ranges::find(checks, "footage", &FileCheck::id);
+  return found == checks.end() ? nullptr : &*found;
+}
+
+// "footage: consistent ...", if footage found nothing wrong.
+std::string footageRemark(const FileJudgement& file) {
+  const FileCheck* const check = footageCheckOf(file);
+  if (check == nullptr || check->severity >= Severity::kWarning) return "";
+  return printable(oneLine(std::string(kFootageStart) + check->message));
+}
+
+// A line of its own with what to do, if the reason that a file's line gives comes from footage.
+std::string footageNextStep(const FileJudgement& file) {
+  const FileCheck* const check = footageCheckOf(file);
+  if (check == nullptr || !reasonText(file).starts_with(kFootageStart)) return "";
+  const std::size_t end = check->message.find(kNextLine);
+  return end == std::string::npos ? "" : "\n      " + printable(oneLine(check->message.substr(end + 3)));
+}
+
+// Outcome, file, model, image size, and what the file states of its calibration and what is wrong with it.
+using Row = std::array<std::string, 5>;
+
+Row rowOf(const ValidationResult& result, const FileJudgement& file) {
+  const std::size_t num_cameras = file.cameras.size();
+  std::string remark = reasonText(file);
+  if (!file.rig_checks.empty() && remark.empty()) remark = "rig: " + file.rig_checks.front().message;
+  if (const std::string more = footageRemark(file); !more.empty())
+    remark += (remark.empty() ? "" : "; ") + more;
+  if (num_cameras == 1 && file.cameras[0].calibration && !result.isFailed(file))
+    remark = calibrationText(*file.cameras[0].calibration) + (remark.empty() ? "" : "; ") + remark;
+  return {std::string(statusLabel(outcomeOf(result, file))), printable(file.file),
+          (num_cameras > 1 ? std::to_string(num_cameras) + " " : "") + commonText(file, modelText),
+          commonText(file, cameraSizeText), remark};
+}
+
+std::string rowsText(const std::vector<Row>& rows) {
+  // One long name must not push all other rows to the right.
+  constexpr std::array<std::size_t, 5> kMaxWidths = {4, 60, 1000, 1000, 0};
+  std::array<std::size_t, 5> widths{};
+  for (const Row& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c)
+      widths[c] = std::max(widths[c], std::min(kMaxWidths[c], row[c].size()));
+  }
+  std::string text;
+  for (const Row& row : rows) {
+    std::string line = row[0];
+    for (std::size_t c = 1; c < row.size(); ++c) line += fmt::format("  {:<{}}", row[c], widths[c]);
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+// Further lines of a message stay in its column.
+std::string indented(const std::string& message) {
+  std::string text;
+  for (const std::string_view line : split(message, '\n'))
+    text += (text.empty() ? "" : fmt::format("\n{:27}", "")) + printable(line);
+  return text;
+}
+
+std::string checkLines(const std::vector<FileCheck>& checks) {
+  std::string text;
+  for (const FileCheck& check : checks) {
+    text +=
+        fmt::format("    {}  {:<17}  {}\n", statusLabel(check.severity), check.id, indented(check.message));
+  }
+  return text;
+}
+
+std::string cameraText(const FileJudgement& file, const CameraJudgement& camera) {
+  std::string text;
+  if (file.cameras.size() > 1)
+    text += fmt::format("  {}: {} {}\n", printable(camera.name), modelText(camera), cameraSizeText(camera));
+  return text + checkLines(camera.checks);
+}
+
+std::string fileText(const ValidationResult& result, const FileJudgement& file) {
+  std::string text = rowsText({rowOf(result, file)});
+  if (!file.error.empty()) return text;
+  for (const CameraJudgement& camera : file.cameras) {
+    text += cameraText(file, camera);
+    if (camera.footage) text += footageLines(*camera.footage);
+  }
+  if (!file.rig_checks.empty()) text += "  rig\n" + checkLines(file.rig_checks);
+  const bool can_show_slips = std::all_of(file.cameras.begin(), file.cameras.end(),
+                                          [](const CameraJudgement& c) { return c.can_show_slips; });
+  if (!can_show_slips && !result.isFailed(file))
+    text +=
+        "    A file cannot show that its numbers are right. Test it with --images, --footage or --against.\n";
+  return text;
+}
+
+// A file without what footage says of it: that is a test case of its own.
+FileJudgement withoutFootage(FileJudgement file) {
+  for (CameraJudgement& camera : file.cameras) {
+    std::erase_if(camera.checks, [](const FileCheck& check) { return check.id.starts_with("footage"); });
+    camera.footage.reset();
+  }
+  return file;
+}
+
+// Adds a test case. @returns whether it failed
+bool addTestCase(pugi::xml_node suite, const char* class_name, const std::string& file, bool is_failed,
+                 const std::string& reason, const std::string& text) {
+  pugi::xml_node test = suite.append_child("testcase");
+  test.append_attribute("classname") = class_name;
+  test.append_attribute("name") = printable(file).c_str();
+  if (is_failed) {
+    pugi::xml_node failure = test.append_child("failure");
+    failure.append_attribute("message") = reason.c_str();
+    failure.text().set(text.c_str());
+  } else {
+    test.append_child("system-out").text().set(text.c_str());
+  }
+  return is_failed;
+}
+
+}  // namespace
+
+Severity outcomeOf(const ValidationResult& result, const FileJudgement& file) {
+  if (result.isFailed(file)) return Severity::kFailure;
+  return file.severity() == Severity::kWarning ? Severity::kWarning : Severity::kPass;
+}
+
+ValidationTotals totalsOf(const ValidationResult& result) {
+  ValidationTotals totals{.num_files = result.files.size(), .num_others = result.other_files.size()};
+  for (const FileJudgement& file : result.files) {
+    const Severity outcome = outcomeOf(result, file);
+    totals.num_failed += outcome == Severity::kFailure ? 1 : 0;
+    totals.num_warned += outcome == Severity::kWarning ? 1 : 0;
+  }
+  return totals;
+}
+
+std::string totalsText(const ValidationTotals& totals) {
+  std::string text = fmt::format("{} file{}: {} passed", totals.num_files, totals.num_files == 1 ? "" : "s",
+                                 totals.num_files - totals.num_failed);
+  if (totals.num_warned > 0) text += fmt::format(" ({} with warnings)", totals.num_warned);
+  text += fmt::format(", {} failed", totals.num_failed);
+  if (totals.num_others > 0) {
+    text += fmt::format("; {} other file{} without a camera", totals.num_others,
+                        totals.num_others == 1 ? "" : "s");
+  }
+  return text + "\n";
+}
+
+std::string filesText(const ValidationResult& result, bool only_failed) {
+  std::vector<Row> rows;
+  for (const FileJudgement& file : result.files) {
+    if (only_failed && !result.isFailed(file)) continue;
+    rows.push_back(rowOf(result, file));
+    rows.back().back() += footageNextStep(file);
+  }
+  return rowsText(rows);
+}
+
+std::string checksText(const ValidationResult& result) {
+  std::string text;
+  for (const FileJudgement& file : result.files) text += fileText(result, file);
+  for (const std::string& file : result.other_files)
+    text += fmt::format("other {}  not a camera file\n", printable(file));
+  return text;
+}
+
+std::string junitText(const ValidationResult& result) {
+  pugi::xml_document document;
+  pugi::xml_node declaration = document.append_child(pugi::node_declaration);
+  declaration.append_attribute("version") = "1.0";
+  declaration.append_attribute("encoding") = "UTF-8";
+  pugi::xml_node suites = document.append_child("testsuites");
+  pugi::xml_node suite = suites.append_child("testsuite");
+  suite.append_attribute("name") = "alidade validate";
+  // They stand in front of the numbers of test cases, which are known at the end.
+  for (pugi::xml_node node : {suites, suite}) {
+    for (const char* name : {"tests", "failures", "errors"}) node.append_attribute(name) = 0;
+  }
+  unsigned long long num_tests = 0;
+  unsigned long long num_failed = 0;
+  for (const FileJudgement& file : result.files) {
+    const FileJudgement alone = withoutFootage(file);
+    num_tests += 1;
+    num_failed += addTestCase(suite, "camera_file", file.file, result.isFailed(alone), reasonText(alone),
+                              fileText(result, alone))
+                      ? 1
+                      : 0;
+    const FileCheck* const footage = footageCheckOf(file);
+    if (footage == nullptr) continue;
+    FileJudgement on_footage = file;
+    std::erase_if(on_footage.cameras.front().checks,
+                  [](const FileCheck& check) { return !check.id.starts_with("footage"); });
+    num_tests += 1;
+    num_failed += addTestCase(suite, "footage", file.file, result.isFailed(on_footage),
+                              reasonText(on_footage), fileText(result, on_footage))
+                      ? 1
+                      : 0;
+  }
+  for (pugi::xml_node node : {suites, suite}) {
+    node.attribute("tests") = num_tests;
+    node.attribute("failures") = num_failed;
+  }
+  std::ostringstream out;
+  document.save(out, "  ", pugi::format_default, pugi::encoding_utf8);
+  return out.str();
+}
+
+}  // namespace alidade

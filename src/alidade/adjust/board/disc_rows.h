@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/board/corner_groups.h"
+#include "alidade/adjust/board/view_kernel.h"
+#include "alidade/geometry/se3.h"
+
+namespace alidade::detail {
+
+/// True if the corners of a view are discs: all of a board are.
+[[nodiscard]] inline bool areDiscs(std::span<const CornerGroup> corners) {
+  return !corners.empty() && corners.front().radius_m > 0;
+}
+
+/// What a lens makes of discs: the centroid of a disc's image, which is not the image of its middle, follows
+/// from the images of some points of its rim, see centroidWithin().
+class DiscRows {
+ public:
+  /// @param points  of the model; its functions are called for points only
+  DiscRows(const ViewKernel& points, const double* params, const SE3& camera_from_board)
+      : points_(points), params_(params), camera_from_board_(camera_from_board) {}
+
+  /// Projected minus observed, px; NaN where a point of the rim does not project.
+  [[nodiscard]] Eigen::Vector2d error(const CornerGroup& group, std::size_t lane) const;
+
+  /// The rows of u and v as ViewKernel::rows() has them, but without the corner's weight; zero, and false,
+  /// where a point of the rim does not project.
+  bool write(const CornerGroup& group, std::size_t lane, double* rows) const;
+
+ private:
+  const ViewKernel& points_;
+  const double* params_;
+  const SE3& camera_from_board_;
+};
+
+}  // namespace alidade::detail

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/board/fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace alidade {
+
+Eigen::MatrixXd freeDirections(int num_params, const ParamConstraint& constraint) {
+  const auto isHeld = [&](int i) {
+    return std::find(constraint.held.begin(), constraint.held.end(), i) != constraint.held.end();
+  };
+  std::vector<Eigen::VectorXd> columns;
+  int next = 0;
+  if (constraint.same_focal) {
+    next = 2;
+    if (!isHeld(0) && !isHeld(1))
+      columns.emplace_back(Eigen::VectorXd::Unit(num_params, 0) + Eigen::VectorXd::Unit(num_params, 1));
+  }
+  for (int i = next; i < num_params; ++i) {
+    if (!isHeld(i)) columns.emplace_back(Eigen::VectorXd::Unit(num_params, i));
+  }
+  Eigen::MatrixXd directions(num_params, static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i) directions.col(static_cast<Eigen::Index>(i)) = columns[i];
+  return directions;
+}
+
+std::string_view terminationName(Termination termination) {
+  switch (termination) {
+    case Termination::kConverged:
+      return "converged";
+    case Termination::kIterationLimit:
+      return "iteration_limit";
+    case Termination::kStalled:
+      return "stalled";
+    case Termination::kFailed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+SE3 cameraFromBoard(const Fit& fit, const FitView& view) {
+  return fit.cameras[view.camera].camera_from_rig * fit.placements[view.placement].rig_from_board;
+}
+
+void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_board) {
+  fit.placements[view.placement].rig_from_board =
+      fit.cameras[view.camera].camera_from_rig.inverse() * camera_from_board;
+}
+
+std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
+                                 std::span<const Observation> flat) {
+  std::vector<Observation> corners(flat.begin(), flat.end());
+  if (shape == BoardShape{}) return corners;
+  for (Observation& corner : corners) corner.p_board = pointOn(board, shape, corner.id);
+  return corners;
+}
+
+std::vector<Observation> cornersOnShape(const Fit& fit, const FitView& view) {
+  const FitBoard& board = boardOf(fit, view);
+  return onShape(board.target, board.shape, view.corners);
+}
+
+std::string boardSuffix(const Fit& fit, std::size_t board) {
+  return fit.boards.size() > 1 ? " (" + fit.boards[board].target.spec() + ")" : std::string();
+}
+
+std::size_t numViews(const Fit& fit, std::size_t board) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(fit.views, [&](const FitView& view) { return boardIndex(fit, view) == board; }));
+}
+
+bool isAnyUneven(const Fit& fit) {
+  return std::ranges::any_of(fit.boards, &FitBoard::isUneven);
+}
+
+double numFreeOffsets(const Fit& fit) {
+  double sum = 0;
+  for (const FitBoard& board : fit.boards) sum += board.num_free_offsets;
+  return sum;
+}
+
+void fixShapes(Fit& fit) {
+  for (FitBoard& board : fit.boards) board.is_shape_fixed = true;
+}
+
+std::size_t numCorners(const Fit& fit) {
+  std::size_t count = 0;
+  for (const FitView& view : fit.views) count += view.corners.size();
+  return count;
+}
+
+Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, std::span<const Board> boards,
+             HuberLoss loss) {
+  Fit fit{.loss = loss};
+  fit.cameras.push_back({.model = std::move(model), .size = size, .params = std::move(params)});
+  for (const Board& board : boards) fit.boards.push_back({.target = board});
+  return fit;
+}
+
+Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, const Board& board,
+             HuberLoss loss) {
+  return emptyFit(std::move(model), size, std::move(params), std::span(&board, 1), loss);
+}
+
+double cornersCost(const Fit& fit) {
+  const FitCamera& camera = onlyCamera(fit);
+  return fit.summary.cost - camera.weak_prior.prior.cost(camera.params);
+}
+
+void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board,
+             std::size_t board) {
+  fit.placements.push_back({.frame = fit.placements.size(), .board = board});
+  FitView view{.placement = fit.placements.size() - 1, .source = source, .corners = std::move(corners)};
+  setCameraFromBoard(fit, view, camera_from_board);
+  const auto at = std::upper_bound(fit.views.begin(), fit.views.end(), source,
+                                   [](std::size_t s, const FitView& other) { return s < other.source; });
+  fit.views.insert(at, std::move(view));
+}
+
+Fit withoutViews(const Fit& fit, const std::vector<bool>& is_out) {
+  constexpr std::size_t kGone = static_cast<std::size_t>(-1);
+  Fit left{.cameras = fit.cameras, .boards = fit.boards, .loss = fit.loss, .summary = fit.summary};
+  std::vector<std::size_t> placement_of(fit.placements.size(), kGone);
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
+    if (is_out[v]) continue;
+    left.views.push_back(fit.views[v]);
+    placement_of[fit.views[v].placement] = 0;
+  }
+  for (std::size_t p = 0; p < placement_of.size(); ++p) {
+    if (placement_of[p] == kGone) continue;
+    placement_of[p] = left.placements.size();
+    left.placements.push_back(fit.placements[p]);
+  }
+  for (FitView& view : left.views) view.placement = placement_of[view.placement];
+  return left;
+}
+
+Fit withoutView(const Fit& fit, std::size_t view) {
+  std::vector<bool> is_out(fit.views.size());
+  is_out[view] = true;
+  return withoutViews(fit, is_out);
+}
+
+double updateWeights(Fit& fit) {
+  double change = 0;
+  for (FitView& view : fit.views) {
+    for (Observation& corner : view.corners) {
+      const double weight = fit.cameras[view.camera].noise.weight(corner.sigma_px);
+      change = std::max(change, std::abs(weight / corner.weight - 1));
+      corner.weight = weight;
+    }
+  }
+  return change;
+}
+
+}  // namespace alidade

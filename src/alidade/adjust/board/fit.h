@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/board/corner_noise.h"
+#include "alidade/adjust/board/lens_prior.h"
+#include "alidade/adjust/board/observation.h"
+#include "alidade/core/error.h"
+#include "alidade/core/image.h"
+#include "alidade/geometry/se3.h"
+#include "alidade/target/board.h"
+#include "alidade/target/board_shape.h"
+#include "alidade/target/view.h"
+
+namespace alidade {
+
+/// The intrinsics that a solve must not change.
+struct ParamConstraint {
+  std::vector<int> held = {};  ///< indices of fixed parameters
+  bool same_focal = false;     ///< fx and fy change by the same step, so they stay equal
+
+  [[nodiscard]] bool isNone() const { return held.empty() && !same_focal; }
+};
+
+/// The remaining free directions, one per column: N parameters x M.
+[[nodiscard]] Eigen::MatrixXd freeDirections(int num_params, const ParamConstraint& constraint);
+
+/// A camera of a rig. A single camera is a rig of one, at the rig's origin.
+struct FitCamera {
+  std::string model = {};           ///< an id of the model list
+  ImageSize size = {};              ///< of its images, pixels
+  std::vector<double> params = {};  ///< in the model's storage order: fx fy cx cy, then the lens
+  ParamConstraint constraint = {};
+  WeakPrior weak_prior = {};
+  CornerNoise noise = {};  ///< of its corners
+  SE3 camera_from_rig = {};
+  bool is_rig_pose_fixed = true;
+};
+
+/// A board, and what is estimated of its shape.
+struct FitBoard {
+  Board target;
+  BoardShape shape = {};
+  bool is_shape_fixed = true;  ///< of the bend
+  /// Of an uneven board, whose points have offsets: how they scatter about zero, in the plane and across it.
+  /// Inverse variances per m^2, times the variance (px^2) of a corner of weight 1. See withOffsets().
+  std::optional<Eigen::Vector2d> offset_precision = {};
+  double num_free_offsets = 0;  ///< coordinates of offsets that the corners determine, not the scatter
+
+  [[nodiscard]] bool isUneven() const { return offset_precision.has_value(); }
+};
+
+/// The position of a board in one frame (instant) of the rig.
+struct FitPlacement {
+  std::size_t frame = 0;
+  std::size_t board = 0;  ///< index into Fit::boards
+  SE3 rig_from_board = {};
+};
+
+/// One board in one image.
+struct FitView {
+  std::size_t camera = 0;                    ///< index into Fit::cameras
+  std::size_t placement = 0;                 ///< index into Fit::placements
+  std::size_t source = 0;                    ///< index of the view among the input views
+  std::vector<Observation> corners = {};     ///< in use, in ascending order of id; on the flat board
+  std::vector<Eigen::Vector2d> errors = {};  ///< projected minus observed, px, not weighted; set by solve()
+  std::string image = {};                    ///< its name; empty before a calibration is finished
+};
+
+enum class Termination {
+  kConverged,
+  kIterationLimit,
+  kStalled,  ///< no step reduces the cost, although the point is not stationary
+  kFailed,   ///< the initial guess cannot be evaluated, or the linear algebra failed
+};
+
+/// Stable name for files and JSON.
+[[nodiscard]] std::string_view terminationName(Termination termination);
+
+/// A parameter of one camera of a fit.
+struct FitParam {
+  std::size_t camera = 0;
+  int index = 0;
+  friend bool operator==(const FitParam&, const FitParam&) = default;
+};
+
+struct SolveSummary {
+  Termination termination = Termination::kFailed;
+  std::string reason = {};              ///< message of the solver
+  int num_iterations = 0;               ///< steps tried
+  std::vector<FitParam> at_limit = {};  ///< parameters at the end of their range
+  /// Half the sum of rho over all corners, px^2 of a corner of weight 1, including the priors; NaN if the
+  /// initial guess cannot be evaluated.
+  double cost = 0;
+};
+
+/// The input and the result of a solve: cameras, boards, placements of the boards, and observed
+/// corners.
+struct Fit {
+  std::vector<FitCamera> cameras = {};
+  std::vector<FitBoard> boards = {};
+  std::vector<FitPlacement> placements = {};
+  std::vector<FitView> views = {};
+  HuberLoss loss = kNoLoss;
+  SolveSummary summary = {};
+};
+
+/// The pose of the board in the camera frame.
+[[nodiscard]] SE3 cameraFromBoard(const Fit& fit, const FitView& view);
+/// Moves the placement of the view; the camera keeps its place in the rig.
+void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_board);
+
+/// The only camera, or the only board, of a fit.
+/// @throws std::logic_error if there are several
+template <class AnyFit>
+requires std::is_same_v<const AnyFit, const Fit>
+[[nodiscard]] auto& onlyCamera(AnyFit& fit) {
+  expect(fit.cameras.size() == 1, "the fit has one camera");
+  return fit.cameras.front();
+}
+template <class AnyFit>
+requires std::is_same_v<const AnyFit, const Fit>
+[[nodiscard]] auto& onlyBoard(AnyFit& fit) {
+  expect(fit.boards.size() == 1, "the fit has one board");
+  return fit.boards.front();
+}
+
+/// The index of the board that a view shows.
+[[nodiscard]] inline std::size_t boardIndex(const Fit& fit, const FitView& view) {
+  return fit.placements[view.placement].board;
+}
+[[nodiscard]] inline const FitBoard& boardOf(const Fit& fit, const FitView& view) {
+  return fit.boards[boardIndex(fit, view)];
+}
+
+/// " (SPEC)" to append where a board or its view is named; empty for the only board of a fit.
+[[nodiscard]] std::string boardSuffix(const Fit& fit, std::size_t board);
+
+/// Whether any board is uneven.
+[[nodiscard]] bool isAnyUneven(const Fit& fit);
+
+/// Coordinates of offsets of all boards that the corners determine.
+[[nodiscard]] double numFreeOffsets(const Fit& fit);
+
+/// The number of views that show a board.
+[[nodiscard]] std::size_t numViews(const Fit& fit, std::size_t board);
+
+/// Lets all boards keep their bend.
+void fixShapes(Fit& fit);
+
+/// Corners with their positions on the bent board, as used by the solver.
+[[nodiscard]] std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
+                                               std::span<const Observation> flat);
+[[nodiscard]] std::vector<Observation> cornersOnShape(const Fit& fit, const FitView& view);
+
+/// The number of corners in all views.
+[[nodiscard]] std::size_t numCorners(const Fit& fit);
+
+/// The cost without the prior, for a fit of one camera.
+[[nodiscard]] double cornersCost(const Fit& fit);
+
+/// Adds a view of the first camera, in a separate frame. Views stay sorted by source.
+/// @param source  see FitView
+/// @param board   index into Fit::boards
+void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board,
+             std::size_t board = 0);
+
+/// A fit of one camera without views.
+[[nodiscard]] Fit emptyFit(std::string model, ImageSize size, std::vector<double> params,
+                           std::span<const Board> boards, HuberLoss loss);
+[[nodiscard]] Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, const Board& board,
+                           HuberLoss loss);
+
+/// The fit without some views, and without placements that no remaining view uses.
+/// @param is_out  one per view
+[[nodiscard]] Fit withoutViews(const Fit& fit, const std::vector<bool>& is_out);
+[[nodiscard]] Fit withoutView(const Fit& fit, std::size_t view);
+
+/// Sets the weights of all corners from the noise of their camera; returns the largest relative change.
+double updateWeights(Fit& fit);
+
+}  // namespace alidade

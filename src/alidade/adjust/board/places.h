@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "alidade/adjust/board/reduced.h"
+
+namespace alidade {
+
+/// The place of the board in each view, numbered from 0 in the order of the views. A view belongs to a place
+/// of the same board if its corners lie, as root mean square, within 0.5 % of the image diagonal of those of
+/// the place's first view. Frames of a video in which the board rests share blur, lens and board errors: they
+/// count as one view wherever views are taken for independent.
+[[nodiscard]] std::vector<std::size_t> placesOf(const Fit& fit);
+
+[[nodiscard]] std::size_t numPlaces(const Fit& fit);
+
+/// The equations of each place: those of its views, added up.
+[[nodiscard]] std::vector<Reduced> sumByPlace(std::vector<Reduced> views,
+                                              std::span<const std::size_t> places);
+
+/// As reduced(), but one per place.
+template <ExtraColumns Extra = NoExtra>
+[[nodiscard]] std::vector<Reduced> reducedByPlace(const Fit& fit, LossWeights weights,
+                                                  const Extra& extra = {}) {
+  return sumByPlace(reduced(fit, weights, extra), placesOf(fit));
+}
+
+}  // namespace alidade

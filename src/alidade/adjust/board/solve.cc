@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/board/solve.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <ceres/ceres.h>
+
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/manifolds.h"
+#include "alidade/adjust/board/view_block.h"
+#include "alidade/camera/model_list.h"
+
+namespace alidade {
+namespace {
+
+// Ends the run where the next step has nothing left to gain, and remembers what steps promised.
+class StepWatch final : public ceres::IterationCallback {
+ public:
+  explicit StepWatch(const SolveOptions& options) : options_(options) {}
+
+  void begin() {
+    promised_share_ = 1;
+    is_refused_ = false;
+  }
+  // The part of the cost that the last step promised that was not cut short by refusals before it.
+  [[nodiscard]] double promisedShare() const { return promised_share_; }
+  [[nodiscard]] bool isRefused() const { return is_refused_; }
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& at) override {
+    if (options_.cancel != nullptr && options_.cancel->load()) return ceres::SOLVER_ABORT;
+    if (at.iteration == 0) {
+      cost_ = at.cost;
+      return ceres::SOLVER_CONTINUE;
+    }
+    // A trial at which a corner does not project has the largest cost there is, and tells no promise.
+    const bool is_evaluated = at.step_is_valid && at.cost < std::numeric_limits<double>::max();
+    if (!is_refused_) promised_share_ = 1;
+    if (!is_refused_ && is_evaluated) {
+      // Where costs differ by rounding alone, the relative decrease may be zero.
+      const double promised =
+          at.relative_decrease == 0 ? std::abs(at.cost_change) : at.cost_change / at.relative_decrease;
+      promised_share_ = promised / cost_;
+      // Not so much as a promise: NaN where cost and promise are zero.
+      if (!(promised > options_.function_tolerance * cost_)) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    }
+    is_refused_ = !at.step_is_successful;
+    if (!is_refused_) cost_ = at.cost;
+    return ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const SolveOptions& options_;
+  double cost_ = 0;  // where the last step that was taken has led
+  double promised_share_ = 1;
+  bool is_refused_ = false;
+};
+
+// The fit as Ceres sees it.
+class Bundle {
+ public:
+  Bundle(Fit& fit, const SolveOptions& options) : fit_(fit), options_(options), watch_(options) {
+    ceres::Problem::Options problem;
+    problem.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    problem_ = std::make_unique<ceres::Problem>(problem);
+    for (const FitCamera& camera : fit.cameras) rig_poses_.push_back(toBlock(camera.camera_from_rig));
+    for (const FitBoard& board : fit.boards) shapes_.push_back({board.shape.bend_x_m, board.shape.bend_y_m});
+    for (const FitPlacement& placement : fit.placements)
+      placements_.push_back(toBlock(placement.rig_from_board));
+    for (const FitView& view : fit.views) add(view);
+    for (FitCamera& camera : fit.cameras) {
+      const LensPrior& prior = camera.weak_prior.prior;
+      if (!prior.isNone() && problem_->HasParameterBlock(camera.params.data()))
+        problem_->AddResidualBlock(new PriorBlock(prior), nullptr, camera.params.data());
+    }
+    manifolds_.resize(fit.cameras.size());
+  }
+
+  // The intrinsics of a camera move only as the constraint says.
+  void constrain(std::size_t camera, const ParamConstraint& constraint) {
+    double* params = fit_.cameras[camera].params.data();
+    if (!problem_->HasParameterBlock(params)) return;
+    problem_->SetManifold(params, nullptr);
+    problem_->SetParameterBlockVariable(params);
+    if (constraint.isNone()) return;
+    Eigen::MatrixXd directions =
+        freeDirections(static_cast<int>(fit_.cameras[camera].params.size()), constraint);
+    if (directions.cols() == 0) {
+      problem_->SetParameterBlockConstant(params);
+      return;
+    }
+    manifolds_[camera] = std::make_unique<LinearManifold>(std::move(directions));
+    problem_->SetManifold(params, manifolds_[camera].get());
+  }
+
+  SolveSummary solve() {
+    SolveSummary result{.cost = cost()};
+    if (!std::isfinite(result.cost)) {
+      result.reason = "a corner cannot be projected at the start";
+      return result;
+    }
+    ceres::Solver::Summary summary;
+    watch_.begin();
+    ceres::Solve(solverOptions(), problem_.get(), &summary);
+    throwIfCancelled(options_.cancel);
+    result.num_iterations = static_cast<int>(summary.iterations.size()) - 1;
+    result.cost = summary.final_cost;
+    result.reason = summary.message;
+    result.termination = terminationOf(summary);
+    return result;
+  }
+
+  // NaN where a corner does not project.
+  [[nodiscard]] double cost() {
+    double cost = 0;
+    const bool is_evaluable = problem_->Evaluate({}, &cost, nullptr, nullptr, nullptr);
+    return is_evaluable && std::isfinite(cost) ? cost : std::numeric_limits<double>::quiet_NaN();
+  }
+
+  // Of the cost by the intrinsics of a camera, all of them free; nothing where a corner does not project.
+  // Zero for a camera without views.
+  [[nodiscard]] std::optional<std::vector<double>> gradient(std::size_t camera) {
+    constrain(camera, {});
+    ceres::Problem::EvaluateOptions only;
+    only.parameter_blocks = {fit_.cameras[camera].params.data()};
+    std::vector<double> gradient(fit_.cameras[camera].params.size());
+    if (!problem_->HasParameterBlock(only.parameter_blocks[0])) return gradient;
+    if (!problem_->Evaluate(only, nullptr, nullptr, &gradient, nullptr)) return std::nullopt;
+    return gradient;
+  }
+
+  // From Ceres' blocks to the fit.
+  void write() {
+    for (std::size_t i = 0; i < rig_poses_.size(); ++i) {
+      if (!fit_.cameras[i].is_rig_pose_fixed)
+        fit_.cameras[i].camera_from_rig = fromBlock(rig_poses_[i].data());
+    }
+    for (std::size_t i = 0; i < shapes_.size(); ++i) {
+      if (fit_.boards[i].is_shape_fixed) continue;
+      fit_.boards[i].shape.bend_x_m = shapes_[i][0];
+      fit_.boards[i].shape.bend_y_m = shapes_[i][1];
+    }
+    for (std::size_t i = 0; i < placements_.size(); ++i)
+      fit_.placements[i].rig_from_board = fromBlock(placements_[i].data());
+  }
+
+ private:
+  void add(const FitView& view) {
+    auto block = std::make_unique<ViewBlock>(fit_, view);
+    double* placement = placements_[view.placement].data();
+    std::vector<double*> blocks = {fit_.cameras[view.camera].params.data(), placement};
+    if (block->hasRigPose()) blocks.push_back(rig_poses_[view.camera].data());
+    if (block->hasShape()) blocks.push_back(shapes_[boardIndex(fit_, view)].data());
+    num_residuals_ += 2 * static_cast<double>(view.corners.size());
+    problem_->AddResidualBlock(block.release(), nullptr, blocks);
+    problem_->SetManifold(placement, &pose_manifold_);
+    if (blocks.size() > 2 && blocks[2] == rig_poses_[view.camera].data())
+      problem_->SetManifold(blocks[2], &pose_manifold_);
+  }
+
+  // Placements are eliminated first: no view has two of them. The rest has a group for each block, because
+  // Ceres orders a group by addresses, and the order decides how sums are rounded.
+  [[nodiscard]] ceres::Solver::Options solverOptions() {
+    ceres::Solver::Options options;
+    auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+    bool has_shared = false;
+    int group = 0;
+    const auto append = [&](double* block, bool is_shared) {
+      if (!problem_->HasParameterBlock(block)) return;
+      ordering->AddElementToGroup(block, is_shared ? ++group : 0);
+      has_shared = has_shared || (is_shared && !problem_->IsParameterBlockConstant(block));
+    };
+    for (PoseBlock& placement : placements_) append(placement.data(), false);
+    for (FitCamera& camera : fit_.cameras) append(camera.params.data(), true);
+    for (PoseBlock& rig_pose : rig_poses_) append(rig_pose.data(), true);
+    for (auto& shape : shapes_) append(shape.data(), true);
+    // The sparse factorisation bears Schur complements that rounding leaves all but singular, where the dense
+    // one fails, and says so on standard error. With nothing in common each placement is solved by itself.
+    options.linear_solver_type = has_shared ? ceres::SPARSE_SCHUR : ceres::SPARSE_NORMAL_CHOLESKY;
+    if (has_shared) options.linear_solver_ordering = ordering;
+    options.num_threads = 1;  // sums are then always in one order
+    options.max_num_iterations = options_.max_iterations;
+    options.function_tolerance = options_.function_tolerance;
+    options.gradient_tolerance = 1e-10;
+    options.parameter_tolerance = 1e-12;
+    options.max_num_consecutive_invalid_steps = 100;  // each is smaller than the one before
+    options.max_trust_region_radius = 1e12;           // damping that is left: above rounding
+    options.logging_type = ceres::SILENT;
+    options.callbacks.push_back(&watch_);
+    return options;
+  }
+
+  // Where no step lowers the cost, Ceres comes to rest by its smallness, which is no optimum by itself.
+  [[nodiscard]] Termination terminationOf(const ceres::Solver::Summary& summary) const {
+    constexpr double kPerfect = 1e-12;  // px^2 a residual
+    // Of the cost: what a step may promise that does not lower it, as where the loss has a kink.
+    constexpr double kNegligible = 1e-10;
+    switch (summary.termination_type) {
+      case ceres::NO_CONVERGENCE:
+        return Termination::kIterationLimit;
+      case ceres::CONVERGENCE:
+      case ceres::USER_SUCCESS:
+      case ceres::FAILURE:
+        break;
+      default:
+        return Termination::kFailed;
+    }
+    const bool is_done = summary.termination_type != ceres::FAILURE && !watch_.isRefused();
+    const bool is_perfect = summary.final_cost <= kPerfect * num_residuals_;
+    if (is_done || is_perfect || watch_.promisedShare() <= kNegligible) return Termination::kConverged;
+    return Termination::kStalled;
+  }
+
+  Fit& fit_;
+  const SolveOptions& options_;
+  StepWatch watch_;
+  SE3Manifold pose_manifold_;
+  std::vector<std::unique_ptr<LinearManifold>> manifolds_;  // one a camera
+  std::vector<PoseBlock> rig_poses_;
+  std::vector<PoseBlock> placements_;
+  std::vector<std::array<double, 2>> shapes_;
+  std::unique_ptr<ceres::Problem> problem_;
+  double num_residuals_ = 0;
+};
+
+// The ends of the lens parameters' ranges. Beyond them the lens has no value, a step is refused whole, and
+// the solver comes to rest where it first meets one.
+class Ranges {
+ public:
+  explicit Ranges(const Fit& fit) {
+    for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
+      const FitCamera& camera = fit.cameras[c];
+      forEachModel(AllModels{}, [&](auto tag) {
+        using M = typename decltype(tag)::Model;
+        if (M::kId != camera.model) return;
+        for (int i = 0; i < M::kNumLensParams; ++i) {
+          const int index = static_cast<int>(kNumAffine) + i;
+          const auto& fixed = camera.constraint.held;
+          if (std::find(fixed.begin(), fixed.end(), index) == fixed.end())
+            ranges_.push_back({{c, index}, M::kLensRanges[static_cast<std::size_t>(i)]});
+        }
+      });
+    }
+  }
+
+  struct Range {
+    FitParam param;
+    ParamRange range;
+  };
+  [[nodiscard]] const std::vector<Range>& free() const { return ranges_; }
+
+ private:
+  std::vector<Range> ranges_;
+};
+
+double& valueOf(Fit& fit, FitParam param) {
+  return fit.cameras[param.camera].params[static_cast<std::size_t>(param.index)];
+}
+
+bool contains(const std::vector<FitParam>& params, FitParam param) {
+  return std::find(params.begin(), params.end(), param) != params.end();
+}
+
+// The end of the range that a value has come to, if any.
+std::optional<double> endReached(const ParamRange& range, double value) {
+  constexpr double kNear = 1e-6;  // lens parameters with a range are of the size of 1
+  if (value - range.min < kNear) return range.min;
+  if (range.max - value < kNear) return range.max;
+  return std::nullopt;
+}
+
+void constrainAll(Bundle& bundle, const Fit& fit, const std::vector<FitParam>& at_limit) {
+  for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
+    ParamConstraint constraint = fit.cameras[c].constraint;
+    for (const FitParam& param : at_limit) {
+      if (param.camera == c) constraint.held.push_back(param.index);
+    }
+    bundle.constrain(c, constraint);
+  }
+}
+
+// Those of the parameters at an end that the cost pushes against it; nothing where it cannot be evaluated.
+std::optional<std::vector<FitParam>> pushedAgainstEnds(Bundle& bundle, Fit& fit, const Ranges& ranges,
+                                                       std::vector<FitParam> at_limit) {
+  std::vector<std::vector<double>> gradients;
+  for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
+    auto gradient = bundle.gradient(c);
+    if (!gradient) return std::nullopt;
+    gradients.push_back(std::move(*gradient));
+  }
+  for (const Ranges::Range& r : ranges.free()) {
+    const double slope = gradients[r.param.camera][static_cast<std::size_t>(r.param.index)];
+    const bool leads_inwards = valueOf(fit, r.param) == r.range.max ? slope > 0 : slope < 0;
+    if (leads_inwards) std::erase(at_limit, r.param);
+  }
+  return at_limit;
+}
+
+// Solves, and again along the ends of ranges: there a parameter is set to the end and fixed while the others
+// go on, and let go where the cost then falls inwards (an active set). Ceres' own bounds cut the step off
+// instead, which leads to the same optimum by thousands of steps.
+SolveSummary solveAlongRanges(Fit& fit, const Ranges& ranges, const SolveOptions& options) {
+  Bundle bundle(fit, options);
+  constrainAll(bundle, fit, {});
+  SolveSummary summary = bundle.solve();
+  for (std::size_t round = 0; round < ranges.free().size(); ++round) {
+    if (summary.termination == Termination::kFailed) break;
+    std::vector<FitParam> at_limit = summary.at_limit;
+    const std::vector<FitCamera> before = fit.cameras;
+    for (const Ranges::Range& r : ranges.free()) {
+      const auto end = endReached(r.range, valueOf(fit, r.param));
+      if (!end || contains(at_limit, r.param)) continue;
+      valueOf(fit, r.param) = *end;
+      at_limit.push_back(r.param);
+    }
+    if (at_limit.empty()) break;
+    const auto pushed = pushedAgainstEnds(bundle, fit, ranges, std::move(at_limit));
+    if (!pushed || *pushed == summary.at_limit) {
+      for (std::size_t c = 0; c < before.size(); ++c)
+        std::copy(before[c].params.begin(), before[c].params.end(), fit.cameras[c].params.begin());
+      break;
+    }
+    constrainAll(bundle, fit, *pushed);
+    const int num_iterations = summary.num_iterations;
+    summary = bundle.solve();
+    summary.num_iterations += num_iterations;
+    summary.at_limit = *pushed;
+  }
+  bundle.write();
+  return summary;
+}
+
+// Where to start again if parameters rest beside the end of their range though the optimum does not lie
+// there: steps that would have led beyond were refused until none was left. Nothing if there are none.
+std::optional<Fit> fromFartherInside(const Fit& fit, const Ranges& ranges) {
+  constexpr double kBeside = 1e-4;
+  constexpr double kInside = 0.2;
+  std::optional<Fit> inside;
+  for (const Ranges::Range& r : ranges.free()) {
+    if (contains(fit.summary.at_limit, r.param)) continue;
+    const double value = fit.cameras[r.param.camera].params[static_cast<std::size_t>(r.param.index)];
+    const bool is_high = value > r.range.max - kBeside;
+    if (!is_high && !(value < r.range.min + kBeside)) continue;
+    if (!inside) inside = fit;
+    valueOf(*inside, r.param) = is_high ? r.range.max - kInside : r.range.min + kInside;
+  }
+  return inside;
+}
+
+}  // namespace
+
+Fit solve(Fit fit, const SolveOptions& options) {
+  const Ranges ranges(fit);
+  fit.summary = solveAlongRanges(fit, ranges, options);
+  if (fit.summary.termination != Termination::kFailed) {
+    if (auto inside = fromFartherInside(fit, ranges)) {
+      inside->summary = solveAlongRanges(*inside, ranges, options);
+      if (inside->summary.termination == Termination::kConverged && inside->summary.cost < fit.summary.cost) {
+        inside->summary.num_iterations += fit.summary.num_iterations;
+        fit = *std::move(inside);
+      }
+    }
+  }
+  for (FitView& view : fit.views) view.errors = viewErrors(fit, view);
+  return fit;
+}
+
+}  // namespace alidade

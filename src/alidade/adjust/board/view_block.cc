@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/board/view_block.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include "alidade/adjust/board/manifolds.h"
+#include "alidade/adjust/board/reduced.h"
+#include "alidade/adjust/noise/shape_information.h"
+
+namespace alidade {
+namespace {
+
+using PoseJacobian = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
+
+constexpr Eigen::Index kPose = 6;
+
+// Of the tangent at a pose by the seven numbers of its block.
+PoseJacobian tangentByBlock(const double* pose) {
+  PoseJacobian J;
+  SE3Manifold().MinusJacobian(pose, J.data());
+  return J;
+}
+
+// Rows with rows^T rows = the symmetric matrix; positive semi-definite but for rounding.
+Eigen::MatrixXd triangularFactor(const Eigen::MatrixXd& lower) {
+  const Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower> ldlt(lower);
+  const Eigen::VectorXd roots = ldlt.vectorD().cwiseMax(0).cwiseSqrt();
+  const Eigen::MatrixXd permutation =
+      ldlt.transpositionsP() * Eigen::MatrixXd::Identity(lower.rows(), lower.cols());
+  return roots.asDiagonal() * (ldlt.matrixU() * permutation);
+}
+
+}  // namespace
+
+ViewBlock::ViewBlock(const Fit& fit, const FitView& view)
+    : camera_(fit.cameras[view.camera]),
+      board_(boardOf(fit, view)),
+      view_(view),
+      loss_(fit.loss),
+      kernel_(viewKernel(camera_.model)),
+      has_rig_pose_(!camera_.is_rig_pose_fixed),
+      has_shape_(!board_.is_shape_fixed),
+      corners_(onShape(board_.target, board_.shape, view.corners)) {
+  mutable_parameter_block_sizes()->push_back(kernel_.numParams());
+  mutable_parameter_block_sizes()->push_back(7);
+  if (has_rig_pose_) mutable_parameter_block_sizes()->push_back(7);
+  if (has_shape_) mutable_parameter_block_sizes()->push_back(kNumBends);
+  set_num_residuals(static_cast<int>(kPose) + kernel_.numParams() + (has_shape_ ? kNumBends : 0) + 1);
+}
+
+bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
+  const double* params = blocks[0];
+  const SE3 rig_from_board = fromBlock(blocks[1]);
+  const SE3 camera_from_rig = has_rig_pose_ ? fromBlock(blocks[2]) : camera_.camera_from_rig;
+  const SE3 camera_from_board = camera_from_rig * rig_from_board;
+  const double* shape = has_shape_ ? blocks[has_rig_pose_ ? 3 : 2] : nullptr;
+  Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
+  if (jacobians == nullptr) {
+    // Of any residuals with the same sum of squares the cost is the same.
+    const double rho = sumOfRho(params, camera_from_board, shape);
+    r.setZero();
+    r(0) = std::sqrt(rho);
+    return std::isfinite(rho);
+  }
+  RowMajorMatrix rows;
+  if (!factor(params, camera_from_board, shape, rows)) return false;
+  const Eigen::Index num_params = kernel_.numParams();
+  r = rows.rightCols<1>();
+  const auto write = [&](int block, const Eigen::MatrixXd& J) {
+    if (jacobians[block] != nullptr) Eigen::Map<RowMajorMatrix>(jacobians[block], J.rows(), J.cols()) = J;
+  };
+  write(0, rows.middleCols(kPose, num_params));
+  write(1, rows.leftCols<kPose>() * tangentByBlock(blocks[1]));
+  if (has_rig_pose_) {
+    // C Exp(eta) B = C B Exp(Ad(B^-1) eta).
+    write(2, rows.leftCols<kPose>() * (rig_from_board.inverse().adjoint() * tangentByBlock(blocks[2])));
+  }
+  if (has_shape_) write(has_rig_pose_ ? 3 : 2, rows.middleCols<kNumBends>(kPose + num_params));
+  return true;
+}
+
+std::vector<Observation> ViewBlock::onBend(const double* bend_m) const {
+  BoardShape shape = board_.shape;
+  shape.bend_x_m = bend_m[0];
+  shape.bend_y_m = bend_m[1];
+  return onShape(board_.target, shape, view_.corners);
+}
+
+double ViewBlock::sumOfRho(const double* params, const SE3& camera_from_board, const double* shape) const {
+  if (shape == nullptr) return kernel_.sumOfRho(params, camera_from_board, corners_.view(0), loss_);
+  const CornerGroups corners(onBend(shape));
+  return kernel_.sumOfRho(params, camera_from_board, corners.view(0), loss_);
+}
+
+bool ViewBlock::factor(const double* params, const SE3& camera_from_board, const double* shape,
+                       RowMajorMatrix& rows) const {
+  const Eigen::Index size = num_residuals();
+  if (shape == nullptr) {
+    rows.resize(size, size);
+    return kernel_.factor(params, camera_from_board, corners_.view(0), loss_, Unseen::kRefuse, rows.data());
+  }
+  const auto corners = onBend(shape);
+  const auto num_params = static_cast<std::size_t>(kernel_.numParams());
+  const detail::ViewGram of = detail::gramOf(camera_.model, {params, num_params}, camera_from_board, corners,
+                                             loss_, LossWeights::kUse, BendColumns{.board = &board_.target});
+  if (of.num_corners < static_cast<int>(corners.size())) return false;
+  // In order: pose, intrinsics, shape, error.
+  const Eigen::Index num_dense = of.dense.rows() - 1;
+  Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(size, size);
+  lower.topLeftCorner(num_dense, num_dense) = of.dense.topLeftCorner(num_dense, num_dense);
+  lower.middleRows<kNumBends>(num_dense).leftCols(num_dense) = of.mixed.leftCols(num_dense);
+  lower.block<kNumBends, kNumBends>(num_dense, num_dense) = of.extra;
+  lower.bottomRows<1>().leftCols(num_dense) = of.dense.bottomRows<1>().leftCols(num_dense);
+  lower.block<1, kNumBends>(size - 1, num_dense) = of.mixed.rightCols<1>().transpose();
+  lower(size - 1, size - 1) = of.sum_of_rho;
+  rows = triangularFactor(lower);
+  return rows.allFinite();
+}
+
+PriorBlock::PriorBlock(LensPrior prior) : prior_(std::move(prior)) {
+  const auto size = static_cast<int>(prior_.precision.size());
+  mutable_parameter_block_sizes()->push_back(size);
+  set_num_residuals(size);
+}
+
+bool PriorBlock::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
+  const std::size_t size = prior_.precision.size();
+  double* J = jacobians != nullptr ? jacobians[0] : nullptr;
+  if (J != nullptr) std::fill_n(J, size * size, 0.0);
+  for (std::size_t i = 0; i < size; ++i) {
+    const double root = std::sqrt(prior_.precision[i]);
+    residuals[i] = root * (blocks[0][i] - prior_.mean[i]);
+    if (J != nullptr) J[i * size + i] = root;
+  }
+  return true;
+}
+
+}  // namespace alidade

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ceres/cost_function.h>
+
+#include "alidade/adjust/board/corner_groups.h"
+#include "alidade/adjust/board/fit.h"
+#include "alidade/adjust/board/view_kernel.h"
+
+namespace alidade {
+
+/// The residual block of a view. Its parameter blocks are the intrinsics (N), rig_from_board (SE3Manifold)
+/// and, where they are estimated, camera_from_rig (SE3Manifold) and the board's shape (2).
+///
+/// A view has two residuals a corner, and Ceres' time goes with the number of residuals. So the block sums
+/// the corners' normal equations [J r]^T [J r], with the loss of each corner, and gives Ceres their
+/// triangular factor R: as many rows as columns, and R^T R is the same. The last row makes up for the
+/// difference between the loss and its quadratic model, so that the cost is exact.
+class ViewBlock final : public ceres::CostFunction {
+ public:
+  /// @param fit  must outlive the block; the values of its parameters are not used, but for those that are
+  ///             fixed
+  ViewBlock(const Fit& fit, const FitView& view);
+
+  [[nodiscard]] bool hasRigPose() const { return has_rig_pose_; }
+  [[nodiscard]] bool hasShape() const { return has_shape_; }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
+
+ private:
+  using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+  // NaN, or false, if a corner does not project.
+  [[nodiscard]] double sumOfRho(const double* params, const SE3& camera_from_board,
+                                const double* shape) const;
+  [[nodiscard]] bool factor(const double* params, const SE3& camera_from_board, const double* shape,
+                            RowMajorMatrix& rows) const;
+  // The corners with the board bent so.
+  [[nodiscard]] std::vector<Observation> onBend(const double* bend_m) const;
+
+  const FitCamera& camera_;
+  const FitBoard& board_;
+  const FitView& view_;
+  HuberLoss loss_;
+  const ViewKernel& kernel_;
+  bool has_rig_pose_;
+  bool has_shape_;
+  CornerGroups corners_;  // on the shape as it is, where that is fixed
+};
+
+/// What is known of the intrinsics before any view, see LensPrior: one residual a parameter.
+class PriorBlock final : public ceres::CostFunction {
+ public:
+  explicit PriorBlock(LensPrior prior);
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
+
+ private:
+  LensPrior prior_;
+};
+
+}  // namespace alidade

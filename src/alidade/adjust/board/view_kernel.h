@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/board/corner_groups.h"
+#include "alidade/geometry/se3.h"
+
+namespace alidade {
+
+/// The triangular factor of the normal equations [J r]^T [J r] of a view, rows^T rows being the equations:
+/// columns of the pose's tangent, the parameters and the error, and as many rows. Corners' rows are scaled by
+/// the root of their weight times that of the loss, so that J^T r and J^T J are those of iteratively
+/// reweighted least squares; the sum of rho stands in for r^T r.
+///
+/// Only the first six rows have something of the pose, and the last has only the error. So those between hold
+/// what the view says of the parameters once its pose is free to follow: rest^T rest is the Schur complement.
+using ViewFactor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+enum class Unseen {
+  kRefuse,   ///< a view with a corner that cannot be projected is no view
+  kLeaveOut  ///< without such corners
+};
+
+/// What a view's corners add to the robust fit of one camera model. All sums run in an order of their own, so
+/// that results depend on the arguments alone and on whether the processor has AVX2.
+class ViewKernel {
+ public:
+  virtual ~ViewKernel() = default;
+
+  [[nodiscard]] virtual int numParams() const = 0;
+
+  /// Writes a ViewFactor row by row, (numParams() + 7)^2 numbers. False if a corner is behind the camera,
+  /// beyond a pole, or where the lens has folded, unless it is left out.
+  [[nodiscard]] virtual bool factor(const double* params, const SE3& camera_from_board,
+                                    std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
+                                    double* rows) const = 0;
+
+  /// Sum of rho over the corners, px^2; NaN if a corner cannot be projected.
+  [[nodiscard]] virtual double sumOfRho(const double* params, const SE3& camera_from_board,
+                                        std::span<const CornerGroup> corners, HuberLoss loss) const = 0;
+
+  /// Projected minus observed, px, not weighted; NaN for a corner that cannot be projected.
+  virtual void errors(const double* params, const SE3& camera_from_board,
+                      std::span<const CornerGroup> corners, std::span<Eigen::Vector2d> errors) const = 0;
+
+  /// Two rows a corner, of u and v: pose's tangent, parameters, error; each times the root of the corner's
+  /// weight. Zero for a corner that cannot be projected.
+  /// @param rows  row by row, 2 (numParams() + 7) numbers a corner
+  virtual void rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
+                    std::span<double> rows) const = 0;
+};
+
+/// The kernel of a model that is known.
+[[nodiscard]] const ViewKernel& viewKernel(std::string_view model_id);
+
+/// The factor of a view; nothing where a corner is refused.
+[[nodiscard]] std::optional<ViewFactor> viewFactor(const ViewKernel& kernel, std::span<const double> params,
+                                                   const SE3& camera_from_board,
+                                                   std::span<const CornerGroup> corners, HuberLoss loss,
+                                                   Unseen unseen);
+
+/// What a view says of the parameters, its pose being free: J^T W J less what the pose takes, N x N, per
+/// px^2.
+[[nodiscard]] Eigen::MatrixXd paramsInformation(const ViewFactor& factor);
+
+}  // namespace alidade

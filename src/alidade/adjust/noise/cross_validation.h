@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/board/fit.h"
+#include "alidade/core/cancel.h"
+
+namespace alidade {
+
+/// Errors of corners that were not used to estimate the camera or the pose that projects them.
+struct HeldOutErrors {
+  int num_folds = 0;
+  /// Projected minus observed, px, not weighted, in the order of the views' corners; NaN for a corner that
+  /// the camera of the other views does not see. A view has no errors if its corners do not give two poses.
+  std::vector<std::vector<Eigen::Vector2d>> px;
+};
+
+/// A view's corners by the colour of their squares, as indices into the view: both halves span the board.
+using CornerHalves = std::array<std::vector<std::size_t>, 2>;
+[[nodiscard]] CornerHalves halvesOf(const Board& board, std::span<const Observation> view);
+
+/// Whether corners give a pose: at least four that are not nearly on one line.
+[[nodiscard]] bool givesPose(std::span<const Observation> corners);
+
+/// Cross-validation over views. Each fold of views is left out in turn, and intrinsics and poses are
+/// estimated again from the other views, starting at the full solution with its weights and loss. Each
+/// held-out view then gets a pose from one half of its corners and errors on the other half, and vice versa:
+/// the two colours of a checkerboard, (column + row) even and odd, which both span the board.
+///
+/// Returns std::nullopt if the other views do not determine a camera.
+/// @param fit  the solution for all views, of one camera; the bends of the boards are not estimated again,
+/// but the offsets are
+[[nodiscard]] std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, const CancelFlag* cancel = nullptr);
+
+/// The fold of view v of num_views in order of name, from 0 to numFolds() - 1.
+///
+/// Each fold consists of four runs of consecutive views, one from each quarter of the sequence (with fewer
+/// than 20 views, single views). Neighbouring frames of a video are nearly the same: in different folds, a
+/// near-copy of each held-out view would take part in the fit. If a fold were a single run, the other views
+/// might not cover the same part of the image.
+[[nodiscard]] int foldOf(std::size_t v, std::size_t num_views);
+[[nodiscard]] int numFolds(std::size_t num_views);
+
+/// The result of cross-validation.
+struct HoldoutReport {
+  double rms_px = std::numeric_limits<double>::quiet_NaN();  ///< sqrt(mean of dx^2 + dy^2); NaN if unknown
+  int num_folds = 0;    ///< 0: the views of the other folds give no camera
+  int num_corners = 0;  ///< with a cross-validation error
+  int num_unseen = 0;   ///< corners not seen by the camera of the other views
+};
+
+[[nodiscard]] HoldoutReport holdoutReport(const std::optional<HeldOutErrors>& errors);
+
+/// Held-out errors view by view, as they are compared.
+struct HeldOutScore {
+  std::vector<double> of_view;  ///< sum of rho over a view's corners, px^2 of a corner of weight 1
+  double sum = 0;               ///< over all views
+};
+
+/// What a corner counts that is not seen at all: as if it were off by ten thresholds of the loss.
+[[nodiscard]] double farOff(HuberLoss loss);
+
+/// What is added to the squares of so many corners, so that rounding decides nothing where they fit
+/// perfectly: no corner is known better than kMinSigmaPx.
+[[nodiscard]] double noiseFloor(std::size_t num_corners);
+
+/// A corner that is not seen counts as far off.
+/// @param fit  whose corners the errors are
+[[nodiscard]] HeldOutScore scoreOf(const HeldOutErrors& errors, const Fit& fit);
+
+/// How much larger one model's held-out errors are than another's on the same corners.
+struct HeldOutExcess {
+  double share = 0;             ///< of the other's held-out RMS; negative: they are smaller
+  double std = 0;               ///< its standard error, from the spread over views
+  bool is_significant = false;  ///< see excessOf()
+  double proven_share = 0;      ///< the share as far as it is significant, for isWorth()
+
+  /// Significantly larger, and by enough to be worth so many further parameters.
+  [[nodiscard]] bool isWorth(std::size_t num_further_params) const;
+};
+
+/// The paired comparison of two models view by view: corners of one view have its pose and its mistakes in
+/// common, so that views are what varies independently. Significant is a difference of the views' sums of
+/// squares, or else a factor between them, each larger than by chance in 19 of 20 cases (one-sided; one of
+/// the two by chance in about 1 of 15). Where a model misses the lens by pixels, one view's sum may be larger
+/// than all others', and a few views then differ too much for their mean to be told from zero, although every
+/// one of them says the same. What the factors prove is no more than their mean.
+/// @param a,b  of the same views and corners
+[[nodiscard]] HeldOutExcess excessOf(const HeldOutScore& a, const HeldOutScore& b);
+
+/// What a further parameter must take off the held-out RMS, as a share of it; see docs/model_choice.md.
+inline constexpr double kShareOfParameter = 0.005;
+
+}  // namespace alidade

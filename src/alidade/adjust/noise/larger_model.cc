@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/noise/larger_model.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/cross_validation.h"
+#include "alidade/adjust/noise/model_soundness.h"
+#include "alidade/camera/lens_shapes.h"
+#include "alidade/camera/model_list.h"
+
+namespace alidade {
+namespace {
+
+// The model that contains `model` and comes next after it in size, or nothing.
+template <CameraModel... Models>
+std::optional<std::string> nextLargerModel(ModelList<Models...>, std::string_view model) {
+  const std::array<std::string_view, sizeof...(Models)> ids = {Models::kId...};
+  const auto here = std::find(ids.begin(), ids.end(), model);
+  if (here == ids.end() || here + 1 == ids.end()) return std::nullopt;
+  return std::string(*(here + 1));
+}
+
+// A few steps tell whether there is anything to gain.
+constexpr int kGlance = 5;
+
+// On the same corners, with the same loss and boards and without a prior.
+Fit enlarged(const Fit& fit, const std::string& id) {
+  Fit larger = fit;
+  FitCamera& camera = onlyCamera(larger);
+  camera.params = parametersByName(camera.model, camera.params, id);
+  camera.model = id;
+  camera.weak_prior = {};
+  fixShapes(larger);
+  return larger;
+}
+
+Fit solvedLarger(Fit larger, int max_iterations, const CancelFlag* cancel) {
+  constexpr double kFunctionTolerance = 1e-8;  // of the cost: far below a gain that counts
+  return solve(
+      std::move(larger),
+      {.max_iterations = max_iterations, .function_tolerance = kFunctionTolerance, .cancel = cancel});
+}
+
+// Is the gain real? F test of the further parameters: the drop of the sum of squares for each of them over
+// the variance that the larger model leaves; 1 on average if they are not needed. A lens without distortion
+// is a strong claim, and that decides it. Among distortions nobody's lens follows any formula to the last
+// digit, and with corners enough that shows: there the gain must be worth the trouble as well.
+bool isGain(const Fit& lean, const Fit& larger) {
+  constexpr double kNeededF = 10;           // chance alone exceeds this once in a billion times
+  constexpr double kWorthwhileShare = 0.1;  // of the sum of squares: 5 % of the RMS
+  const std::size_t num_params = onlyCamera(lean).params.size();
+  const std::size_t num_larger_params = onlyCamera(larger).params.size();
+  const double needed_share = num_params > kNumAffine ? kWorthwhileShare : 0.0;
+  const std::size_t num_corners = numCorners(lean);
+  const auto extra = static_cast<double>(num_larger_params - num_params);
+  const double freedom = 2.0 * static_cast<double>(num_corners) - static_cast<double>(num_larger_params) -
+                         6.0 * static_cast<double>(lean.views.size()) - numFreeOffsets(lean);
+  const double drop = 2 * (cornersCost(lean) - larger.summary.cost);
+  return drop / extra > kNeededF * std::max(2 * larger.summary.cost, noiseFloor(num_corners)) / freedom &&
+         drop > needed_share * 2 * cornersCost(lean);
+}
+
+// The next larger model solved on the same corners, if it explains them better beyond doubt and is sound.
+std::optional<Fit> largerFit(const Fit& fit, const CancelFlag* cancel) {
+  const FitCamera& camera = onlyCamera(fit);
+  const auto id = nextLargerModel(NestedModels{}, camera.model);
+  // Fixed parameters are the user's will; a larger model would be compared with something else.
+  if (!id || !camera.constraint.isNone() || fit.summary.termination == Termination::kFailed)
+    return std::nullopt;
+  Fit larger = solvedLarger(enlarged(fit, *id), kGlance, cancel);
+  if (!isGain(fit, larger)) return std::nullopt;
+  // Where the larger model has parameters that these views cannot tell apart, the solver drifts without
+  // end.
+  constexpr int kPatience = 100;
+  larger = solvedLarger(std::move(larger), kPatience, cancel);
+  if (!isGain(fit, larger) || unsoundnessOf(larger)) return std::nullopt;
+  return larger;
+}
+
+// Both by the weights of the model in use, as the comparison was.
+BetterModel betterModelOf(const Fit& fit, const Fit& larger) {
+  return {.id = onlyCamera(larger).model,
+          .rms_px = weightedRms(larger),
+          .lean_rms_px = weightedRms(fit),
+          .params = onlyCamera(larger).params};
+}
+
+// Where some of the views alone do not determine one of the two, or its camera does not see what the other
+// views show, the fit alone decides.
+bool predictsBetter(const Fit& fit, const Fit& larger, const CancelFlag* cancel) {
+  const auto lean = heldOutErrors(fit, cancel);
+  const auto rich = heldOutErrors(larger, cancel);
+  if (!lean || !rich) return true;
+  if (holdoutReport(lean).num_unseen > 0 || holdoutReport(rich).num_unseen > 0) return true;
+  return excessOf(scoreOf(*lean, fit), scoreOf(*rich, larger))
+      .isWorth(onlyCamera(larger).params.size() - onlyCamera(fit).params.size());
+}
+
+}  // namespace
+
+std::optional<BetterModel> betterModel(const Fit& fit, const CancelFlag* cancel) {
+  const auto larger = largerFit(fit, cancel);
+  if (!larger) return std::nullopt;
+  return betterModelOf(fit, *larger);
+}
+
+std::optional<BetterModel> neededModel(const Fit& fit, const CancelFlag* cancel) {
+  const auto larger = largerFit(fit, cancel);
+  if (!larger || !predictsBetter(fit, *larger, cancel)) return std::nullopt;
+  return betterModelOf(fit, *larger);
+}
+
+double dropAtAGlance(const Fit& fit, const std::string& larger_id, const CancelFlag* cancel) {
+  const Fit glance = solvedLarger(enlarged(fit, larger_id), kGlance, cancel);
+  if (glance.summary.termination == Termination::kFailed) return 0;
+  double floor = 0;
+  for (const FitView& view : fit.views) floor += noiseFloor(view.corners.size());
+  return 2 * (cornersCost(fit) - glance.summary.cost) / (2 * cornersCost(fit) + floor);
+}
+
+}  // namespace alidade

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/noise/weak_prior.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/covariance.h"
+#include "alidade/adjust/noise/model_soundness.h"
+#include "alidade/adjust/noise/robust_weighting.h"
+#include "alidade/camera/any_camera.h"
+#include "alidade/camera/model_list.h"
+#include "alidade/geometry/symmetric_eigen.h"
+
+namespace alidade {
+namespace {
+
+// Widths of priors in natural sizes; at 100, rounding drowns the prior.
+constexpr std::array<double, 6> kWidths = {0.03, 0.1, 0.3, 1, 3, 10};
+// Lenses are taken to lie about their model's start by no less than this, whatever the prior's width.
+constexpr double kNatural = 1;
+// One standard deviation from which on a combination of the lens' parameters counts as not seen, in natural
+// sizes: it moves the corner of the image by a quarter of its diagonal.
+constexpr double kUnseen = 0.5;
+// Parameters of a lens that is held together, in natural sizes: what a prior should reach, for larger ones
+// bring poles close to the image, and what it must.
+constexpr std::array<double, 2> kBounds = {0.3, 1};
+// A prior that raises twice the cost of the corners by more variances than this contradicts them.
+constexpr double kContradiction = 25;
+constexpr double kDominant = 0.5;  // of the largest part in the unseen combination: parameters to be named
+constexpr double kSameCost = 1e-9;
+
+// Inverse of a symmetric matrix on what is free, or nothing where that is singular to working precision.
+std::optional<Eigen::MatrixXd> inverseOn(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& directions) {
+  if (directions.cols() == 0) return Eigen::MatrixXd::Zero(matrix.rows(), matrix.cols());
+  const auto inverse = scaledInverse(directions.transpose() * matrix * directions).inverse;
+  if (!inverse) return std::nullopt;
+  return directions * *inverse * directions.transpose();
+}
+
+// The combination of the lens' parameters that is known least.
+struct LeastKnown {
+  double sigma = 0;           // in natural sizes
+  Eigen::VectorXd direction;  // unit length, in natural sizes; of the lens' parameters
+};
+
+LeastKnown leastKnown(const Eigen::MatrixXd& covariance, const LensScale& scale) {
+  const auto num_lens = static_cast<Eigen::Index>(scale.size.size() - kNumAffine);
+  const Eigen::VectorXd inverse =
+      Eigen::Map<const Eigen::VectorXd>(scale.size.data() + kNumAffine, num_lens).cwiseInverse();
+  const SymmetricEigen solver(inverse.asDiagonal() * covariance.bottomRightCorner(num_lens, num_lens) *
+                              inverse.asDiagonal());
+  return {.sigma = std::sqrt(std::max(0.0, solver.eigenvalues()(num_lens - 1))),
+          .direction = solver.eigenvectors().col(num_lens - 1)};
+}
+
+AnyCamera cameraOf(const Fit& fit) {
+  return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
+}
+
+const WeakPrior& priorOf(const Fit& fit) {
+  return onlyCamera(fit).weak_prior;
+}
+
+bool isFixed(const Fit& fit, std::size_t i) {
+  const std::vector<int>& fixed = onlyCamera(fit).constraint.held;
+  return std::find(fixed.begin(), fixed.end(), static_cast<int>(i)) != fixed.end();
+}
+
+// The search for a prior, at the corners, weights, loss and board that the fit has come to.
+class Ladder {
+ public:
+  Ladder(const Fit& fit, const CancelFlag* cancel)
+      : variance_(noiseSigma(fit) * noiseSigma(fit)),
+        scale_(lensScale(onlyCamera(fit).model, cameraOf(fit), onlyCamera(fit).size)),
+        directions_(
+            freeDirections(static_cast<int>(onlyCamera(fit).params.size()), onlyCamera(fit).constraint)),
+        cancel_(cancel) {}
+
+  // Is there nothing to be done?
+  [[nodiscard]] bool isSound(const Fit& fit) const {
+    if (!isSteady(fit) || largest(fit) > kRunawaySizes) return false;
+    const AnyCamera camera = cameraOf(fit);
+    return !foldsInsideImage(camera, onlyCamera(fit).size) && numCornersOutside(fit, camera) == 0;
+  }
+
+  // The widest prior that holds the lens together, or none if it turns out not to be needed; nothing where
+  // every prior contradicts the corners. From the model's own start, or else from where the solver went: a
+  // lens that bends much is too far from the former for a loss that outliers do not move.
+  [[nodiscard]] std::optional<Fit> climb(const Fit& free) const {
+    auto best = climbFrom(plain(free), free);
+    if (!best) best = climbFrom(free, free);
+    if (best) describe(free, *best);
+    return best;
+  }
+
+ private:
+  // The model's own start under the same poses.
+  [[nodiscard]] Fit plain(const Fit& free) const {
+    Fit plain = free;
+    for (std::size_t i = 0; i < scale_.mean.size(); ++i) {
+      const bool is_principal_point = i == 2 || i == 3;
+      if (!isFixed(free, i) && !is_principal_point) onlyCamera(plain).params[i] = scale_.mean[i];
+    }
+    return plain;
+  }
+
+  // At rest, and every combination seen, if need be by the prior's help.
+  [[nodiscard]] bool isSteady(const Fit& fit) const {
+    if (fit.summary.termination != Termination::kConverged) return false;
+    const auto covariance = covarianceOf(fit);
+    return covariance && (!priorOf(fit).isNone() || leastKnown(*covariance, scale_).sigma <= kUnseen);
+  }
+
+  // Of the lens' parameters that are free, in natural sizes.
+  [[nodiscard]] double largest(const Fit& fit) const {
+    double largest = 0;
+    for (std::size_t i = 0; i < scale_.size.size(); ++i) {
+      if (!isFixed(fit, i)) largest = std::max(largest, scale_.distance(onlyCamera(fit).params, i));
+    }
+    return largest;
+  }
+
+  // Explains the corners no worse than noise allows, by a lens that is one all over the image.
+  [[nodiscard]] bool isGood(const Fit& fit, const Fit& free) const {
+    return 2 * (cornersCost(fit) - cornersCost(free)) <= kContradiction * variance_ && isSound(fit);
+  }
+
+  [[nodiscard]] std::optional<Eigen::MatrixXd> covarianceOf(const Fit& fit) const {
+    const Eigen::MatrixXd information = intrinsicsInformation(fit).information;
+    if (!priorOf(fit).isNone()) {
+      const auto held = HeldCovariance::make(information, onlyCamera(fit), variance_);
+      if (!held) return std::nullopt;
+      return held->byNoise();
+    }
+    const auto inverse = inverseOn(information, directions_);
+    if (!inverse) return std::nullopt;
+    return variance_ * *inverse;
+  }
+
+  // From narrow to wide, each from the one before, which keeps to the same valley.
+  [[nodiscard]] std::optional<Fit> climbFrom(const Fit& start, const Fit& free) const {
+    std::array<std::optional<Fit>, kBounds.size()> widest;
+    Fit at = start;
+    for (const double width : kWidths) {
+      onlyCamera(at).weak_prior = {.width = width, .prior = scale_.prior(width, variance_), .scale = scale_};
+      at = solve(std::move(at), {.cancel = cancel_});
+      if (!isGood(at, free)) continue;
+      for (std::size_t i = 0; i < kBounds.size(); ++i) {
+        if (largest(at) <= kBounds[i]) widest[i] = at;
+      }
+    }
+    if (!widest.back()) return std::nullopt;
+    Fit released = *widest.back();
+    onlyCamera(released).weak_prior = {};
+    released = solve(std::move(released), {.cancel = cancel_});
+    const bool is_optimum = released.summary.cost <= (1 + kSameCost) * free.summary.cost;
+    if (is_optimum && isSound(released)) return released;
+    return widest.front() ? widest.front() : widest.back();
+  }
+
+  void describe(const Fit& free, Fit& held) const {
+    WeakPrior& prior = onlyCamera(held).weak_prior;
+    if (prior.isNone()) return;
+    prior.free_params = onlyCamera(free).params;
+    const auto covariance = covarianceOf(held);
+    if (!covariance) return;
+    const Eigen::VectorXd direction = leastKnown(*covariance, scale_).direction;
+    const double largest = direction.cwiseAbs().maxCoeff();
+    for (Eigen::Index i = 0; i < direction.size(); ++i) {
+      if (std::abs(direction(i)) >= kDominant * largest)
+        prior.least_known.push_back(static_cast<int>(kNumAffine) + static_cast<int>(i));
+    }
+  }
+
+  double variance_;
+  LensScale scale_;
+  Eigen::MatrixXd directions_;
+  const CancelFlag* cancel_;
+};
+
+Eigen::VectorXd vectorOf(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+}  // namespace
+
+Fit regularised(Fit fit, const CancelFlag* cancel) {
+  if (onlyCamera(fit).params.size() == kNumAffine) return fit;
+  // The board keeps its shape while the lens is looked for.
+  const std::vector<FitBoard> boards = fit.boards;
+  const Ladder ladder(fit, cancel);
+  if (ladder.isSound(fit)) return fit;
+  fixShapes(fit);
+  if (!priorOf(fit).isNone()) {
+    onlyCamera(fit).weak_prior = {};
+    fit = solve(std::move(fit), {.cancel = cancel});
+  }
+  if (auto held = ladder.climb(fit)) fit = *std::move(held);
+  fit.boards = boards;
+  return solve(std::move(fit), {.cancel = cancel});
+}
+
+std::optional<HeldCovariance> HeldCovariance::make(const Eigen::MatrixXd& information,
+                                                   const FitCamera& camera, double variance) {
+  const WeakPrior& held = camera.weak_prior;
+  const Eigen::MatrixXd directions = freeDirections(static_cast<int>(information.rows()), camera.constraint);
+  const Eigen::VectorXd natural =
+      vectorOf(held.scale.prior(std::max(held.width, kNatural), variance).precision);
+  const auto inverse = inverseOn(information + Eigen::MatrixXd(natural.asDiagonal()), directions);
+  if (!inverse) return std::nullopt;
+  HeldCovariance result;
+  result.information_ = information;
+  result.inverse_ = *inverse;
+  result.shift_ = *inverse * (vectorOf(held.prior.precision) - natural)
+                                 .cwiseProduct(vectorOf(camera.params) - vectorOf(held.prior.mean));
+  result.variance_ = variance;
+  return result;
+}
+
+Eigen::MatrixXd HeldCovariance::byNoise() const {
+  return variance_ * inverse_ + shift_ * shift_.transpose();
+}
+
+Eigen::MatrixXd HeldCovariance::byViews(const Eigen::MatrixXd& robust) const {
+  // The views' pulls in place of independent corners; the prior's part stays.
+  const Eigen::MatrixXd through = inverse_ * information_;
+  return byNoise() + through * robust * through.transpose() - variance_ * through * inverse_;
+}
+
+}  // namespace alidade

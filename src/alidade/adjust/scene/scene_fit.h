@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/board/fit.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/image.h"
+#include "alidade/geometry/dense_matrix.h"
+#include "alidade/geometry/se3.h"
+
+namespace alidade {
+
+/// A scene point as one image shows it.
+struct SceneSighting {
+  std::uint32_t frame = 0;  ///< index into SceneFit::camera_from_world
+  std::uint32_t point = 0;  ///< index into SceneFit::points
+  Eigen::Vector2d pixel{0, 0};
+  double sigma_px = 1;  ///< standard deviation of each coordinate, positive
+  /// How the pixel moves per unit of SceneFit::readout: its velocity in px per frame, times its row's
+  /// distance from the middle row as a share of the height.
+  Eigen::Vector2d readout_px{0, 0};
+};
+
+/// Errors of position that the points of one image share, smooth over the image: for each coordinate a
+/// polynomial of degree 3 in the pixel, scaled to -1 to 1 over the image. The first ten numbers are those of
+/// x, in px: 1 x y xx xy yy xxx xxy xyy yyy.
+struct ErrorField {
+  static constexpr int kTerms = 10;
+  static constexpr int kSize = 2 * kTerms;
+  using Basis = Eigen::Matrix<double, kTerms, 1>;
+  using Coefficients = Eigen::Matrix<double, kSize, 1>;
+
+  [[nodiscard]] static Basis basisAt(const Eigen::Vector2d& pixel, const ImageSize& size);
+};
+
+/// Images of a rigid scene of unknown points, by one camera on the move. World and points have no known
+/// scale.
+struct SceneFit {
+  AnyCamera camera;
+  std::vector<SE3> camera_from_world;
+  /// Homogeneous, of length 1: (x, y, z, w) is the point (x, y, z) / w, at infinity for w = 0.
+  std::vector<Eigen::Vector4d> points;
+  std::vector<SceneSighting> sightings;  ///< sorted by point, those of a point by frame
+  std::size_t num_held_frames = 1;       ///< the first ones keep their poses; one or more
+  /// Time from the first row's exposure to the last one's, in frames: a rolling shutter.
+  double readout = 0;
+  HuberLoss loss = kNoLoss;  ///< of errors in units of sigma_px
+  ImageSize size = {};
+  /// Standard deviation of the coefficients of each image's error field, px; 0: there are none.
+  double field_px = 0;
+  std::vector<ErrorField::Coefficients> fields = {};  ///< one per frame if field_px is above 0
+  SolveSummary summary = {};
+};
+
+/// Where the camera of a fit sees the point of a sighting, and the derivatives.
+struct SceneProjection {
+  bool ok = false;
+  Eigen::Vector2d error{0, 0};  ///< projected minus observed, px
+  Eigen::Matrix<double, 2, 6> J_pose;
+  Eigen::Matrix<double, 2, 4> J_point;
+  Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 24> J_params;
+  ErrorField::Basis field;  ///< by each coordinate's coefficients
+};
+[[nodiscard]] SceneProjection projectSighting(const SceneFit& fit, const SceneSighting& sighting);
+
+/// The error of a sighting, px; NaN where the point has no pixel.
+[[nodiscard]] Eigen::Vector2d sightingError(const SceneFit& fit, const SceneSighting& sighting);
+
+/// Minimises the robust reprojection error over poses, points and error fields, with Ceres; the camera stays
+/// as it is. A sighting that cannot be projected at the start is a failure (Termination::kFailed).
+/// @throws Cancelled
+[[nodiscard]] SceneFit solveScene(SceneFit fit, const SolveOptions& options = {});
+
+/// The normal equations of the camera's parameters and the readout, with poses and points eliminated, at a
+/// solved scene. Unknowns: the parameters in storage order, then the readout.
+struct SceneEquations {
+  DenseMatrix information;      ///< E x E
+  DenseMatrix point_gradients;  ///< E x points: what each point adds to the gradient of the cost
+  DenseMatrix prior_gradient;   ///< E x 1: what the fields' priors add
+  /// Of the poses of the frames that are not held, with the camera as it is: 6 per frame, right perturbation
+  /// [translation, rotation]. Free scale is held along the frames' displacement from the first.
+  DenseMatrix pose_covariance;
+  double cost = 0;            ///< half the sum of rho, and that of the fields' priors
+  double field_square = 0;    ///< sum of squares of the fields' coefficients, px^2
+  double field_variance = 0;  ///< trace of their covariance, for errors with the standard deviation sigma_px
+  double num_redundant = 0;   ///< coordinates minus unknowns of points and poses
+};
+
+/// @pre every sighting projects
+[[nodiscard]] SceneEquations sceneEquations(const SceneFit& fit);
+
+/// The error that each sighting would have if its point were found without it, px, to first order, the poses
+/// unchanged; NaN where one sighting more is needed to find the point.
+[[nodiscard]] std::vector<Eigen::Vector2d> heldOutErrors(const SceneFit& fit);
+
+/// Three directions orthogonal to a homogeneous point: the ways in which it can move.
+[[nodiscard]] Eigen::Matrix<double, 4, 3> pointTangent(const Eigen::Vector4d& point);
+
+}  // namespace alidade

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <yaml-cpp/yaml.h>
+
+#include "alidade/core/error.h"
+#include "alidade/files/text/file_text.h"
+
+namespace alidade::detail {
+
+/// Is this key of a map the user's own, of which this program takes no notice?
+[[nodiscard]] inline bool isUserKey(std::string_view key) {
+  return key.starts_with("x_");
+}
+
+/// A YAML node that knows its file and its path from the root, so that every complaint can name both. Strict:
+/// a value is what was asked for or an Error (kInput) with line, found, expected and next step.
+class YamlNode {
+ public:
+  static constexpr std::size_t kMaxBytes = 64u << 20u;  ///< of a file
+
+  /// Parses a document; `file` is only a name for messages. A key twice in a map, of which a reader would
+  /// take either, is an error, and so are more keys in a map than any of our files has.
+  [[nodiscard]] static YamlNode parse(const std::string& text, const std::string& file);
+  [[nodiscard]] static YamlNode readFile(const std::string& path);
+
+  /// Checks that this is a map with no other keys than these (keys starting with x_ are the user's own).
+  void allowKeys(const std::vector<std::string>& keys) const;
+
+  [[nodiscard]] const YAML::Node& node() const { return node_; }
+  [[nodiscard]] bool isMap() const { return node_.IsMap(); }
+  [[nodiscard]] bool isNull() const { return node_.IsNull(); }
+  [[nodiscard]] bool isScalar() const { return node_.IsScalar(); }
+  [[nodiscard]] bool isSequence() const { return node_.IsSequence(); }
+  [[nodiscard]] bool has(const std::string& key) const;
+  /// The value of a key of this map; missing is an error.
+  [[nodiscard]] YamlNode at(const std::string& key) const;
+  [[nodiscard]] std::optional<YamlNode> find(const std::string& key) const;
+  /// Keys of this map in the file's order; anything but a map is an error.
+  [[nodiscard]] std::vector<std::string> keys() const;
+  /// The line of a key itself, from 1, where the value of this map may begin below it; 0 = not known.
+  [[nodiscard]] int lineOfKey(const std::string& key) const;
+  [[nodiscard]] std::vector<YamlNode> items() const;
+
+  [[nodiscard]] std::string text() const;
+  /// A scalar, or a list of scalars.
+  [[nodiscard]] std::vector<std::string> texts() const;
+  [[nodiscard]] double number() const;  ///< finite
+  [[nodiscard]] int integer() const;
+  [[nodiscard]] bool boolean() const;
+  /// A sequence of finite numbers; `count` 0 = any.
+  [[nodiscard]] std::vector<double> numbers(std::size_t count = 0) const;
+
+  /// "cam.yaml:4: parameters.fx"
+  [[nodiscard]] std::string where() const;
+  /// "cam.yaml:4: parameters.fx", where 4 is the line of that key of this map, not where its value begins;
+  /// without a line that is not known.
+  [[nodiscard]] std::string whereKey(const std::string& key) const;
+  [[nodiscard]] Error error(const std::string& found, const std::string& expected,
+                            const std::string& next_step = "") const;
+
+ private:
+  YamlNode(const YAML::Node& node, std::string file, std::string path)
+      : node_(node), file_(std::move(file)), path_(std::move(path)) {}
+  [[nodiscard]] std::string describe() const;
+  void checkKeys(std::set<std::pair<int, bool>>& seen) const;
+
+  YAML::Node node_;
+  std::string file_;
+  std::string path_;
+};
+
+}  // namespace alidade::detail

@@ -1,0 +1,550 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/footage/check/rig_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include "alidade/core/median.h"
+#include "alidade/core/parallel.h"
+#include "alidade/core/statistics.h"
+#include "alidade/footage/check/pair_fit.h"
+#include "alidade/footage/follow/front_end.h"
+
+namespace alidade {
+namespace {
+
+// As for one camera, see camera_check.cc.
+constexpr double kPenalty = 6;
+constexpr double kEvidence = 10;
+constexpr double kAllTogether = 0.5;
+constexpr double kUnusual = 10;  // of the prior: 4.5 standard deviations
+constexpr double kSeveral = 2;   // times the limit, for all unknowns at once
+constexpr double kFailure = 5;
+constexpr double kBlind = 10;
+constexpr double kOneSided95 = 1.645;
+constexpr double kMostOutliers = 0.5;
+// Errors that one image shares are not seen in its scatter.
+constexpr int kFewestInstants = 3;
+constexpr std::size_t kFewest = TwoView::kFewestInliers;
+constexpr double kSigmaByMedian = 1.4826;  // of a normal variable
+constexpr double kOutlier = 3.5;           // times the noise
+constexpr double kLeastNoise = 1e-3;       // in units of sigma_px
+constexpr double kFar = 10;                // baselines, where effects are stated
+
+// Where one camera sees points at kFar, and the other as stated.
+std::vector<PixelMatch> probesOf(const PosedPair& pair, std::span<const TimedMatch> matches,
+                                 ImageSize second_size) {
+  std::vector<PixelMatch> inside;
+  std::vector<PixelMatch> all;
+  const std::size_t step = 1 + matches.size() / 1000;
+  for (std::size_t i = 0; i < matches.size(); i += step) {
+    const auto ray = pair.first.unproject(matches[i].pixels.a);
+    if (!ray) continue;
+    const Projection seen = pair.second.project(pair.second_from_first * (kFar * *ray));
+    if (!seen.ok()) continue;
+    all.push_back({matches[i].pixels.a, seen.pixel});
+    const Eigen::Vector2d& at = seen.pixel;
+    if (at.x() >= 0 && at.y() >= 0 && at.x() < second_size.width && at.y() < second_size.height)
+      inside.push_back(all.back());
+  }
+  return inside.size() < kFewest ? all : inside;
+}
+
+double quantileOfFinite(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  return values.empty() ? std::numeric_limits<double>::infinity() : quantile95(std::move(values));
+}
+
+// Effect and what would go unnoticed.
+void addEffects(RigChange& change, std::span<const std::optional<PairShift>> shifts,
+                const Eigen::MatrixXd& covariance) {
+  std::vector<double> effects;
+  std::vector<double> across_stds;
+  std::vector<double> whole_stds;
+  for (const auto& shift : shifts) {
+    if (!shift) continue;
+    const Eigen::Matrix3d of_shift = shift->J * covariance * shift->J.transpose();
+    effects.push_back(std::abs(shift->across_x_y[0]));
+    across_stds.push_back(std::sqrt(of_shift(0, 0)));
+    whole_stds.push_back(std::sqrt(of_shift(1, 1) + of_shift(2, 2)));
+  }
+  change.effect_px = quantileOfFinite(std::move(effects));
+  const double std_px = quantileOfFinite(std::move(across_stds));
+  change.sure_px = std::max(0.0, change.effect_px - kOneSided95 * std_px);
+  change.blind_px = kNormal95 * std_px;
+  change.depth_blind_px = kNormal95 * quantileOfFinite(std::move(whole_stds));
+}
+
+double rmsOf(const PosedPair& pair, std::span<const TimedMatch> matches) {
+  double sum = 0;
+  double count = 0;
+  for (const double error : sampsonErrors(pair, matches)) {
+    if (!std::isfinite(error)) continue;
+    sum += error * error;
+    count += 1;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+// The standard deviation of a coordinate in units of sigma_px, by the median of errors within a limit.
+double pairNoise(const PosedPair& pair, std::span<const TimedMatch> matches, double limit_px) {
+  const std::vector<double> errors = sampsonErrors(pair, matches);
+  std::vector<double> units;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (std::abs(errors[i]) < limit_px) units.push_back(std::abs(errors[i]) / matches[i].pixels.sigma_px);
+  }
+  return units.empty() ? 1 : std::max(kLeastNoise, kSigmaByMedian * medianOf(std::move(units)));
+}
+
+std::vector<TimedMatch> within(const PosedPair& pair, std::span<const TimedMatch> matches, double limit_px,
+                               double limit) {
+  const std::vector<double> errors = sampsonErrors(pair, matches);
+  std::vector<TimedMatch> close;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (std::abs(errors[i]) < limit_px && std::abs(errors[i]) < limit * matches[i].pixels.sigma_px)
+      close.push_back(matches[i]);
+  }
+  return close;
+}
+
+constexpr double kAnyError = std::numeric_limits<double>::infinity();
+
+// The test of one pair, step by step.
+class PairTest {
+ public:
+  PairTest(const MountedCamera& first, const MountedCamera& second, const RigCheckOptions& options)
+      : second_size_(second.image_size),
+        stated_{first.camera, second.camera, second.camera_from_rig * first.camera_from_rig.inverse()},
+        options_(options) {
+    // The errors are about those of the coarser camera.
+    const double diagonal = std::min(std::hypot(first.image_size.width, first.image_size.height),
+                                     std::hypot(second.image_size.width, second.image_size.height));
+    threshold_px_ = std::max(2.0, 0.002 * diagonal);
+    stated_.second_from_first.translation.normalize();
+    freedoms_ = pairFreedoms(stated_, {first.image_size.width, second.image_size.width});
+    check_.tolerance_px = options.tolerance_px;
+  }
+
+  RigPairCheck run(const std::vector<std::vector<PixelMatch>>& instants) {
+    for (std::size_t k = 0; k < instants.size(); ++k) {
+      for (const PixelMatch& match : instants[k]) {
+        if (stated_.first.unproject(match.a) && stated_.second.unproject(match.b))
+          matches_.push_back({match, k});
+      }
+    }
+    check_.num_matches = static_cast<int>(matches_.size());
+    if (matches_.size() < 2 * kFewest) {
+      check_.gap = FootageGap::kFewPoints;
+      return check_;
+    }
+    findUsed();
+    countUsed(instants.size());
+    if (check_.outlier_share > kMostOutliers || used_.size() < 2 * kFewest) {
+      const bool are_few = check_.outlier_share <= kMostOutliers;
+      check_.gap = are_few ? FootageGap::kFewPoints : FootageGap::kMovingScene;
+      return check_;
+    }
+    if (testSides()) return check_;
+    freeAll();
+    judge();
+    return check_;
+  }
+
+ private:
+  // Fits a group to those matches that agree with it within a limit, from a wide one to a narrow one.
+  [[nodiscard]] Eigen::VectorXd searched(const PairFreedom& freedom, std::span<const TimedMatch> some) const {
+    std::vector<double> sizes;
+    for (const double error : sampsonErrors(stated_, some)) sizes.push_back(std::abs(error));
+    constexpr double kWidest = 64;  // px
+    double limit = std::clamp(3 * medianOf(std::move(sizes)), threshold_px_, kWidest);
+    Eigen::VectorXd at = Eigen::VectorXd::Zero(freedom.size());
+    for (bool is_last = false; !is_last; limit = std::max(threshold_px_, limit / 2)) {
+      is_last = limit == threshold_px_;
+      const auto pair = changedPair(stated_, freedom, at);
+      const std::vector<TimedMatch> close = within(*pair, some, limit, kAnyError);
+      if (close.size() < kFewest) continue;
+      const PairFitOptions options{
+          .noise = pairNoise(*pair, close, limit), .max_steps = 6, .cancel = options_.cancel};
+      at = fitPair(stated_, freedom, close, at, options).amounts;
+    }
+    return at;
+  }
+
+  // Chooses the matches to judge by: those that agree with the stated pair, or with a changed one if that
+  // explains clearly more.
+  void findUsed() {
+    std::vector<TimedMatch> some;
+    const std::size_t step = 1 + matches_.size() / 1500;
+    for (std::size_t i = 0; i < matches_.size(); i += step) some.push_back(matches_[i]);
+    starts_.resize(freedoms_.size());
+    parallelFor(
+        freedoms_.size(), options_.num_jobs,
+        [&](std::size_t i) { starts_[i] = searched(freedoms_[i], some); }, options_.cancel);
+    const auto truncatedSum = [&](const PosedPair& pair) {
+      double sum = 0;
+      for (const double error : sampsonErrors(pair, matches_))
+        sum += std::abs(error) < threshold_px_ ? error * error : threshold_px_ * threshold_px_;
+      return sum;
+    };
+    constexpr double kMore = 1.02;
+    best_ = stated_;
+    double least = truncatedSum(stated_);
+    const double stated_sum = least;
+    for (std::size_t i = 0; i < freedoms_.size(); ++i) {
+      const auto pair = changedPair(stated_, freedoms_[i], starts_[i]);
+      const double sum = truncatedSum(*pair);
+      // Each unknown can bring a false match to its curve.
+      const double by_chance = threshold_px_ * threshold_px_ * static_cast<double>(freedoms_[i].size() + 3);
+      if (sum >= least || kMore * sum + by_chance >= stated_sum) continue;
+      least = sum;
+      best_ = *pair;
+    }
+    noise_ = pairNoise(best_, matches_, threshold_px_);
+    used_ = within(best_, matches_, threshold_px_, kOutlier * noise_);
+    check_.outlier_share = 1 - static_cast<double>(within(best_, matches_, threshold_px_, kAnyError).size()) /
+                                   static_cast<double>(matches_.size());
+  }
+
+  void countUsed(std::size_t num_instants) {
+    check_.num_used = static_cast<int>(used_.size());
+    std::vector<std::size_t> counts(num_instants);
+    std::vector<double> sigmas;
+    for (const TimedMatch& match : used_) {
+      ++counts[match.instant];
+      sigmas.push_back(noise_ * match.pixels.sigma_px);
+    }
+    if (used_.empty()) return;
+    check_.noise_px = medianOf(std::move(sigmas));
+    check_.num_instants = static_cast<int>(
+        std::count_if(counts.begin(), counts.end(), [](std::size_t n) { return n >= kFewest; }));
+    check_.rms_px = rmsOf(stated_, used_);
+  }
+
+  // Whether most points lie behind the stated cameras: epipolar curves alone do not tell.
+  bool testSides() {
+    std::vector<double> parallaxes;
+    std::size_t num_near = 0;
+    std::size_t num_behind = 0;
+    for (const TimedMatch& match : used_) {
+      const auto a = stated_.first.unproject(match.pixels.a);
+      const auto b = stated_.second.unproject(match.pixels.b);
+      if (!a || !b) continue;
+      const Eigen::Vector3d infinity = stated_.second_from_first.rotation * *a;
+      const Projection far = stated_.second.project(infinity);
+      if (!far.ok()) continue;
+      parallaxes.push_back((far.pixel - match.pixels.b).norm());
+      if (parallaxes.back() < std::max(3.0, 5 * check_.noise_px)) continue;
+      ++num_near;
+      num_behind += depthsOf({*a, *b}, stated_.second_from_first).arePositive() ? 0 : 1;
+    }
+    if (!parallaxes.empty()) check_.parallax_px = medianOf(std::move(parallaxes));
+    constexpr double kMost = 0.8;
+    constexpr double kLeast = 0.25;  // of all matches: fewer may be false ones
+    if (num_near < kFewest || static_cast<double>(num_near) < kLeast * static_cast<double>(used_.size()) ||
+        static_cast<double>(num_behind) < kMost * static_cast<double>(num_near))
+      return false;
+    check_.is_behind = true;
+    check_.verdict = FootageVerdict::kInconsistent;
+    return true;
+  }
+
+  [[nodiscard]] std::optional<RigChange> changeBy(std::size_t i,
+                                                  const std::vector<PixelMatch>& probes) const {
+    const PairFreedom& freedom = freedoms_[i];
+    const PairFitOptions options{.noise = noise_, .cancel = options_.cancel};
+    // A match that all but determines an unknown by itself may be false, and nothing would show it.
+    std::vector<TimedMatch> judged = used_;
+    PairFit fit = fitPair(stated_, freedom, judged, starts_[i], options);
+    for (int round = 0; round < 5 && fit.is_converged; ++round) {
+      const double share = static_cast<double>(freedom.size()) / static_cast<double>(judged.size());
+      const double limit = std::max(0.3, 3 * share);
+      std::vector<TimedMatch> kept;
+      for (std::size_t k = 0; k < judged.size(); ++k) {
+        if (fit.leverages[k] <= limit) kept.push_back(judged[k]);
+      }
+      if (kept.size() == judged.size()) break;
+      judged = std::move(kept);
+      fit = fitPair(stated_, freedom, judged, Eigen::VectorXd::Zero(freedom.size()), options);
+    }
+    if (!fit.is_converged) return std::nullopt;
+    const double given_cost = costOf(stated_, judged, noise_);
+    RigChange change{
+        .kind = freedom.kind, .side = freedom.side, .pair = *changedPair(stated_, freedom, fit.amounts)};
+    for (Eigen::Index k = 0; k < fit.amounts.size(); ++k) {
+      change.amounts.push_back(fit.amounts[k]);
+      change.std.push_back(std::sqrt(fit.covariance(k, k)));
+    }
+    if (freedom.kind == RigChangeKind::kRotation || freedom.kind == RigChangeKind::kPosition ||
+        freedom.kind == RigChangeKind::kPose) {
+      const Eigen::Index n = freedom.kind == RigChangeKind::kPosition ? 2 : 3;
+      const Eigen::VectorXd along = fit.amounts.head(n).normalized();
+      change.angle_std = std::sqrt(along.dot(fit.covariance.topLeftCorner(n, n) * along));
+    }
+    const double drop = given_cost - fit.cost;
+    change.rms_px = rmsOf(change.pair, used_);
+    change.cost_drop = drop / given_cost;
+    const double penalty = kPenalty * static_cast<double>(freedom.size());
+    change.prior_cost = fit.prior_cost;
+    change.gain = (drop - fit.prior_cost - penalty) / given_cost;
+    change.score = (drop - fit.prior_cost) / (fit.dispersion * std::max(1.0, fit.disagreement)) - penalty;
+    addEffects(change, shiftsBy(stated_, freedom, fit.amounts, probes, kFar), fit.covariance);
+    return change;
+  }
+
+  void freeAll() {
+    const std::vector<PixelMatch> probes = probesOf(stated_, used_, second_size_);
+    std::vector<std::optional<RigChange>> found(freedoms_.size());
+    parallelFor(
+        freedoms_.size(), options_.num_jobs, [&](std::size_t i) { found[i] = changeBy(i, probes); },
+        options_.cancel);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      if (found[i]) check_.changes.push_back(*found[i]);
+      if (found[i] || freedoms_[i].kind == RigChangeKind::kSeveral) continue;
+      // The direction of the baseline has no optimum where all is far away.
+      (freedoms_[i].kind == RigChangeKind::kPosition ? is_position_open_ : has_open_) = true;
+    }
+  }
+
+  [[nodiscard]] bool isWrongBy(const RigChange& change) const {
+    const double limit_px = kFailure * options_.tolerance_px;
+    return change.effect_px > limit_px && change.sure_px > 0.5 * limit_px;
+  }
+
+  // Of the changes that show the rig to be wrong (if none does, of those that are significant), the one that
+  // explains most; of those that explain as much, the most usual one.
+  bool explain() {
+    std::vector<std::size_t> candidates;
+    for (std::size_t i = 0; i < check_.changes.size(); ++i) {
+      const RigChange& change = check_.changes[i];
+      if (change.kind != RigChangeKind::kSeveral && change.score > kEvidence &&
+          change.blind_px <= kBlind * options_.tolerance_px && change.prior_cost < kUnusual)
+        candidates.push_back(i);
+    }
+    const auto isWrong = [&](std::size_t i) { return isWrongBy(check_.changes[i]); };
+    bool is_wrong = std::any_of(candidates.begin(), candidates.end(), isWrong);
+    if (is_wrong) std::erase_if(candidates, [&](std::size_t i) { return !isWrong(i); });
+    const auto gain = [&](std::size_t i) { return check_.changes[i].gain; };
+    double best = 0;
+    for (const std::size_t i : candidates) best = std::max(best, gain(i));
+    constexpr double kAsMuch = 0.98;
+    constexpr double kNearly = 0.9;
+    const auto chosen =
+        std::ranges::find_if(candidates, [&](std::size_t i) { return gain(i) >= kAsMuch * best; });
+    if (chosen != candidates.end()) {
+      check_.explanation = *chosen;
+      for (const std::size_t i : candidates) {
+        if (i != *chosen && gain(i) >= kNearly * best && !isSameMotion(i, *chosen))
+          check_.alternatives.push_back(i);
+      }
+    }
+    for (std::size_t i = 0; i < check_.changes.size(); ++i) {
+      const RigChange& change = check_.changes[i];
+      if (change.kind != RigChangeKind::kSeveral || !(change.score > kEvidence) || !isWrongBy(change) ||
+          change.effect_px < kSeveral * kFailure * options_.tolerance_px)
+        continue;
+      constexpr double kMore = 1.25;
+      const double one = check_.explanation ? check_.changes[*check_.explanation].cost_drop : 0;
+      if (change.cost_drop < kMore * one || (!is_wrong && change.cost_drop < kAllTogether)) continue;
+      check_.explanation = i;
+      check_.alternatives.clear();
+      is_wrong = true;
+    }
+    return is_wrong;
+  }
+
+  // Whichever camera turned, they are turned against each other.
+  [[nodiscard]] bool isSameMotion(std::size_t i, std::size_t j) const {
+    const auto isMotion = [&](std::size_t k) {
+      const RigChangeKind kind = check_.changes[k].kind;
+      return kind == RigChangeKind::kRotation || kind == RigChangeKind::kPose;
+    };
+    return isMotion(i) && isMotion(j);
+  }
+
+  void judge() {
+    const bool is_wrong = explain();
+    double far_px = is_position_open_ ? std::numeric_limits<double>::infinity() : 0;
+    double lens_px = 0;
+    for (const RigChange& change : check_.changes) {
+      if (change.kind == RigChangeKind::kPosition) far_px = std::max(far_px, change.blind_px);
+      if (change.kind == RigChangeKind::kRotation || change.kind == RigChangeKind::kFocalLength ||
+          change.kind == RigChangeKind::kDistortion || change.kind == RigChangeKind::kFirstRadial)
+        lens_px = std::max(lens_px, change.blind_px);
+    }
+    check_.blind_px = std::max(far_px, lens_px);
+    const double limit_px = kBlind * options_.tolerance_px;
+    if (is_wrong) {
+      check_.verdict = FootageVerdict::kInconsistent;
+    } else if (lens_px > limit_px) {
+      check_.gap = FootageGap::kWeak;
+    } else if (far_px > limit_px) {
+      check_.gap = FootageGap::kNoParallax;
+    } else if (has_open_) {
+      check_.gap = FootageGap::kUnsolved;
+    } else if (check_.num_instants < kFewestInstants) {
+      check_.gap = FootageGap::kFewFrames;
+    } else {
+      check_.verdict = FootageVerdict::kConsistent;
+    }
+  }
+
+  ImageSize second_size_;
+  PosedPair stated_;
+  PosedPair best_ = stated_;
+  RigCheckOptions options_;
+  double threshold_px_ = 2;
+  double noise_ = 1;
+  std::vector<PairFreedom> freedoms_;
+  std::vector<Eigen::VectorXd> starts_;
+  std::vector<TimedMatch> matches_;
+  std::vector<TimedMatch> used_;
+  bool has_open_ = false;
+  bool is_position_open_ = false;
+  RigPairCheck check_;
+};
+
+// Whether consistent pairs connect all cameras.
+bool areConnected(std::size_t num_cameras, const std::vector<RigPairCheck>& pairs) {
+  std::vector<std::size_t> group(num_cameras);
+  for (std::size_t i = 0; i < num_cameras; ++i) group[i] = i;
+  for (const RigPairCheck& pair : pairs) {
+    if (pair.verdict != FootageVerdict::kConsistent) continue;
+    const std::size_t from = group[pair.second];
+    std::replace(group.begin(), group.end(), from, std::size_t{group[pair.first]});
+  }
+  return std::all_of(group.begin(), group.end(), [&](std::size_t g) { return g == group.front(); });
+}
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+// Digits after the point that show a standard deviation; no fewer than usual.
+int digitsFor(double std, int usual) {
+  if (!(std > 0) || !std::isfinite(std)) return usual;
+  constexpr int kMost = 4;
+  return std::clamp(static_cast<int>(std::floor(-std::log10(std))) + 1, usual, kMost);
+}
+
+std::string turnWords(const RigChange& change, std::string_view turned, std::string_view against) {
+  const Eigen::Vector3d w(change.amounts[0], change.amounts[1], change.amounts[2]);
+  Eigen::Index axis = 0;
+  const double most = w.cwiseAbs().maxCoeff(&axis);
+  constexpr double kDominates = 0.9;
+  const bool has_axis = most > kDominates * w.norm();
+  const int digits = digitsFor(kDegrees * change.angle_std, 2);
+  const std::string angle = has_axis ? fmt::format("{:+.{}f}", kDegrees * w[axis], digits)
+                                     : fmt::format("{:.{}f}", kDegrees * w.norm(), digits);
+  const std::string about = has_axis ? fmt::format(" about its {} axis", "xyz"[axis]) : "";
+  return fmt::format("{} turned by {} deg +- {:.{}f} deg{} against {}", turned, angle,
+                     kDegrees * change.angle_std, digits, about, against);
+}
+
+}  // namespace
+
+std::string_view rigChangeId(RigChangeKind kind) {
+  switch (kind) {
+    case RigChangeKind::kRotation:
+      return "rotation";
+    case RigChangeKind::kFocalLength:
+      return "focal_length";
+    case RigChangeKind::kDistortion:
+      return "distortion";
+    case RigChangeKind::kFirstRadial:
+      return "radial";
+    case RigChangeKind::kPosition:
+      return "position";
+    case RigChangeKind::kPrincipalPoint:
+      return "principal_point";
+    case RigChangeKind::kPose:
+      return "pose";
+    case RigChangeKind::kSeveral:
+      break;
+  }
+  return "several";
+}
+
+std::vector<PixelMatch> matchImages(const GrayImage& first, const GrayImage& second, std::size_t num_points) {
+  const std::unique_ptr<FrontEnd> tracker =
+      makeFrontEnd({.kind = FrontEndKind::kKeyPoints, .num_points = num_points});
+  const std::vector<TrackPixel> a = tracker->follow(first);
+  const std::vector<TrackPixel> b = tracker->follow(second);
+  std::vector<PixelMatch> matches;
+  // The first patch defines the point; the second one is aligned with it, and has the error of both.
+  for (const auto& [i, j] : commonTracks(a, b)) matches.push_back({a[i].pixel, b[j].pixel, b[j].sigma_px});
+  return matches;
+}
+
+RigCheck checkRigOnFootage(const AnyRig& rig, std::span<const RigPairMatches> matches,
+                           const RigCheckOptions& options) {
+  RigCheck check;
+  for (const RigPairMatches& pair : matches) {
+    const MountedCamera& first = rig.camera(pair.first);
+    const MountedCamera& second = rig.camera(pair.second);
+    RigPairCheck result;
+    const SE3 second_from_first = second.camera_from_rig * first.camera_from_rig.inverse();
+    constexpr double kLeastBaseline = 1e-6;  // m
+    if (second_from_first.translation.norm() > kLeastBaseline) {
+      result = PairTest(first, second, options).run(pair.instants);
+    } else {
+      result.gap = FootageGap::kWeak;  // without a baseline there are no epipolar curves
+    }
+    result.first = pair.first;
+    result.second = pair.second;
+    check.pairs.push_back(std::move(result));
+  }
+  const bool is_wrong = std::any_of(check.pairs.begin(), check.pairs.end(), [](const RigPairCheck& pair) {
+    return pair.verdict == FootageVerdict::kInconsistent;
+  });
+  if (is_wrong) {
+    check.verdict = FootageVerdict::kInconsistent;
+  } else if (areConnected(rig.size(), check.pairs)) {
+    check.verdict = FootageVerdict::kConsistent;
+  }
+  return check;
+}
+
+std::string describe(const RigChange& change, std::string_view first, std::string_view second) {
+  const bool is_first = change.side == PairSide::kFirst;
+  const std::string_view one = is_first ? first : second;
+  const std::string of =
+      change.side == PairSide::kBoth ? fmt::format("{} and {}", first, second) : std::string(one);
+  const std::string_view other = is_first ? second : first;
+  const std::vector<double>& by = change.amounts;
+  switch (change.kind) {
+    case RigChangeKind::kRotation:
+      return turnWords(change, one, other);
+    case RigChangeKind::kFocalLength:
+      return fmt::format("focal length of {} {:+.{}f} % +- {:.{}f} %", of, 100 * by[0],
+                         digitsFor(100 * change.std[0], 1), 100 * change.std[0],
+                         digitsFor(100 * change.std[0], 1));
+    case RigChangeKind::kDistortion:
+      return fmt::format("distortion of {} times {:.{}f} +- {:.{}f}", of, 1 + by[0],
+                         digitsFor(change.std[0], 2), change.std[0], digitsFor(change.std[0], 2));
+    case RigChangeKind::kFirstRadial:
+      return fmt::format("{} of {} {:+.{}f} +- {:.{}f}",
+                         (is_first ? change.pair.first : change.pair.second).parameterNames()[4], of, by[0],
+                         digitsFor(change.std[0], 3), change.std[0], digitsFor(change.std[0], 3));
+    case RigChangeKind::kPosition:
+      return fmt::format("the direction from {} to {} turned by {:.{}f} deg +- {:.{}f} deg", first, second,
+                         kDegrees * std::hypot(by[0], by[1]), digitsFor(kDegrees * change.angle_std, 2),
+                         kDegrees * change.angle_std, digitsFor(kDegrees * change.angle_std, 2));
+    case RigChangeKind::kPrincipalPoint:
+      return fmt::format("principal point of {} {:+.{}f} +- {:.{}f} px in x and {:+.{}f} +- {:.{}f} px in y",
+                         of, by[0], digitsFor(change.std[0], 1), change.std[0], digitsFor(change.std[0], 1),
+                         by[1], digitsFor(change.std[1], 1), change.std[1], digitsFor(change.std[1], 1));
+    case RigChangeKind::kPose:
+      return fmt::format("{}, and the direction between them by {:.2f} deg", turnWords(change, one, other),
+                         kDegrees * std::hypot(by[3], by[4]));
+    case RigChangeKind::kSeveral:
+      break;
+  }
+  return fmt::format("pose and lenses of {} and {} at once", first, second);
+}
+
+}  // namespace alidade

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/footage/follow/key_points.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <set>
+#include <utility>
+
+#include <Eigen/Geometry>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "alidade/footage/follow/flow_tracker.h"
+#include "alidade/footage/follow/image_patch.h"
+#include "alidade/footage/follow/image_view.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::size_t kImages = 24;  // before it, that an image is matched with
+
+struct Match {
+  int from = 0;
+  int to = 0;
+  float ratio = 1;  // of the distances to the nearest and the second nearest descriptor
+};
+
+// Mutual nearest descriptors, each clearly nearer than the second.
+std::vector<Match> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
+  if (from.rows < 2 || to.rows < 2) return {};
+  constexpr float kRatio = 0.8F;
+  const cv::BFMatcher matcher(cv::NORM_L2);
+  std::vector<std::vector<cv::DMatch>> forward;
+  std::vector<std::vector<cv::DMatch>> backward;
+  matcher.knnMatch(from, to, forward, 2);
+  matcher.knnMatch(to, from, backward, 1);
+  std::vector<Match> matches;
+  for (const auto& best : forward) {
+    if (best.size() < 2 || best[0].distance >= kRatio * best[1].distance) continue;
+    const int i = best[0].queryIdx;
+    const int j = best[0].trainIdx;
+    const auto& back = backward[static_cast<std::size_t>(j)];
+    if (!back.empty() && back[0].trainIdx == i)
+      matches.push_back({i, j, best[0].distance / best[1].distance});
+  }
+  return matches;
+}
+
+// SIFT takes seconds for more pixels, and its points at fine scales are the least repeatable.
+constexpr double kLongestSide = 2000;
+constexpr double kShortestSide = 16;  // below, SIFT has no octave
+
+// What a point's place in a patch is worth, px: patches that are seen from elsewhere are not only deformed.
+constexpr double kPatchSigma = 0.1;
+// And what the place of a descriptor is worth, by its size.
+constexpr double kSigmaBySize = 0.12;
+
+// The pixel of an image, by that of the smaller one.
+Eigen::Vector2d inWhole(const Eigen::Vector2f& pixel, double scale) {
+  return ((pixel.cast<double>().array() + 0.5) / scale - 0.5).matrix();
+}
+
+GrayImage smaller(const GrayImage& image, double scale) {
+  cv::Mat resized;
+  cv::resize(viewOf(image), resized, {}, scale, scale, cv::INTER_AREA);
+  return {{resized.cols, resized.rows}, {resized.begin<std::uint8_t>(), resized.end<std::uint8_t>()}};
+}
+
+}  // namespace
+
+KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& searched, double scale) const {
+  const cv::Mat used = viewOf(searched);
+  const cv::Ptr<cv::SIFT> sift = cv::SIFT::create(0, 3, 0.02);
+  std::vector<cv::KeyPoint> found;
+  sift->detect(used, found);
+
+  // The strongest of each cell, so that the points spread over the image; one of those at one place.
+  constexpr int kColumns = 8;
+  constexpr int kRows = 6;
+  std::stable_sort(found.begin(), found.end(),
+                   [](const cv::KeyPoint& a, const cv::KeyPoint& b) { return a.response > b.response; });
+  const std::size_t per_cell = 2 * options_.num_points / (kColumns * kRows) + 1;
+  std::array<std::size_t, std::size_t{kColumns} * kRows> count{};
+  std::set<std::pair<int, int>> taken;
+  std::vector<cv::KeyPoint> chosen;
+  for (const cv::KeyPoint& point : found) {
+    const int column =
+        std::clamp(static_cast<int>(point.pt.x * kColumns / static_cast<float>(used.cols)), 0, kColumns - 1);
+    const int row =
+        std::clamp(static_cast<int>(point.pt.y * kRows / static_cast<float>(used.rows)), 0, kRows - 1);
+    std::size_t& in_cell = count[static_cast<std::size_t>(row * kColumns + column)];
+    if (in_cell >= per_cell) continue;
+    if (!taken.emplace(static_cast<int>(point.pt.x), static_cast<int>(point.pt.y)).second) continue;
+    ++in_cell;
+    chosen.push_back(point);
+  }
+  Image result;
+  sift->compute(used, chosen, result.descriptors);
+  for (const cv::KeyPoint& key : chosen) {
+    // OpenCV doubles the image first and takes half of the doubled image's pixel number, which leaves a
+    // quarter of a pixel.
+    constexpr float kDoubling = 0.25F;
+    constexpr float kDegree = std::numbers::pi_v<float> / 180;
+    Point point{.pixel = {key.pt.x - kDoubling, key.pt.y - kDoubling},
+                .size = key.size,
+                .direction = kDegree * key.angle};
+    point.at.pixel = inWhole(point.pixel, scale);
+    constexpr int kReach = ImagePatch::kRadius + 4;
+    const int x0 = std::clamp(static_cast<int>(point.pixel.x()) - kReach, 0, used.cols - 1);
+    const int y0 = std::clamp(static_cast<int>(point.pixel.y()) - kReach, 0, used.rows - 1);
+    const cv::Mat piece = used(
+        cv::Rect(x0, y0, std::min(2 * kReach + 2, used.cols - x0), std::min(2 * kReach + 2, used.rows - y0)));
+    point.look = {
+        .around = {{piece.cols, piece.rows}, {piece.begin<std::uint8_t>(), piece.end<std::uint8_t>()}},
+        .centre = point.pixel - Eigen::Vector2f(static_cast<float>(x0), static_cast<float>(y0)),
+        .size = point.size,
+        .direction = point.direction};
+    result.points.push_back(std::move(point));
+  }
+  return result;
+}
+
+// Moves a point to where its track's first patch agrees with the image. Where none does, its place and the
+// first one are those of descriptors.
+void KeyPointMatcher::align(const GrayImage& searched, double scale, Point& point) {
+  point.at.sigma_px = std::numbers::sqrt2 * kSigmaBySize * point.size / scale;
+  const auto patch = ImagePatch::at(point.look.around, point.look.centre);
+  if (!patch) return;
+  PatchPlace guess{.pixel = point.pixel};
+  guess.shape = point.size / point.look.size *
+                Eigen::Rotation2Df(point.direction - point.look.direction).toRotationMatrix();
+  const auto place = patch->findIn(searched, guess);
+  constexpr float kAlike = 0.85F;  // correlation
+  if (!place || place->correlation < kAlike) return;
+  const double variance = 0.5 * static_cast<double>(place->covariance.trace()) + kPatchSigma * kPatchSigma;
+  point.pixel = place->pixel;
+  point.at.pixel = inWhole(point.pixel, scale);
+  point.at.sigma_px = std::sqrt(variance) / scale;
+}
+
+std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
+  cv::setNumThreads(1);
+  const double scale = std::min(1.0, kLongestSide / std::max(image.size.width, image.size.height));
+  if (scale * std::min(image.size.width, image.size.height) < kShortestSide) return {};
+  const GrayImage resized = scale < 1 ? smaller(image, scale) : GrayImage();
+  const GrayImage& searched = scale < 1 ? resized : image;
+  Image now = describe(searched, scale);
+  // The clearest match of each point decides; false ones are rarely as clear. A track has one point in an
+  // image.
+  struct Claim {
+    float ratio = 1;
+    const Point* earlier = nullptr;
+  };
+  std::vector<Claim> claims(now.points.size());
+  for (const Image& earlier : earlier_) {
+    for (const Match& match : matchesBetween(now.descriptors, earlier.descriptors)) {
+      Claim& claim = claims[static_cast<std::size_t>(match.from)];
+      if (match.ratio < claim.ratio)
+        claim = {match.ratio, &earlier.points[static_cast<std::size_t>(match.to)]};
+    }
+  }
+  std::map<std::uint32_t, std::size_t> holder;
+  for (std::size_t i = 0; i < now.points.size(); ++i) {
+    if (claims[i].earlier == nullptr) continue;
+    const auto [held, is_new] = holder.emplace(claims[i].earlier->at.track, i);
+    if (is_new) continue;
+    std::size_t& best = held->second;
+    const std::size_t worse = claims[best].ratio <= claims[i].ratio ? i : std::exchange(best, i);
+    claims[worse].earlier = nullptr;
+  }
+  for (std::size_t i = 0; i < now.points.size(); ++i) {
+    Point& point = now.points[i];
+    if (claims[i].earlier == nullptr) {
+      point.at.track = next_track_++;
+      continue;
+    }
+    point.at.track = claims[i].earlier->at.track;
+    point.look = claims[i].earlier->look;
+    align(searched, scale, point);
+  }
+  // In rising order of track, the descriptors too.
+  std::vector<int> order(now.points.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto trackOf = [&](int i) { return now.points[static_cast<std::size_t>(i)].at.track; };
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return trackOf(a) < trackOf(b); });
+  Image sorted;
+  std::vector<TrackPixel> result;
+  for (const int i : order) {
+    result.push_back(now.points[static_cast<std::size_t>(i)].at);
+    sorted.points.push_back(std::move(now.points[static_cast<std::size_t>(i)]));
+    sorted.descriptors.push_back(now.descriptors.row(i));
+  }
+  earlier_.push_back(std::move(sorted));
+  if (earlier_.size() > kImages) earlier_.pop_front();
+  return result;
+}
+
+std::unique_ptr<FrontEnd> makeFrontEnd(const FrontEndOptions& options) {
+  if (options.kind == FrontEndKind::kFlow) return std::make_unique<FlowTracker>(options);
+  return std::make_unique<KeyPointMatcher>(options);
+}
+
+}  // namespace alidade

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/image.h"
+#include "alidade/footage/geometry/essential.h"
+#include "alidade/geometry/se3.h"
+
+namespace alidade {
+
+/// The pixels at which two images of one camera show a point.
+struct PixelMatch {
+  Eigen::Vector2d a;
+  Eigen::Vector2d b;
+  double sigma_px = 1;  ///< standard deviation of each coordinate
+};
+
+/// What two images of a scene say of the camera's motion between them.
+enum class TwoViewKind : std::uint8_t {
+  kGeneral,   ///< a rotation and the direction of the translation
+  kPlane,     ///< the same, but all points lie on a plane
+  kRotation,  ///< the camera turned in place, or all points are far away: no translation can be seen
+  kNone,      ///< too few points agree with one motion
+};
+/// "general", "plane", "rotation", "none".
+[[nodiscard]] std::string_view kindId(TwoViewKind kind);
+
+struct TwoViewOptions {
+  /// A match whose error is below this agrees with a motion; wide enough for a camera that is a little wrong.
+  /// 0: 2 px, or 0.2 % of the image's diagonal if that is more.
+  double threshold_px = 0;
+  std::uint64_t seed = 1;
+  ImageSize size = {};  ///< of the images
+};
+
+struct TwoView {
+  static constexpr std::size_t kFewestInliers = 12;
+
+  TwoViewKind kind = TwoViewKind::kNone;
+  SE3 b_from_a;                 ///< the translation has length 1; zero for kRotation
+  std::vector<bool> is_inlier;  ///< one per match
+  std::size_t num_inliers = 0;
+  /// Median displacement of the inliers that no rotation explains, px.
+  double parallax_px = 0;
+  /// Of the inliers, homogeneous, in frame a; zero for others.
+  std::vector<Eigen::Vector4d> points;
+  /// Of b_from_a, right perturbation [translation, rotation], with the length of the translation held. Scaled
+  /// by the errors. Only for kGeneral and kPlane.
+  Eigen::Matrix<double, 6, 6, Eigen::DontAlign> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
+/// The motion between two images: five-point solutions of random samples, scored by the truncated squared
+/// Sampson error in pixels (Torr and Zisserman 2000, MLESAC), the side of the camera by the depths of the
+/// points, and the reprojection error of the inliers minimised over motion and points. Works on unit rays, so
+/// for any lens and field of view.
+[[nodiscard]] TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> matches,
+                                      const TwoViewOptions& options = {});
+
+/// The rotation b_from_a that brings the rays of a nearest to those of b, of the larger part of the pairs.
+[[nodiscard]] SO3 commonRotation(std::span<const RayPair> pairs);
+
+/// The homogeneous point, of length 1, nearest to rays in the sense of least algebraic error, on the side
+/// that the cameras see; the ray's end at infinity where they are parallel.
+/// @param camera_from_world  of each ray
+[[nodiscard]] Eigen::Vector4d pointOnRays(std::span<const SE3> camera_from_world,
+                                          std::span<const Eigen::Vector3d> rays);
+
+}  // namespace alidade

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/image.h"
+#include "alidade/footage/follow/tracks.h"
+#include "alidade/geometry/se3.h"
+
+namespace alidade {
+
+/// How finely a camera sees, and what counts as much or little for its images.
+struct SightScale {
+  double threshold_px = 2;
+  double px_per_rad = 500;  ///< in the middle of the image
+  double least_rad = 0.01;  ///< between the rays to a point whose distance they tell
+  double key_rad = 0.04;    ///< between the rays of two key frames
+
+  SightScale(const AnyCamera& camera, ImageSize size, double threshold_px);
+};
+
+/// The pose of a frame by points of the map.
+struct PlacedFrame {
+  SE3 camera_from_world;
+  std::size_t num_points = 0;    ///< that agree, with a known distance
+  std::size_t num_distant = 0;   ///< that agree, without one
+  double squared_error_px2 = 0;  ///< sum over both
+};
+
+/// The last few key frames of a path with the points that they show.
+class LocalMap {
+ public:
+  LocalMap(const AnyCamera& camera, const SightScale& scale, std::size_t window, std::uint64_t seed);
+
+  /// A pose from the points that were seen lately.
+  /// @param tracks  of the frame
+  /// @param guess   camera_from_world
+  [[nodiscard]] std::optional<PlacedFrame> place(std::span<const TrackPixel> tracks, const SE3& guess,
+                                                 std::size_t frame);
+  /// A pose from any points of the map, for a camera that is lost.
+  [[nodiscard]] std::optional<PlacedFrame> relocate(std::span<const TrackPixel> tracks, std::size_t frame);
+
+  /// The place of a point, before key frames that show it are added.
+  void setPoint(std::uint32_t track, const Eigen::Vector4d& at);
+
+  /// Adds a key frame, gives points their places and adjusts the window.
+  /// @param frame  higher than those before
+  void addKeyFrame(std::size_t frame, std::span<const TrackPixel> tracks, const SE3& camera_from_world);
+  /// The same without adjustment, for those that a map starts with; then settle().
+  void insertKeyFrame(std::size_t frame, std::span<const TrackPixel> tracks, const SE3& camera_from_world);
+  void settle();
+
+  /// Whether a frame ought to become a key frame.
+  [[nodiscard]] bool needsKeyFrame(std::span<const TrackPixel> tracks, const PlacedFrame& placed) const;
+
+  [[nodiscard]] const SE3& lastPose() const { return window_.back().camera_from_world; }
+  /// The last key frame's tracks.
+  [[nodiscard]] const std::vector<TrackPixel>& lastTracks() const { return window_.back().tracks; }
+  /// Of the points of the last key frame, median.
+  [[nodiscard]] double depth() const { return depth_; }
+  /// The place of a point that was seen lately, at a known distance.
+  [[nodiscard]] std::optional<Eigen::Vector3d> placeOf(std::uint32_t track) const;
+  /// Poses of all key frames by frame.
+  [[nodiscard]] const std::map<std::size_t, SE3>& poses() const { return poses_; }
+  /// Places of the points that three or more key frames saw, at a known distance.
+  [[nodiscard]] std::vector<Eigen::Vector3d> points() const;
+
+ private:
+  struct Point {
+    Eigen::Vector4d at = Eigen::Vector4d::Zero();
+    bool is_placed = false;
+    bool is_far = false;            // rays to it are parallel over the whole window
+    int num_misses = 0;             // frames in a row that contradict the place
+    int num_failures = 0;           // places that were given up lately
+    std::size_t ignored_until = 0;  // frame
+    std::size_t num_keys = 0;
+    std::size_t last_frame = 0;          // that agreed
+    Eigen::Vector3d anchor{0, 0, 0};     // the camera that saw it first, in the world
+    Eigen::Vector3d direction{0, 0, 0};  // from there, of length 1; zero before the first key frame
+  };
+  struct KeyFrame {
+    std::size_t frame = 0;
+    SE3 camera_from_world;
+    std::vector<TrackPixel> tracks;
+    std::vector<std::optional<Eigen::Vector3d>> rays;
+    std::vector<char> is_used;  // the sighting agrees with its point
+    std::size_t num_points = 0;
+  };
+  struct SightingAt {
+    std::size_t key = 0;
+    std::size_t index = 0;
+  };
+
+  [[nodiscard]] bool isOfUse(const Point& point) const;
+  void countSightings(std::span<const TrackPixel> tracks, std::span<const std::uint32_t> agreeing,
+                      std::span<const std::uint32_t> contradicting, std::size_t frame);
+  [[nodiscard]] std::map<std::uint32_t, std::vector<SightingAt>> sightingsInWindow() const;
+  [[nodiscard]] double widestAngle(const std::vector<SightingAt>& sightings) const;
+  void giveUp(Point& point);
+  void triangulate(std::uint32_t track, const std::vector<SightingAt>& sightings);
+  void triangulateAll();
+  void adjust();
+  void measureDepth();
+
+  const AnyCamera& camera_;
+  const SightScale& scale_;
+  std::size_t window_size_;
+  std::uint64_t seed_;
+  std::map<std::uint32_t, Point> points_;
+  std::deque<KeyFrame> window_;
+  std::map<std::size_t, SE3> poses_;
+  std::size_t num_keys_ = 0;
+  std::size_t now_ = 0;  // newest frame
+  double depth_ = 1;     // median distance of the points of the last key frame
+};
+
+}  // namespace alidade

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "alidade/adjust/scene/scene_fit.h"
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/cancel.h"
+#include "alidade/footage/follow/tracks.h"
+#include "alidade/footage/geometry/two_view.h"
+
+namespace alidade {
+
+/// A few frames with their poses and the points that they show. The world is the first frame's camera; the
+/// scale is arbitrary.
+struct Reconstruction {
+  /// Why there is none: kRotation or kNone; or what its first two views are.
+  TwoViewKind kind = TwoViewKind::kNone;
+  std::optional<SceneFit> fit;
+  std::vector<std::size_t> frames;    ///< of the tracks, those of the fit, rising
+  std::vector<std::uint32_t> tracks;  ///< of each point of the fit
+  double noise_px = 0;                ///< standard deviation of a coordinate, by the errors that remain
+  double outlier_share = 0;           ///< of the pixels of tracks in these frames
+  double parallax_px = 0;             ///< of the first two views
+};
+
+struct ReconstructionOptions {
+  double threshold_px = 0;  ///< as TwoViewOptions
+  std::uint64_t seed = 1;
+  const CancelFlag* cancel = nullptr;
+};
+
+/// Starts from the two frames that share most tracks with a large parallax, adds frames one by one, and
+/// adjusts all poses and points. Pixels that do not fit are left out.
+/// @param frames  of the tracks, rising
+[[nodiscard]] Reconstruction reconstruct(const AnyCamera& camera, const FootageTracks& tracks,
+                                         std::span<const std::size_t> frames,
+                                         const ReconstructionOptions& options = {});
+
+/// The standard deviation of a coordinate in units of sigma_px, by the median of the errors.
+[[nodiscard]] double noiseOf(const SceneFit& fit);
+
+/// Leaves out sightings whose error is beyond a limit, in units of sigma_px, then points with fewer than two.
+/// Indices of points stay as they are.
+/// @returns how many sightings were left out
+std::size_t removeOutliers(SceneFit& fit, double limit);
+
+}  // namespace alidade

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/report/canvas/figure_canvas.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+namespace alidade {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kLetterWidth = 7.2;  // of a sans-serif font as large as on small screens, on average
+
+// "0.25" for a step of 0.05: as many decimals as the step has.
+std::string tickText(double value, double step) {
+  const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
+  return fmt::format("{:.{}f}", value == 0 ? 0.0 : value, decimals);
+}
+
+// At most so many bytes, in whole UTF-8 characters.
+std::string clippedText(const std::string& text, std::size_t most) {
+  if (text.size() <= most) return text;
+  std::size_t end = most;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return text.substr(0, end) + "…";
+}
+
+}  // namespace
+
+Figure withPrefix(Figure figure, const std::string& prefix) {
+  figure.id = prefix + figure.id;
+  // No text has these letters: its quotation marks are escaped.
+  for (const std::string_view before : {" id=\"", "\"url(#", "href=\"#"}) {
+    for (std::size_t at = figure.svg.find(before); at != std::string::npos;
+         at = figure.svg.find(before, at + before.size()))
+      figure.svg.insert(at + before.size(), prefix);
+  }
+  return figure;
+}
+
+std::string escapedMarkup(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      case '\'':
+        escaped += "&#39;";
+        break;
+      default:
+        // Control characters are not allowed in XML.
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) {
+          escaped += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+        } else {
+          escaped += c;
+        }
+    }
+  }
+  return escaped;
+}
+
+std::string coordinate(double value) {
+  std::string text = fmt::format("{:.2f}", value);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text == "-0" ? "0" : text;
+}
+
+std::string pointText(const Vector2d& point) {
+  return coordinate(point.x()) + "," + coordinate(point.y()) + " ";
+}
+
+std::string pathThrough(const std::vector<Vector2d>& points, bool is_closed) {
+  std::string d;
+  for (const Vector2d& point : points) d += (d.empty() ? "M" : "L") + pointText(point);
+  return is_closed && !d.empty() ? d + "Z" : d;
+}
+
+double roundBelow(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double step : {5.0, 2.0}) {
+    if (step * power <= value * (1 + 1e-12)) return step * power;
+  }
+  return power;
+}
+
+std::vector<double> roundTicks(double low, double high, int most) {
+  if (!(high > low) || most < 1) return {};
+  double step = roundBelow((high - low) / most);
+  while ((high - low) / step > most) step = roundBelow(2.5 * step);
+  std::vector<double> ticks;
+  for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k)
+    ticks.push_back(k * step + 0.0);  // no "-0"
+  return ticks;
+}
+
+std::string arrowPath(const Vector2d& from, const Vector2d& along) {
+  constexpr double kLeastSeen = 0.2;
+  const double length = along.norm();
+  if (!(length > kLeastSeen)) return "";
+  const Vector2d to = from + along;
+  std::string d = pathThrough({from, to});
+  if (length < 3) return d;
+  const Vector2d back = std::min(4.0, 0.4 * length) / length * along;
+  const Vector2d side(-0.5 * back.y(), 0.5 * back.x());
+  return d + pathThrough({to - back + side, to, to - back - side});
+}
+
+std::string starPath(const Vector2d& middle, double radius) {
+  std::vector<Vector2d> points;
+  for (int i = 0; i < 10; ++i) {
+    const double angle = std::numbers::pi * (0.2 * i - 0.5);
+    points.push_back(middle +
+                     (i % 2 == 0 ? radius : 0.45 * radius) * Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  return pathThrough(points, true);
+}
+
+std::string timesLonger(double times) {
+  return (times >= 1 ? fmt::format("{:.0f}", times) : fmt::format("{:g}", times)) + " times longer";
+}
+
+std::string shortNumber(double value) {
+  if (std::isnan(value)) return "unknown";
+  if (std::isinf(value)) return value > 0 ? "infinite" : "-infinite";
+  if (value == 0) return "0";
+  const int digits = static_cast<int>(std::floor(std::log10(std::abs(value)))) + 1;
+  return fmt::format("{:.{}f}", value, std::clamp(3 - digits, 0, 6));
+}
+
+std::string twoDigits(double value) {
+  if (!std::isfinite(value)) return "unknown";
+  if (value == 0) return "0";
+  const int decimals = 1 - static_cast<int>(std::floor(std::log10(std::abs(value))));
+  return fmt::format("{:.{}f}", value, std::clamp(decimals, 0, 4));
+}
+
+Vector2d PlotArea::at(double x, double y) const {
+  const Vector2d share((x - low.x()) / (high.x() - low.x()), (y - low.y()) / (high.y() - low.y()));
+  const double down = is_upward ? 1 - share.y() : share.y();
+  return {box.min().x() + share.x() * box.sizes().x(), box.min().y() + down * box.sizes().y()};
+}
+
+void FigureCanvas::open(std::string_view attributes) {
+  svg_ += fmt::format("<g {}>", attributes);
+}
+
+void FigureCanvas::close() {
+  svg_ += "</g>\n";
+}
+
+void FigureCanvas::addPath(const std::string& d, std::string_view attributes) {
+  if (!d.empty()) svg_ += fmt::format("<path {} d=\"{}\"/>\n", attributes, d);
+}
+
+void FigureCanvas::addLine(const Vector2d& from, const Vector2d& to, std::string_view attributes) {
+  addPath("M" + pointText(from) + "L" + pointText(to), attributes);
+}
+
+void FigureCanvas::addRect(const Vector2d& low, const Vector2d& high, std::string_view attributes) {
+  svg_ += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" {}/>\n", coordinate(low.x()),
+                      coordinate(low.y()), coordinate(high.x() - low.x()), coordinate(high.y() - low.y()),
+                      attributes);
+}
+
+void FigureCanvas::addCircle(const Vector2d& at, double radius, std::string_view attributes) {
+  svg_ += fmt::format("<circle cx=\"{}\" cy=\"{}\" r=\"{}\" {}/>\n", coordinate(at.x()), coordinate(at.y()),
+                      coordinate(radius), attributes);
+}
+
+void FigureCanvas::addText(const Vector2d& at, std::string_view text, std::string_view anchor,
+                           std::string_view attributes) {
+  svg_ +=
+      fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"{}\"{}{}>{}</text>\n", coordinate(at.x()),
+                  coordinate(at.y()), anchor, attributes.empty() ? "" : " ", attributes, escapedMarkup(text));
+}
+
+void FigureCanvas::addAxes(const PlotArea& area, std::string_view x_name, std::string_view y_name) {
+  const Vector2d low = area.box.min();
+  const Vector2d high = area.box.max();
+  const std::vector<double> xs =
+      roundTicks(area.low.x(), area.high.x(), std::max(2, static_cast<int>((high.x() - low.x()) / 50)));
+  for (const double x : xs) {
+    const double at = area.at(x, area.low.y()).x();
+    addLine({at, low.y()}, {at, high.y()}, "class=\"grid\"");
+    addText({at, high.y() + 14}, tickText(x, xs.size() > 1 ? xs[1] - xs[0] : 1), "middle", "class=\"tick\"");
+  }
+  addText({area.box.center().x(), high.y() + 29}, x_name, "middle", "class=\"axis\"");
+  addValues(area, y_name);
+}
+
+void FigureCanvas::addNamedAxes(const PlotArea& area, const std::vector<std::string>& names,
+                                std::string_view x_name, std::string_view y_name) {
+  addNames(area, names, x_name);
+  addValues(area, y_name);
+}
+
+void FigureCanvas::addNames(const PlotArea& area, const std::vector<std::string>& names,
+                            std::string_view x_name) {
+  constexpr std::size_t kMostLetters = 12;
+  std::size_t longest = 1;
+  for (const std::string& name : names) longest = std::max(longest, std::min(name.size(), kMostLetters));
+  const double room = area.box.sizes().x() / static_cast<double>(std::max<std::size_t>(1, names.size()));
+  const double width = kLetterWidth * static_cast<double>(longest) + 6;
+  const auto step = static_cast<std::size_t>(std::max(1.0, std::ceil(width / room)));
+  for (std::size_t i = 0; i < names.size(); i += step) {
+    const Vector2d at(area.at(static_cast<double>(i) + 1, area.low.y()).x(), area.box.max().y());
+    const double half = 0.5 * kLetterWidth * static_cast<double>(std::min(names[i].size(), kMostLetters));
+    if (at.x() + half > width_) break;
+    addLine(at, at + Vector2d(0, 3), "class=\"mark\"");
+    addText(at + Vector2d(0, 14), clippedText(names[i], kMostLetters), "middle", "class=\"tick\"");
+  }
+  addText({area.box.center().x(), area.box.max().y() + 29}, x_name, "middle", "class=\"axis\"");
+}
+
+void FigureCanvas::addValues(const PlotArea& area, std::string_view y_name) {
+  const Vector2d low = area.box.min();
+  const Vector2d high = area.box.max();
+  const std::vector<double> ys =
+      roundTicks(area.low.y(), area.high.y(), std::max(2, static_cast<int>((high.y() - low.y()) / 32)));
+  for (const double y : ys) {
+    const double at = area.at(area.low.x(), y).y();
+    addLine({low.x(), at}, {high.x(), at}, "class=\"grid\"");
+    addText({low.x() - 5, at + 4}, tickText(y, ys.size() > 1 ? ys[1] - ys[0] : 1), "end", "class=\"tick\"");
+  }
+  addRect(low, high, "class=\"frame\"");
+  addText({low.x(), low.y() - 6}, y_name, "start", "class=\"axis\"");
+}
+
+void FigureCanvas::addImageFrame(const PlotArea& area) {
+  const Vector2d low = area.box.min();
+  const Vector2d high = area.box.max();
+  // Of pixels, a mark at 0 stands at the centre of the first.
+  for (const double x : roundTicks(0, area.high.x(), std::max(2, static_cast<int>((high - low).x() / 55)))) {
+    const double at = area.at(x, 0).x();
+    addLine({at, high.y()}, {at, high.y() + 3}, "class=\"mark\"");
+    addText({at, high.y() + 14}, fmt::format("{:.0f}", x), "middle", "class=\"tick\"");
+  }
+  for (const double y : roundTicks(0, area.high.y(), std::max(2, static_cast<int>((high - low).y() / 45)))) {
+    const double at = area.at(0, y).y();
+    addLine({low.x() - 3, at}, {low.x(), at}, "class=\"mark\"");
+    addText({low.x() - 5, at + 4}, fmt::format("{:.0f}", y), "end", "class=\"tick\"");
+  }
+  addText({low.x() - 8, high.y() + 14}, "px", "end", "class=\"axis\"");
+  addRect(low, high, "class=\"frame\"");
+}
+
+void FigureCanvas::addLegend(const Vector2d& at,
+                             const std::vector<std::pair<std::string, std::string>>& class_and_words) {
+  constexpr double kSwatch = 12;
+  constexpr double kRow = 17;
+  Vector2d place = at;
+  for (const auto& [shape, words] : class_and_words) {
+    // Arrows are as long as they stand for.
+    const std::size_t end_of_length = shape.starts_with("arrow ") ? shape.find(' ', 6) : 0;
+    const double swatch = end_of_length > 0 ? std::stod(shape.substr(6)) : kSwatch;
+    const double length = swatch + 5 + kLetterWidth * static_cast<double>(words.size()) + 12;
+    if (place.x() > at.x() && place.x() + length > width_) place = {at.x(), place.y() + kRow};
+    const Vector2d middle = place + Vector2d(0.5 * kSwatch, 0.5 * kSwatch);
+    if (end_of_length > 0) {
+      addPath(arrowPath({place.x(), middle.y()}, {swatch, 0}),
+              fmt::format("class=\"{}\"", shape.substr(end_of_length + 1)));
+    } else if (shape.starts_with("line")) {
+      addLine(middle - Vector2d(0.5 * kSwatch, 0), middle + Vector2d(0.5 * kSwatch, 0),
+              fmt::format("class=\"{}\"", shape.substr(5)));
+    } else if (shape.starts_with("star")) {
+      addPath(starPath(middle, 7), fmt::format("class=\"{}\"", shape.substr(5)));
+    } else if (shape.starts_with("dot")) {
+      addCircle(middle, 3, fmt::format("class=\"{}\"", shape.substr(4)));
+    } else {
+      addRect(place, place + Vector2d(kSwatch, kSwatch), fmt::format("class=\"{}\"", shape));
+    }
+    addText(place + Vector2d(swatch + 5, kSwatch - 2), words, "start");
+    place.x() += length;
+  }
+  height_ = std::max(height_, place.y() + kRow);
+}
+
+std::string FigureCanvas::svg(std::string_view alt, std::string_view attributes) const {
+  return fmt::format(
+      "<svg class=\"drawing\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\"{}{}>\n{}</svg>\n",
+      coordinate(width_), coordinate(height_), escapedMarkup(alt), attributes.empty() ? "" : " ", attributes,
+      svg_);
+}
+
+ImagePlot imagePlot(const ImageSize& size) {
+  constexpr double kLeft = 36;
+  constexpr double kRight = 10;
+  constexpr double kTop = 8;
+  constexpr double kMarks = 22;
+  constexpr double kMostHeight = 330;
+  const double most_width = FigureCanvas::kWidth - kLeft - kRight;
+  const double scale = std::min(most_width / size.width, kMostHeight / size.height);
+  const Vector2d sides(scale * size.width, scale * size.height);
+  const double left = kLeft + 0.5 * (most_width - sides.x());
+  ImagePlot plot;
+  plot.area = {.box = {Vector2d(left, kTop), Vector2d(left + sides.x(), kTop + sides.y())},
+               .low = {-0.5, -0.5},
+               .high = {size.width - 0.5, size.height - 0.5},
+               .is_upward = false};
+  plot.legend_top = kTop + sides.y() + kMarks;
+  return plot;
+}
+
+}  // namespace alidade

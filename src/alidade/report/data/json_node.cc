@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/report/data/json_node.h"
+
+#include <string_view>
+
+namespace alidade {
+namespace {
+
+constexpr int kMaxImageSide = 1'000'000;
+
+}  // namespace
+
+std::string textOf(const JsonNode& node) {
+  return node.text();
+}
+
+ImageSize readSize(const JsonNode& node) {
+  const JsonNode width = node["width"];
+  const JsonNode height = node["height"];
+  return {.width = width.whole(1, kMaxImageSide), .height = height.whole(1, kMaxImageSide)};
+}
+
+SE3 readPose(const JsonNode& node) {
+  const JsonNode quaternion = node["quaternion_xyzw"];
+  const JsonNode translation = node["translation_m"];
+  quaternion.requireSize(4);
+  translation.requireSize(3);
+  const Eigen::Quaterniond q(quaternion.at(3).finite(), quaternion.at(0).finite(), quaternion.at(1).finite(),
+                             quaternion.at(2).finite());
+  return {quaternion.made([&] { return SO3::fromQuaternion(q); }),
+          {translation.at(0).finite(), translation.at(1).finite(), translation.at(2).finite()}};
+}
+
+Severity readSeverity(const JsonNode& node) {
+  const std::string name = node.text();
+  for (const Severity known : {Severity::kPass, Severity::kNote, Severity::kWarning, Severity::kFailure})
+    if (severityName(known) == name) return known;
+  node.refuse("pass, note, warning or failure");
+}
+
+std::vector<Diagnosis> readFindings(const JsonNode& node) {
+  return node.list([](const JsonNode& finding) {
+    Diagnosis diagnosis{.severity = readSeverity(finding["severity"]),
+                        .id = finding["id"].text(),
+                        .cause = finding["cause"].text()};
+    diagnosis.evidence = finding["evidence"].text();
+    diagnosis.next_step = finding["next_step"].text();
+    diagnosis.effect_px = finding["effect_px"].number();
+    return diagnosis;
+  });
+}
+
+AnyCamera readCamera(const JsonNode& node) {
+  const JsonNode of_model = node["model"];
+  const std::string model = of_model.text();
+  const JsonNode values = node["parameters"];
+  std::vector<double> params;
+  for (const std::string_view name : of_model.made([&] { return parameterNames(model); }))
+    params.push_back(values[std::string(name).c_str()].finite());
+  return values.made([&] { return AnyCamera::make(model, params); });
+}
+
+Verdict readVerdict(const JsonNode& node) {
+  const auto verdict = verdictOf(node.text());
+  if (!verdict) node.refuse("trustworthy, usable_with_reservations or rejected");
+  return *verdict;
+}
+
+}  // namespace alidade

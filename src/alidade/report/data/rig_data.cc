@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/report/data/rig_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include <nlohmann/json.hpp>
+
+#include "alidade/core/diagnosis_order.h"
+#include "alidade/report/data/json_node.h"
+#include "alidade/target/board_spec.h"
+
+namespace alidade {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kMostItems = 10'000'000;
+
+std::size_t readIndex(const JsonNode& node, std::size_t count) {
+  return static_cast<std::size_t>(node.whole(0, static_cast<int>(count) - 1));
+}
+
+double lengthOf(const JsonNode& node) {
+  node.requireSize(3);
+  return Vector3d(node.at(0).number(), node.at(1).number(), node.at(2).number()).norm();
+}
+
+ReportedRigCamera readRigCamera(const JsonNode& node) {
+  ReportedRigCamera camera{
+      .name = node["name"].text(), .camera = readCamera(node), .size = readSize(node["image_size"])};
+  camera.camera_from_rig = readPose(node["camera_from_rig"]);
+  camera.rotation_std_rad = lengthOf(node["rotation_std_rad"]);
+  camera.distance_std_m = node["distance_std_m"].number();
+  camera.rms_px = node["rms_px"].number();
+  camera.alone_rms_px = node["alone_rms_px"].number();
+  camera.transfer_px = node["transfer_px"].number();
+  return camera;
+}
+
+ReportedRigView readRigView(const JsonNode& node, const ReportedRig& rig) {
+  ReportedRigView view{.camera = readIndex(node["camera"], rig.cameras.size()),
+                       .placement = readIndex(node["placement"], rig.placements.size()),
+                       .image = node["image"].text()};
+  view.rms_px = node["rms_px"].number();
+  const int num_corners = rig.boards[rig.placements[view.placement].board].numCorners();
+  view.corners = node["corners"].list([&](const JsonNode& corner) {
+    return ReportedCorner{.id = corner["id"].whole(0, num_corners - 1),
+                          .pixel = {corner["u"].finite(), corner["v"].finite()},
+                          .error_px = {corner["dx"].finite(), corner["dy"].finite()}};
+  });
+  return view;
+}
+
+// The distance of a pixel of camera b from the curve on which camera a's ray lies; nothing where the ray of
+// a points at b.
+std::optional<double> epipolarDistance(const ReportedRigCamera& a, const ReportedRigCamera& b,
+                                       const SE3& b_from_a, const Vector2d& pixel_a,
+                                       const Vector2d& pixel_b) {
+  constexpr double kLeastSine = 1e-6;
+  const auto ray_a = a.camera.unproject(pixel_a);
+  const auto ray_b = b.camera.unproject(pixel_b);
+  if (!ray_a || !ray_b || !(b_from_a.translation.norm() > 0)) return std::nullopt;
+  const Vector3d normal = b_from_a.translation.normalized().cross(b_from_a.rotation * *ray_a);
+  if (normal.norm() < kLeastSine) return std::nullopt;
+  // The ray's angle to the epipolar plane, as a motion of the pixel, less what runs along the curve.
+  const Vector3d n = normal.normalized();
+  const double angle = std::asin(std::clamp(n.dot(*ray_b), -1.0, 1.0));
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> of_ray;
+  if (!b.camera.project(*ray_b, of_ray.data()).ok()) return std::nullopt;
+  const Vector2d moved = of_ray * n * angle;
+  const Vector2d along = (of_ray * n.cross(*ray_b)).normalized();
+  return (moved - moved.dot(along) * along).norm();
+}
+
+struct SquareSum {
+  double sum = 0;
+  std::size_t count = 0;
+};
+
+}  // namespace
+
+bool isRigEvidence(const nlohmann::json& evidence) {
+  return evidence.is_object() && evidence.value("kind", nlohmann::json()) == "rig";
+}
+
+ReportedRig readRig(const nlohmann::json& evidence, const std::string& file) {
+  const JsonNode root(evidence, file);
+  ReportedRig rig{.verdict = readVerdict(root["verdict"]), .tolerance_px = root["tolerance_px"].finite()};
+  rig.rms_px = root["rms_px"].number();
+  rig.holdout_rms_px = root["holdout_rms_px"].number();
+  rig.num_linked = root["num_linked"].whole(0, kMostItems);
+  rig.cameras = root["cameras"].list(readRigCamera);
+  if (rig.cameras.empty()) root["cameras"].refuse("at least one camera");
+  rig.boards = root["boards"].list(
+      [](const JsonNode& node) { return node.made([&] { return parseBoardSpec(node.text()); }); });
+  rig.frames = root["frames"].list(textOf);
+  rig.placements = root["placements"].list([&](const JsonNode& node) {
+    return ReportedPlacement{.frame = readIndex(node["frame"], rig.frames.size()),
+                             .board = readIndex(node["board"], rig.boards.size()),
+                             .rig_from_board = readPose(node["rig_from_board"])};
+  });
+  rig.views = root["views"].list([&](const JsonNode& node) { return readRigView(node, rig); });
+  rig.findings = readFindings(root["diagnoses"]);
+  sortDiagnoses(rig.findings);
+  rig.created_by = root["created_by"].text();
+  return rig;
+}
+
+std::vector<EpipolarPair> epipolarPairs(const ReportedRig& rig) {
+  // Views of one placement, camera by camera.
+  std::map<std::size_t, std::vector<const ReportedRigView*>> by_placement;
+  for (const ReportedRigView& view : rig.views) by_placement[view.placement].push_back(&view);
+  std::map<std::pair<std::size_t, std::size_t>, std::map<std::size_t, SquareSum>> sums;
+  for (auto& [placement, views] : by_placement) {
+    std::ranges::stable_sort(views, {}, &ReportedRigView::camera);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      std::map<int, Vector2d> pixel_of;
+      for (const ReportedCorner& corner : views[i]->corners) pixel_of[corner.id] = corner.pixel;
+      for (std::size_t k = i + 1; k < views.size(); ++k) {
+        const std::size_t first = views[i]->camera;
+        const std::size_t second = views[k]->camera;
+        if (first == second) continue;
+        const SE3 b_from_a =
+            rig.cameras[second].camera_from_rig * rig.cameras[first].camera_from_rig.inverse();
+        SquareSum& sum = sums[{first, second}][rig.placements[placement].frame];
+        for (const ReportedCorner& corner : views[k]->corners) {
+          const auto other = pixel_of.find(corner.id);
+          if (other == pixel_of.end()) continue;
+          const auto distance = epipolarDistance(rig.cameras[first], rig.cameras[second], b_from_a,
+                                                 other->second, corner.pixel);
+          if (!distance) continue;
+          sum.sum += *distance * *distance;
+          ++sum.count;
+        }
+      }
+    }
+  }
+  std::vector<EpipolarPair> pairs;
+  for (const auto& [cameras, frames] : sums) {
+    EpipolarPair pair{.first = cameras.first, .second = cameras.second};
+    double sum = 0;
+    for (const auto& [frame, of_frame] : frames) {
+      if (of_frame.count == 0) continue;
+      pair.by_frame.emplace_back(frame, std::sqrt(of_frame.sum / static_cast<double>(of_frame.count)));
+      sum += of_frame.sum;
+      pair.num_corners += of_frame.count;
+    }
+    if (pair.num_corners == 0) continue;
+    pair.rms_px = std::sqrt(sum / static_cast<double>(pair.num_corners));
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+}  // namespace alidade

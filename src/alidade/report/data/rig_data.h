@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/diagnosis.h"
+#include "alidade/geometry/se3.h"
+#include "alidade/report/data/report_data.h"
+
+namespace alidade {
+
+// What the page of a rig draws, read from the evidence of its calibration. NaN: unknown.
+
+struct ReportedRigCamera {
+  std::string name;
+  AnyCamera camera;
+  ImageSize size;
+  SE3 camera_from_rig = {};
+  double rotation_std_rad = 0;  ///< length of the standard deviations of all three coordinates of the vector
+  double distance_std_m = 0;    ///< of the distance from the first camera
+  double rms_px = 0;
+  double alone_rms_px = 0;  ///< calibrated alone
+  double transfer_px = 0;   ///< see RigCamera
+};
+
+struct ReportedPlacement {
+  std::size_t frame = 0;
+  std::size_t board = 0;
+  SE3 rig_from_board = {};
+};
+
+/// A board in an image of a camera.
+struct ReportedRigView {
+  std::size_t camera = 0;
+  std::size_t placement = 0;
+  std::string image;
+  double rms_px = 0;
+  std::vector<ReportedCorner> corners = {};
+};
+
+struct ReportedRig {
+  Verdict verdict = Verdict::kNo;
+  double tolerance_px = 1;
+  double rms_px = 0;
+  double holdout_rms_px = 0;
+  int num_linked = 0;  ///< boards that two or more cameras saw
+  std::vector<ReportedRigCamera> cameras = {};
+  std::vector<Board> boards = {};
+  std::vector<std::string> frames = {};
+  std::vector<ReportedPlacement> placements = {};
+  std::vector<ReportedRigView> views = {};
+  std::vector<Diagnosis> findings = {};
+  std::string created_by = {};
+};
+
+/// The distance of corners from the epipolar lines of the same corners in another camera.
+struct EpipolarPair {
+  std::size_t first = 0;  ///< cameras
+  std::size_t second = 0;
+  std::size_t num_corners = 0;
+  double rms_px = 0;
+  std::vector<std::pair<std::size_t, double>> by_frame = {};  ///< frame and RMS, px, in order of frames
+};
+
+/// Whether a document is the evidence of a rig.
+[[nodiscard]] bool isRigEvidence(const nlohmann::json& evidence);
+/// @throws Error (kInput) naming the place of what is missing or of the wrong kind
+[[nodiscard]] ReportedRig readRig(const nlohmann::json& evidence, const std::string& file);
+/// One for each two cameras that saw a corner at the same time. Distances are in pixels of the second camera.
+[[nodiscard]] std::vector<EpipolarPair> epipolarPairs(const ReportedRig& rig);
+
+}  // namespace alidade

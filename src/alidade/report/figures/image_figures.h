@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "alidade/report/canvas/figure_canvas.h"
+#include "alidade/report/data/report_data.h"
+
+namespace alidade {
+
+// Figures over the image of the camera.
+
+/// The 95 % error of a projected point, as areas between multiples of the tolerance, with contours.
+/// @pre there is an accuracy
+[[nodiscard]] Figure accuracyFigure(const ReportData& data);
+/// The corners that were used, and how many lie in each cell of the image.
+[[nodiscard]] Figure coverageFigure(const ReportData& data);
+/// Reprojection errors as arrows: a sample of single corners, and the mean and RMS in each cell. Cells carry
+/// their RMS and their count as data-rms and data-count.
+[[nodiscard]] Figure imageResidualsFigure(const ReportData& data);
+
+}  // namespace alidade

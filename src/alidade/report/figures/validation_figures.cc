@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/report/figures/validation_figures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "alidade/core/mapped.h"
+#include "alidade/report/data/distinct_parts.h"
+#include "alidade/report/figures/difference_figure.h"
+#include "alidade/report/pages/page_table.h"
+
+namespace alidade {
+
+Figure fixedFreedFigure(const ReportData& data, const ReportedHeldOut& tested) {
+  double most = 0;
+  for (const auto* values : {&tested.view_fixed_px, &tested.view_freed_px})
+    for (const double value : *values)
+      if (std::isfinite(value)) most = std::max(most, value);
+  if (!(most > 0)) most = 1;
+  const auto count = static_cast<double>(data.views.size());
+  const PlotArea area{.box = {Eigen::Vector2d(44, 24), Eigen::Vector2d(430, 250)},
+                      .low = {0.5, 0},
+                      .high = {count + 0.5, 1.06 * most}};
+  FigureCanvas canvas(288);
+  canvas.addNamedAxes(area, distinctParts(mapped(data.views, &ReportedView::image)), "image", "error, px");
+  const double gap = count <= 120 ? 0.12 : 0;
+  std::size_t num_better = 0;
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    const double x = static_cast<double>(v) + 1;
+    const double fixed = tested.view_fixed_px[v];
+    const double freed = tested.view_freed_px[v];
+    num_better += freed < fixed ? 1 : 0;
+    const auto addBar = [&](double left, double right, double value, const char* kind) {
+      if (!std::isfinite(value)) return;
+      canvas.addRect(
+          area.at(left, value), area.at(right, 0),
+          fmt::format("class=\"{}\" data-view=\"{}\" data-rms=\"{:.9g}\"", kind, data.first_view + v, value));
+    };
+    addBar(x - 0.5 + gap, x, fixed, "bar");
+    addBar(x, x + 0.5 - gap, freed, "bar freed");
+  }
+  canvas.addLegend(
+      {area.box.min().x(), 288},
+      {{"bar", fmt::format("camera of the file, {} px RMS", shortNumber(tested.fixed_rms_px))},
+       {"bar freed", fmt::format("camera of these images, {} px RMS", shortNumber(tested.freed_rms_px))}});
+  Figure figure{.id = "fixed-freed", .title = "Fixed against freed"};
+  figure.reading =
+      "Each pair of bars is a view: its error with the camera of the file, and with the camera that these "
+      "images give by themselves. Where the first bars are clearly higher, the file is not of the camera "
+      "that took the images.";
+  figure.alt = fmt::format(
+      "RMS of {} views: {} px with the camera of the file, and {} px with the camera that the images give; "
+      "{} views are better with that one.",
+      data.views.size(), shortNumber(tested.fixed_rms_px), shortNumber(tested.freed_rms_px), num_better);
+  figure.svg = canvas.svg(figure.alt);
+  return figure;
+}
+
+Figure freedDifferenceFigure(const ReportData& data, const ReportedHeldOut& tested) {
+  RivalCamera rival{.name = "the camera of these images", .camera = tested.freed->camera, .size = data.size};
+  if (tested.freed->covariance) rival.covariance = *tested.freed->covariance;
+  Figure figure = differenceFigure(data, rival);
+  figure.id = "freed-difference";
+  figure.reading +=
+      " These images say little about parts of the image where they show no board: differences there may be "
+      "chance.";
+  return figure;
+}
+
+std::string judgedParameters(const ReportedCameraJudgement& judged, const std::string& prefix) {
+  const ReportData& data = *judged.data;
+  const ReportedFreed* const freed =
+      judged.held_out && judged.held_out->freed ? &*judged.held_out->freed : nullptr;
+  const bool has_std = std::ranges::any_of(data.parameter_std, [](double s) { return !std::isnan(s); });
+  std::vector<PageColumn> columns = {{"Parameter"}, {"In the file"}};
+  if (has_std) columns.push_back({"Standard deviation"});
+  if (freed != nullptr)
+    columns.insert(columns.end(), {{"By these images"}, {"Its standard deviation"}, {"Difference"}});
+  std::vector<PageRow> rows;
+  const auto names = data.camera.parameterNames();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double value = data.camera.parameters()[i];
+    const double std = data.parameter_std[i];
+    PageRow row{.cells = {std::string(names[i]), valueText(value, std)},
+                .kind = isUndetermined(value, std) ? "weak" : ""};
+    if (has_std) row.cells.push_back(deviationText(value, std));
+    if (freed != nullptr) {
+      const double other = freed->camera.parameters()[i];
+      const double other_std = freed->parameter_std[i];
+      row.cells.insert(row.cells.end(), {valueText(other, other_std), deviationText(other, other_std),
+                                         valueText(other - value, other_std)});
+    }
+    rows.push_back(std::move(row));
+  }
+  const char* const reading =
+      freed != nullptr
+          ? "Parameters can make up for each other: a difference of a few standard deviations matters only "
+            "where the map of the difference shows it."
+      : has_std ? "The true value lies within two standard deviations in 95 of 100 cases, as the file states."
+                : "The file states no standard deviations.";
+  return tableFigure(prefix + "parameters",
+                     freed != nullptr ? "Values in the file and by these images" : "Values in the file",
+                     columns, rows, reading);
+}
+
+}  // namespace alidade

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "alidade/report/canvas/figure_canvas.h"
+#include "alidade/report/data/report_data.h"
+
+namespace alidade {
+
+// Figures of the views: how well each fits, and how the boards were held.
+
+/// RMS and largest error of each view, in their order. Bars carry their view's index as data-view.
+[[nodiscard]] Figure viewErrorsFigure(const ReportData& data);
+/// Tilt of the board in each view, and the next one.
+[[nodiscard]] Figure tiltFigure(const ReportData& data);
+/// Distance and tilt of the board in each view, and the next one.
+[[nodiscard]] Figure distanceFigure(const ReportData& data);
+/// The photograph to take next as the photographer should see it. @pre there is a next view
+[[nodiscard]] Figure nextViewFigure(const ReportData& data);
+/// A small drawing of a view's corners in its image, for views without an image.
+[[nodiscard]] std::string cornersPicture(const ReportData& data, const ReportedView& view);
+
+}  // namespace alidade

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/report/pages/fleet_page.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "alidade/core/median.h"
+#include "alidade/core/size_groups.h"
+#include "alidade/fleet/fleet_findings.h"
+#include "alidade/report/data/fleet_json.h"
+#include "alidade/report/figures/fleet_figures.h"
+#include "alidade/report/pages/page_shell.h"
+#include "alidade/report/pages/page_table.h"
+
+namespace alidade {
+namespace {
+
+constexpr std::size_t kMostRows = 50;
+
+std::string sigmasText(double sigmas) {
+  if (std::isnan(sigmas)) return "unknown";
+  constexpr double kMostSaid = 37;
+  return sigmas > kMostSaid ? "more than 37" : fmt::format("{:.1f}", sigmas);
+}
+
+std::string moreRows(std::size_t count) {
+  return count > kMostRows ? fmt::format(" The {} largest of {} are shown.", kMostRows, count) : "";
+}
+
+std::string parametersTable(const FleetGroup& group, const std::string& prefix) {
+  const TypicalCamera& typical = *group.typical;
+  std::vector<PageRow> rows;
+  const auto names = typical.camera.parameterNames();
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    const auto at = static_cast<Eigen::Index>(j);
+    const double between = std::sqrt(std::max(0.0, typical.population.between(at, at)));
+    const double of_mean = std::sqrt(std::max(0.0, typical.population.mean_covariance(at, at)));
+    const double mean = typical.population.mean(at);
+    rows.push_back({{std::string(names[j]), valueText(mean, of_mean), deviationText(mean, of_mean),
+                     deviationText(mean, between)}});
+  }
+  return tableFigure(
+      prefix + "fleet-typical", "The typical camera",
+      {{"Parameter"}, {"Mean"}, {"Standard deviation of the mean"}, {"Between units"}}, rows,
+      "The last column is the standard deviation between units, without the uncertainty of the single "
+      "files.");
+}
+
+std::string deviantsTable(const Fleet& fleet, const FleetGroup& group, const std::string& prefix) {
+  const auto deviating = deviatingUnits(group);
+  if (deviating.empty()) return "";
+  std::vector<PageRow> rows;
+  for (const std::size_t i : deviating) {
+    if (rows.size() == kMostRows) break;
+    const FleetUnit& unit = fleet.files.units[group.units[i]];
+    const UnitDifference& difference = group.differences[i];
+    rows.push_back({{unit.file, std::string(unit.camera.modelId()), shortNumber(difference.p95_px),
+                     shortNumber(difference.max_px), sigmasText(difference.sigmas)}});
+  }
+  return tableFigure(
+      prefix + "fleet-deviants", "Units that deviate",
+      {{"File", "words"}, {"Model", "words"}, {"95 % within, px"}, {"At most, px"}, {"Sigmas"}}, rows,
+      "Sigmas say how improbable the difference is for a unit of this population, in standard deviations of "
+      "a normal variable." +
+          moreRows(deviating.size()));
+}
+
+std::string driftTable(const Fleet& fleet) {
+  const auto drifted = driftedUnits(fleet);
+  if (drifted.empty()) return "";
+  std::vector<PageRow> rows;
+  for (const std::size_t d : drifted) {
+    if (rows.size() == kMostRows) break;
+    const UnitDrift& drift = fleet.drifts[d];
+    rows.push_back({{fleet.files.units[drift.unit].file, drift.previous, shortNumber(drift.difference.p95_px),
+                     shortNumber(drift.difference.max_px), sigmasText(drift.difference.sigmas)}});
+  }
+  return tableFigure(
+      "fleet-drifted", "Units that changed",
+      {{"File", "words"}, {"Previous", "words"}, {"95 % within, px"}, {"At most, px"}, {"Sigmas"}}, rows,
+      "Differences between the two calibrations of a unit." + moreRows(drifted.size()));
+}
+
+// Groups after the first one have ids of their own.
+std::vector<PageSection> fleetSections(const Fleet& fleet) {
+  std::vector<PageSection> sections;
+  std::size_t number = 0;
+  for (const FleetGroup& group : fleet.groups) {
+    ++number;
+    if (!group.typical || !std::isfinite(group.p95_px)) continue;
+    const std::string prefix = number == 1 ? "" : fmt::format("group{}-", number);
+    PageSection section{.id = prefix + "units",
+                        .title = fmt::format("{} units, {} px", group.units.size(), sizeText(group.size))};
+    section.figures = {fleetMapFigure(group, fleet.tolerance_px),
+                       fleetDistancesFigure(group, fleet.tolerance_px), fleetParametersFigure(fleet, group)};
+    if (!prefix.empty())
+      for (Figure& figure : section.figures) figure = withPrefix(figure, prefix);
+    section.more = parametersTable(group, prefix) + deviantsTable(fleet, group, prefix);
+    sections.push_back(std::move(section));
+  }
+  const bool has_drifts = std::ranges::any_of(
+      fleet.drifts, [](const UnitDrift& drift) { return drift.difference.is_comparable; });
+  if (has_drifts) {
+    sections.push_back(
+        {.id = "drift", .title = "Drift", .figures = {fleetDriftFigure(fleet)}, .more = driftTable(fleet)});
+  }
+  return sections;
+}
+
+std::vector<PageNumber> fleetNumbers(const Fleet& fleet) {
+  const FleetGroup& group = fleet.groups.front();
+  std::vector<PageNumber> numbers;
+  const auto add = [&](const std::string& name, const std::string& value, const std::string& more) {
+    numbers.push_back({.name = name, .value = value, .more = more});
+  };
+  if (group.typical && std::isfinite(group.p95_px)) {
+    add("Distance from the typical camera", errorText(group.p95_px), "not exceeded by 95 % of the units");
+    add("Within the tolerance", fmt::format("{} of {}", group.num_within, group.units.size()),
+        fmt::format("{} px (95 % of the image)", shortNumber(fleet.tolerance_px)));
+    add("Deviate", std::to_string(fleet.numDeviating()),
+        fmt::format("units; at most {:.0f} % of these by chance", 100 * kFalseShare));
+  }
+  if (fleet.has_previous)
+    add("Changed", std::to_string(fleet.numDrifted()),
+        fmt::format("of {} with a previous calibration", fleet.drifts.size()));
+  add("Trustworthy", std::to_string(fleet.count(Verdict::kTrustworthy)),
+      fmt::format("{} with reservations, {} rejected, {} without a verdict",
+                  fleet.count(Verdict::kReservations), fleet.count(Verdict::kNo), fleet.count(std::nullopt)));
+  std::vector<double> accuracies;
+  for (const FleetUnit& unit : fleet.files.units)
+    if (std::isfinite(unit.accuracy_px)) accuracies.push_back(unit.accuracy_px);
+  if (!accuracies.empty()) {
+    const double worst = std::ranges::max(accuracies);
+    add("Accuracy of the files", errorText(medianOf(std::move(accuracies))),
+        fmt::format("median; the worst {}", errorText(worst)));
+  }
+  add("Image sizes", std::to_string(fleet.groups.size()), "each a group of its own");
+  return numbers;
+}
+
+std::vector<std::string> unreadableLines(const std::vector<UnreadableFile>& files) {
+  std::vector<std::string> lines;
+  for (const UnreadableFile& file : files) lines.push_back(file.reason);
+  return lines;
+}
+
+}  // namespace
+
+std::string servingSentence(const FleetGroup& group, double tolerance_px) {
+  if (!group.typical) {
+    return fmt::format("{} units of {} px: no typical camera, because fewer than {} have one model",
+                       group.units.size(), sizeText(group.size), kFewestUnits);
+  }
+  return fmt::format("{} of {} units are within {:g} px of the typical camera{}", group.num_within,
+                     group.units.size(), tolerance_px,
+                     group.num_within > 0 ? ": one file may serve for these" : "");
+}
+
+std::string fleetPage(const Fleet& fleet, const std::string& created_by) {
+  const FleetGroup& group = fleet.groups.front();
+  PageContent page{
+      .kind = "Fleet",
+      .title = fmt::format("{} cameras in {} files", fleet.files.units.size(), fleet.files.num_files),
+      .subject = "fleet",
+      .headline = servingSentence(group, fleet.tolerance_px),
+      .findings = fleetFindings(fleet),
+      .numbers = fleetNumbers(fleet),
+      .sections = fleetSections(fleet),
+      .created_by = created_by};
+  page.verdict = verdictOf(page.findings);
+  page.subtitle =
+      fmt::format("{}{} px", group.typical ? std::string(group.typical->camera.modelId()) + ", " : "",
+                  sizeText(group.size));
+  if (fleet.groups.size() > 1)
+    page.subtitle += fmt::format(", and {} other image size{}", fleet.groups.size() - 1,
+                                 fleet.groups.size() == 2 ? "" : "s");
+  page.sentence = "Distances hold for 95 % of the image, after the best rotation of each unit.";
+  for (const FleetUnit& unit : fleet.files.units) page.names.push_back(unit.file);
+  page.details =
+      listHtml(fmt::format("{} files that cannot be read", fleet.files.unreadable.size()),
+               unreadableLines(fleet.files.unreadable)) +
+      listHtml(fmt::format("{} previous files that cannot be read", fleet.unreadable_previous.size()),
+               unreadableLines(fleet.unreadable_previous));
+  return pageText(page, fleetJson(fleet, created_by));
+}
+
+}  // namespace alidade

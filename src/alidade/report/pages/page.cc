@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/report/pages/page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "alidade/core/diagnosis_order.h"
+#include "alidade/core/error.h"
+#include "alidade/core/number_text.h"
+#include "alidade/report/figures/image_figures.h"
+#include "alidade/report/figures/lens_figures.h"
+#include "alidade/report/figures/residual_figures.h"
+#include "alidade/report/figures/scene_figure.h"
+#include "alidade/report/figures/undistorted_figure.h"
+#include "alidade/report/figures/view_figures.h"
+#include "alidade/report/pages/page_shell.h"
+#include "alidade/report/pages/page_table.h"
+#include "alidade/report/pages/rig_page.h"
+#include "alidade/report/pages/view_sheet.h"
+
+namespace alidade {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kMostOfImage = 0.9;  // within the tolerance, as for a trustworthy camera
+
+bool isMostlyAccurate(const ReportData& data) {
+  return data.accuracy && data.accuracy->shareWithin(data.tolerance_px) >= kMostOfImage;
+}
+
+// "81 % of the image is within 1 px"
+std::string shareSentence(const ReportData& data) {
+  const ReportedAccuracy& accuracy = *data.accuracy;
+  return fmt::format("{} of {} {} within {:g}\u00a0px", percentText(accuracy.shareWithin(data.tolerance_px)),
+                     accuracy.wholeName(), accuracy.hasBlindPixels() ? "are" : "is", data.tolerance_px);
+}
+
+std::string accuracySentence(const ReportData& data) {
+  if (!data.accuracy) return "The accuracy is unknown, because the views do not determine the camera.";
+  const ReportedAccuracy& accuracy = *data.accuracy;
+  const std::string of =
+      std::isinf(accuracy.distance_m) ? "" : fmt::format(" for points {:g} m away", accuracy.distance_m);
+  std::string text = fmt::format("Accurate to {} (95\u00a0%){} where boards were seen, which is {} of {}.",
+                                 errorText(accuracy.covered_px), of, percentText(accuracy.covered_share),
+                                 accuracy.wholeName());
+  // The headline of reservations has the share already.
+  if (data.verdict != Verdict::kReservations || isMostlyAccurate(data))
+    text += " " + shareSentence(data) + ".";
+  text += fmt::format(" The worst place can be off by up to {}.", errorText(accuracy.worst_px));
+  if (!isMostlyAccurate(data) && accuracy.shareWithin(data.tolerance_px) > 0)
+    text += " Use it inside the thick line of the map.";
+  return text;
+}
+
+std::vector<PageNumber> numbersOf(const ReportData& data) {
+  std::vector<PageNumber> numbers;
+  const auto add = [&](const char* name, const std::string& value, const std::string& more,
+                       bool is_accuracy = false) {
+    numbers.push_back({.name = name, .value = value, .more = more, .is_accuracy = is_accuracy});
+  };
+  if (data.accuracy) {
+    add("Accuracy", errorText(data.accuracy->covered_px), "95 %, where boards were seen", true);
+    add("Within tolerance", percentText(data.accuracy->shareWithin(data.tolerance_px)),
+        fmt::format("of {}, {:g} px", data.accuracy->wholeName(), data.tolerance_px), true);
+  }
+  add("Cross-validation", std::isfinite(data.holdout_rms_px) ? rmsText(data.holdout_rms_px) : "impossible",
+      "RMS of unseen corners");
+  add("Reprojection error", rmsText(data.rms_px), "RMS of all corners");
+  add("Images", fmt::format("{} of {}", data.num_images_used, data.num_images_given),
+      "used for the calibration");
+  add("Corners", std::to_string(data.num_corners),
+      data.num_outliers == 0 ? "no outliers" : fmt::format("{} outliers left out", data.num_outliers));
+  return numbers;
+}
+
+std::string parametersHtml(const ReportData& data) {
+  const auto names = data.camera.parameterNames();
+  const auto values = data.camera.parameters();
+  std::vector<PageRow> rows;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double std = data.parameter_std[i];
+    rows.push_back({{std::string(names[i]), valueText(values[i], std), deviationText(values[i], std)},
+                    isUndetermined(values[i], std) ? "weak" : ""});
+  }
+  return tableFigure(
+      "parameters", "Parameters", {{"Parameter"}, {"Value"}, {"Standard deviation"}}, rows,
+      "The true value lies within two standard deviations in 95 of 100 cases. These photographs do not "
+      "determine a parameter whose standard deviation exceeds it.");
+}
+
+// Why the chosen model has other errors in the table than the camera.
+std::string choiceFootnote(const ReportData& data) {
+  const auto chosen = std::ranges::find(data.models, "chosen", &ReportedModel::verdict);
+  if (chosen == data.models.end()) return "";
+  const bool is_same = shortNumber(chosen->rms_px) == shortNumber(data.rms_px) &&
+                       shortNumber(chosen->holdout_rms_px) == shortNumber(data.holdout_rms_px);
+  return is_same ? ""
+                 : " The errors of the camera above differ: here each corner counts by its weight, and only "
+                   "corners that all models share are compared.";
+}
+
+std::string modelsHtml(const ReportData& data) {
+  if (data.models.empty()) return "";
+  const auto px = [](double value) { return std::isfinite(value) ? shortNumber(value) : std::string("–"); };
+  std::vector<PageRow> rows;
+  for (const ReportedModel& model : data.models) {
+    const bool is_chosen = model.verdict == "chosen";
+    rows.push_back({{model.id, std::to_string(model.num_params), px(model.rms_px), px(model.holdout_rms_px),
+                     is_chosen ? "chosen" : model.reason},
+                    is_chosen ? "chosen" : ""});
+  }
+  return tableFigure(
+      "models", "Candidate lens models",
+      {{"Model"}, {"Parameters"}, {"Weighted RMS, px"}, {"Cross-validation, px"}, {"Result", "words"}}, rows,
+      "Cross-validation measures the error on corners that were not used for the fit: a larger model that "
+      "does not lower it only fits noise. The smallest model is chosen that no other outperforms; “–” was "
+      "not needed for that." +
+          choiceFootnote(data));
+}
+
+std::string detailsHtml(const ReportData& data, const json& evidence) {
+  std::string html;
+  std::vector<std::string> boards;
+  for (const ReportedBoard& board : data.boards) {
+    const bool is_flat = board.shape == BoardShape{};
+    boards.push_back(board.target.spec() +
+                     (is_flat ? ", flat"
+                              : fmt::format(", bent by {:.2g} mm in x and {:.2g} mm in y",
+                                            1e3 * board.shape.bend_x_m, 1e3 * board.shape.bend_y_m)));
+    const Eigen::Vector2d rms_m = offsetRms(board.shape);
+    if (!board.shape.offsets_m.empty()) {
+      boards.back() += fmt::format("; {} {:.2g} mm off in the plane and {:.2g} mm across it (RMS)",
+                                   board.target.words().points, 1e3 * rms_m.x(), 1e3 * rms_m.y());
+    }
+  }
+  html += listHtml(boards.size() == 1 ? "Board" : "Boards", boards);
+  html += listHtml(fmt::format("{} image{} without a usable board", data.reasons.size(),
+                               data.reasons.size() == 1 ? "" : "s"),
+                   data.reasons);
+  html += listHtml("Notes of the detection", data.notes);
+  std::vector<std::string> settings;
+  const json given = evidence.value("settings", json::object());
+  for (const auto& [name, values] : given.items()) {
+    std::string line = "--" + name;
+    for (const json& value : values)
+      line += " " + (value.is_string() ? value.get<std::string>() : value.dump());
+    settings.push_back(line);
+  }
+  return html + listHtml("Settings", settings);
+}
+
+std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& options) {
+  std::vector<PageSection> sections;
+  PageSection accuracy{.id = "where", .title = "Where the camera is accurate"};
+  if (data.accuracy) {
+    accuracy.figures.push_back(accuracyFigure(data));
+  } else {
+    accuracy.more =
+        "<p class=\"reading\">There is no map of the accuracy, because these views do not determine the "
+        "camera.</p>\n";
+  }
+  accuracy.figures.push_back(coverageFigure(data));
+  sections.push_back(std::move(accuracy));
+  PageSection next{.id = "how", .title = "How the board was held"};
+  if (data.next_view) next.figures.push_back(nextViewFigure(data));
+  next.figures.push_back(tiltFigure(data));
+  next.figures.push_back(distanceFigure(data));
+  next.figures.push_back(sceneFigure(data));
+  sections.push_back(std::move(next));
+  PageSection errors{.id = "errors", .title = "Reprojection errors"};
+  errors.figures.push_back(imageResidualsFigure(data));
+  errors.figures.push_back(viewErrorsFigure(data));
+  for (std::size_t b = 0; b < data.boards.size(); ++b) {
+    const bool is_used =
+        std::ranges::any_of(data.views, [&](const ReportedView& view) { return view.board == b; });
+    if (is_used) errors.figures.push_back(boardResidualsFigure(data, b));
+  }
+  errors.figures.push_back(histogramFigure(data));
+  errors.figures.push_back(normalPlotFigure(data));
+  sections.push_back(std::move(errors));
+  sections.push_back({.id = "views", .title = "Views", .figures = {}, .more = {}});
+  PageSection lens{
+      .id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
+  if (std::optional<Figure> figure = undistortedFigure(data, options.pictures.image_of))
+    lens.figures.push_back(*std::move(figure));
+  if (options.rival) lens.figures.push_back(differenceFigure(data, *options.rival));
+  sections.push_back(std::move(lens));
+  PageSection parameters{.id = "values", .title = "Parameters and models"};
+  if (data.covariance) parameters.figures.push_back(correlationFigure(data));
+  sections.push_back(std::move(parameters));
+  return sections;
+}
+
+// What the page shows: it suggests no photograph where none can help.
+ReportData readShownData(const json& evidence, const std::string& file) {
+  ReportData data = readReportData(evidence, file);
+  const bool is_in_vain = std::ranges::any_of(data.findings, [](const Diagnosis& finding) {
+    return finding.severity == Severity::kFailure && isWrongInput(finding.id);
+  });
+  if (is_in_vain) data.next_view.reset();
+  for (Diagnosis& finding : data.findings)
+    if (finding.id == "poor_coverage" && !data.next_view)
+      finding.next_step.clear();  // "take the suggested view"
+  return data;
+}
+
+// The page of a rig has neither pictures of views nor another camera.
+void refuseCameraOptions(const std::string& file, const PageOptions& options) {
+  if (!options.pictures.image_of && !options.rival) return;
+  throw usageError(
+      {.where = file,
+       .found = std::string("the evidence of a rig, with ") + (options.rival ? "--against" : "--images"),
+       .expected = "the evidence of one camera",
+       .next_step = options.rival ? "compare rigs with alidade diff" : "leave --images out"});
+}
+
+}  // namespace
+
+std::string reportPage(const json& evidence, const std::string& file, const PageOptions& options) {
+  if (isRigEvidence(evidence)) {
+    refuseCameraOptions(file, options);
+    return rigPage(evidence, file);
+  }
+  const ReportData data = readShownData(evidence, file);
+  PageOptions keeping = options;
+  keeping.pictures.image_of = keepingOne(options.pictures.image_of, undistortedImageName(data));
+  const std::vector<std::string> pictures = viewPictures(data, keeping.pictures, options.num_jobs);
+  PageContent page{
+      .title = fmt::format("{}, {} × {} px", data.camera.modelId(), data.size.width, data.size.height),
+      .subject = "camera",
+      .verdict = data.verdict,
+      .sentence = accuracySentence(data),
+      .findings = data.findings,
+      .numbers = numbersOf(data),
+      .sections = sectionsOf(data, keeping),
+      .details = detailsHtml(data, evidence),
+      .dialog = viewerHtml(),
+      .created_by = data.created_by};
+  if (data.accuracy && !isMostlyAccurate(data)) page.reservation = "only " + shareSentence(data);
+  for (const ReportedView& view : data.views) page.names.push_back(view.image);
+  for (const ReportedBoard& board : data.boards)
+    page.subtitle += (page.subtitle.empty() ? "" : ", ") + board.target.spec();
+  if (data.next_view) page.next_text = data.next_view->text;
+  for (PageSection& section : page.sections) {
+    if (section.id == "views") section.more = viewSheet(data, pictures);
+    if (section.id == "values") section.more = parametersHtml(data) + modelsHtml(data);
+  }
+  return pageText(page, evidence);
+}
+
+std::vector<FigureFile> reportFigures(const json& evidence, const std::string& file,
+                                      const PageOptions& options) {
+  if (isRigEvidence(evidence)) {
+    refuseCameraOptions(file, options);
+    return rigFigures(evidence, file);
+  }
+  return figureFiles(sectionsOf(readShownData(evidence, file), options));
+}
+
+}  // namespace alidade

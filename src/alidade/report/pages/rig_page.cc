@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/report/pages/rig_page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "alidade/report/figures/rig_figures.h"
+#include "alidade/report/pages/page_table.h"
+
+namespace alidade {
+namespace {
+
+constexpr double kRigDegrees = 180 / std::numbers::pi;
+
+std::vector<PageSection> rigSections(const ReportedRig& rig) {
+  const std::vector<EpipolarPair> pairs = epipolarPairs(rig);
+  PageSection space{.id = "space", .title = "Where the cameras are", .figures = {rigSceneFigure(rig)}};
+  // A single pair is a single number, which stands above.
+  if (pairs.size() > 1) space.figures.push_back(epipolarFigure(rig, pairs));
+  PageSection errors{.id = "errors", .title = "Errors over time"};
+  if (!pairs.empty()) errors.figures.push_back(epipolarOverTimeFigure(rig, pairs));
+  errors.figures.push_back(frameErrorsFigure(rig));
+  return {space, errors};
+}
+
+// "119.9 ± 0.3", with the digits that the standard deviation leaves.
+std::string withDeviation(double value, double std) {
+  if (!(std > 0) || !std::isfinite(std)) return fmt::format("{:.1f}", value);
+  return valueText(value, std) + " ± " + valueText(std, std);
+}
+
+std::string distanceText(const ReportedRigCamera& camera) {
+  return withDeviation(1e3 * camera.camera_from_rig.translation.norm(), 1e3 * camera.distance_std_m);
+}
+
+std::string turnText(const ReportedRigCamera& camera) {
+  return withDeviation(kRigDegrees * camera.camera_from_rig.rotation.log().norm(),
+                       kRigDegrees * camera.rotation_std_rad) +
+         "°";
+}
+
+std::string camerasTable(const ReportedRig& rig) {
+  const auto px = [](double value) { return std::isfinite(value) ? shortNumber(value) : std::string("–"); };
+  std::vector<PageRow> rows;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const ReportedRigCamera& camera = rig.cameras[c];
+    Eigen::Vector3d place = 1e3 * camera.camera_from_rig.inverse().translation;
+    for (double& x : place) x = std::abs(x) < 0.05 ? 0 : x;  // no "-0.0"
+    const bool is_first = c == 0;                            // it is at the rig's origin
+    rows.push_back({{camera.name, std::string(camera.camera.modelId()),
+                     fmt::format("{:.1f}, {:.1f}, {:.1f}", place.x(), place.y(), place.z()),
+                     is_first ? "–" : distanceText(camera), is_first ? "–" : turnText(camera),
+                     px(camera.rms_px), px(camera.alone_rms_px), px(camera.transfer_px)}});
+  }
+  return tableFigure(
+      "rig-cameras", "Cameras",
+      {{"Camera"},
+       {"Model"},
+       {"Position, mm"},
+       {"Distance, mm"},
+       {"Turned by"},
+       {"RMS, px"},
+       {"Alone, px"},
+       {"From its neighbour, px"}},
+      rows,
+      "Positions, distances and rotations are those from the first camera, with standard deviations. The "
+      "last column is the error (95 %) with which a pixel of the neighbouring camera becomes a pixel of this "
+      "one; an RMS far above that of the camera alone means that the cameras contradict each other.");
+}
+
+// Of the errors from camera to camera; 0 if none is known.
+double worstTransferPx(const ReportedRig& rig) {
+  double worst = 0;
+  for (const ReportedRigCamera& camera : rig.cameras)
+    if (std::isfinite(camera.transfer_px)) worst = std::max(worst, camera.transfer_px);
+  return worst;
+}
+
+std::string rigSentence(const ReportedRig& rig) {
+  const double worst = worstTransferPx(rig);
+  if (!(worst > 0)) return "How well the cameras agree is unknown.";
+  return fmt::format(
+      "A pixel of one camera maps to its neighbour within {} (95\u00a0%), for points at the boards' "
+      "distance.",
+      errorText(worst));
+}
+
+std::vector<PageNumber> rigNumbers(const ReportedRig& rig) {
+  std::vector<PageNumber> numbers;
+  const auto add = [&](const char* name, const std::string& value, const std::string& more,
+                       bool is_accuracy = false) {
+    numbers.push_back({.name = name, .value = value, .more = more, .is_accuracy = is_accuracy});
+  };
+  const double worst = worstTransferPx(rig);
+  if (worst > 0) add("From camera to camera", errorText(worst), "95 %, at the boards' distance", true);
+  if (rig.cameras.size() == 2) {
+    add("Baseline", distanceText(rig.cameras[1]) + " mm", "with standard deviation", true);
+    add("Rotation", turnText(rig.cameras[1]), "between the cameras", true);
+  }
+  const bool is_uneven = std::ranges::any_of(
+      rig.findings, [](const Diagnosis& finding) { return finding.id == "uneven_board"; });
+  add("Cross-validation", std::isfinite(rig.holdout_rms_px) ? rmsText(rig.holdout_rms_px) : "impossible",
+      "RMS in unseen frames");
+  add("Reprojection error", rmsText(rig.rms_px),
+      is_uneven ? "RMS of all corners; too good, because the board's points were fitted to them"
+                : "RMS of all corners");
+  const std::vector<EpipolarPair> pairs = epipolarPairs(rig);
+  if (pairs.size() == 1) add("Epipolar error", rmsText(pairs.front().rms_px), "RMS of all common corners");
+  add("Cameras", std::to_string(rig.cameras.size()), "in one rig");
+  add("Frames", std::to_string(rig.frames.size()), "of images");
+  add("Links", std::to_string(rig.num_linked), "boards seen by two or more cameras");
+  return numbers;
+}
+
+// "Rig of 2 cameras: left, right"
+std::string rigTitle(const ReportedRig& rig) {
+  constexpr std::size_t kMostNames = 6;
+  std::string names;
+  for (std::size_t c = 0; c < std::min(rig.cameras.size(), kMostNames); ++c)
+    names += (c == 0 ? "" : ", ") + rig.cameras[c].name;
+  return fmt::format("Rig of {} cameras: {}{}", rig.cameras.size(), names,
+                     rig.cameras.size() > kMostNames ? " and others" : "");
+}
+
+}  // namespace
+
+std::string rigPage(const nlohmann::json& evidence, const std::string& file) {
+  const ReportedRig rig = readRig(evidence, file);
+  PageContent page{.title = rigTitle(rig),
+                   .subject = "rig",
+                   .verdict = rig.verdict,
+                   .sentence = rigSentence(rig),
+                   .findings = rig.findings,
+                   .numbers = rigNumbers(rig),
+                   .sections = rigSections(rig),
+                   .created_by = rig.created_by};
+  for (const Board& board : rig.boards) page.subtitle += (page.subtitle.empty() ? "" : ", ") + board.spec();
+  for (const ReportedRigCamera& camera : rig.cameras) page.names.push_back(camera.name);
+  for (const ReportedRigView& view : rig.views) page.names.push_back(view.image);
+  page.sections.front().more = camerasTable(rig);
+  page.details = listHtml(fmt::format("{} frames", rig.frames.size()), rig.frames);
+  return pageText(page, evidence);
+}
+
+std::vector<FigureFile> rigFigures(const nlohmann::json& evidence, const std::string& file) {
+  return figureFiles(rigSections(readRig(evidence, file)));
+}
+
+}  // namespace alidade
