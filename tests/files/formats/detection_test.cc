@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <set>
 
 #include "alidade/files/camera_source.h"
@@ -58,19 +59,12 @@ TEST(FormatDetection, ReadsWhatEachExampleSays) {
   EXPECT_EQ(num_cameras, 57);
 }
 
-// The examples in docs/formats.md, each below the heading of its format.
+// docs/formats.md shows an example of each format of other tools.
 TEST(FormatDetection, ReadsTheExamplesOfTheDocumentation) {
-  const std::string text = readTextFile(ALIDADE_SOURCE_DIR "/docs/formats.md", 1U << 20U);
   int num_examples = 0;
-  for (const CameraFormat* format : cameraFormats()) {
-    const std::size_t heading = text.find("\n### " + std::string(format->id) + "\n");
-    if (heading == std::string::npos) continue;
-    constexpr std::string_view kFence = "\n```";
-    const std::size_t begin = text.find('\n', text.find(kFence, heading) + 1) + 1;
-    const std::size_t end = text.find(kFence, begin);
-    ASSERT_NE(end, std::string::npos);
-    const CameraSource source = parseCameras(text.substr(begin, end + 1 - begin), "example");
-    EXPECT_EQ(source.format, format->id);
+  for (const auto& entry : std::filesystem::directory_iterator(ALIDADE_SOURCE_DIR "/docs/examples/formats")) {
+    const CameraSource source = parseCameras(readTextFile(entry.path().string(), 1U << 20U), "example");
+    EXPECT_EQ(source.format, entry.path().stem().string());
     EXPECT_EQ(source.cameras.size(), 1u);
     ++num_examples;
   }
