@@ -48,9 +48,9 @@ class Phrase:
 
 
 # The areas: readme (README.md), docs (docs/*.md), apps and src (text in string literals), headers (/// comments in
-# headers of both), scripts (scripts/, config/ and .ci/). "--phrases" counts the hits in each area. When a phrase has no
+# headers of both), comments (// comments of C++ files), scripts (scripts/, config/ and .ci/). "--phrases" counts the hits in each area. When a phrase has no
 # hit left in an area, add the area to its line.
-AREAS = ["readme", "docs", "apps", "src", "headers", "scripts"]
+AREAS = ["readme", "docs", "apps", "src", "headers", "comments", "scripts"]
 PHRASES = [
     Phrase(r"\b(is|are|was|were|be) told of\b", "'is reported for', 'gets'", "readme docs apps headers scripts"),
     Phrase(r"\bnothing (is|was) told\b", "'nothing is reported'", "readme docs apps src headers scripts"),
@@ -82,6 +82,12 @@ PHRASES = [
     Phrase(r"\b(cannot be told|nobody can tell|can be told)\b", "'it is not possible to tell'", "readme docs scripts"),
     Phrase(r"\bto be had\b", "'available'", "readme docs apps src headers scripts"),
     Phrase(r"\bwhat has to be there\b", "'all required keys'", "readme docs apps src headers scripts"),
+    Phrase(r"\banother one\b", "'a different camera', 'the other image'", ""),
+    Phrase(r"\b(comes?|came) by\b(?! (view|corner|image)s?\b)", "'reach', 'find'", ""),
+    Phrase(r"\bas a rule\b", "'usually'", ""),
+    Phrase(r"\bshall\b", "'must', or the plain present", ""),
+    Phrase(r"\bnobody\b", "the passive, or who it is", ""),
+    Phrase(r"\bwhoever\b", "'a reader', 'the caller'", ""),
     Phrase(r"\bgoes? before\b", "'overrides', 'takes precedence'", "readme docs apps src scripts"),
 ]
 
@@ -170,6 +176,15 @@ def doc_comments_of(text: str) -> str:
     comments = _only(text, {"comment"}, 0)
     return "\n".join(line.replace("///", "   ", 1) if line.lstrip().startswith("///") else ""
                      for line in comments.split("\n"))
+
+
+def plain_comments_of(text: str) -> str:
+    """Returns only the // comments, without the slashes."""
+    lines = []
+    for line in _only(text, {"comment"}, 0).split("\n"):
+        bare = line.lstrip()
+        lines.append(line.replace("//", "  ", 1) if bare.startswith("//") and not bare.startswith("///") else "")
+    return "\n".join(lines)
 
 
 def line_at(text: str, position: int) -> int:
@@ -482,6 +497,41 @@ def check_public_headers() -> Iterator[Finding]:
                            f"{MAX_PUBLIC_HEADERS}; lower MAX_PUBLIC_HEADERS to {count}")
 
 
+def check_room_table() -> Iterator[Finding]:
+    """The table of rooms in CONTRIBUTING.md has the order of src/CMakeLists.txt, from the bottom up."""
+    built = re.findall(r"^add_subdirectory\(alidade/(\w+)\)", read("src/CMakeLists.txt"), re.MULTILINE)
+    rows = [(match[1], line_at(read("CONTRIBUTING.md"), match.start()))
+            for match in re.finditer(r"^\| `(\w+)` \|", read("CONTRIBUTING.md"), re.MULTILINE)]
+    for i in range(max(len(built), len(rows))):
+        room = built[i] if i < len(built) else "no further room"
+        row, line = rows[i] if i < len(rows) else ("no further row", rows[-1][1] if rows else 1)
+        if room != row:
+            yield Finding("CONTRIBUTING.md", line, f"the table of rooms has {row} where src/CMakeLists.txt has {room}; "
+                          "the limit is the same order; correct the table")
+            return
+
+
+def anchors_of(path: str) -> set[str]:
+    """Returns the anchors of the headings of a Markdown file."""
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")
+            for heading in re.findall(r"^#+ (.*)$", read(path), re.MULTILINE)}
+
+
+def check_links() -> Iterator[Finding]:
+    """Each link of a page to another file or heading of the project leads somewhere."""
+    for path in [p.name for p in sorted(ROOT.glob("*.md"))] + files_in("docs", ".md") + files_in("bench", ".md"):
+        for match in re.finditer(r"\]\(([^)\s:]+)\)", read(path)):
+            file, _, anchor = match[1].partition("#")
+            target = posixpath.normpath(posixpath.join(posixpath.dirname(path), file)) if file else path
+            if not (ROOT / target).exists():
+                what = f"there is no {target}"
+            elif anchor and target.endswith(".md") and anchor not in anchors_of(target):
+                what = f"{target} has no heading #{anchor}"
+            else:
+                continue
+            yield Finding(path, line_at(read(path), match.start()), f"{what}; every link leads somewhere; correct it")
+
+
 @functools.cache
 def prose(area: str) -> dict[str, str]:
     """Returns the text that users read in an area, per file, with all positions as in the file."""
@@ -492,6 +542,8 @@ def prose(area: str) -> dict[str, str]:
     if area == "scripts":
         paths = files_in("scripts") + files_in("config") + files_in(".ci")
         return {path: read(path) for path in paths if path != "scripts/lint_rules.py"}
+    if area == "comments":
+        return {path: plain_comments_of(read(path)) for path in sources()}
     if area == "headers":
         return {path: doc_comments_of(read(path)) for path in sources() if path.endswith(".h")}
     return {path: strings_of(read(path)) for path in files_in(area, ".h", ".cc")}
@@ -542,6 +594,8 @@ def main() -> int:
         (check_layers, f"{len(includes())} includes follow the links of {len(links())} layers"),
         (check_calibrate_stages, f"{len(calibrate_stage_files())} files of stages in calibrate/ follow their order"),
         (check_public_headers, f"{len(public_headers())} headers are public"),
+        (check_room_table, "CONTRIBUTING.md names the rooms in their order"),
+        (check_links, "all links of the pages lead somewhere"),
         (check_phrases, f"{len(PHRASES)} phrases do not occur where they are banned"),
     ]
     has_failed = False

@@ -105,7 +105,23 @@ class LintRulesTest(unittest.TestCase):
         self.write("apps/a.cc", '// for ever\nf("kept "\n  "for "\n  "ever");\n')
         self.write("src/a.h", "// for ever\n/// kept for\n/// ever\nint for_ever;\n")
         hits = [(path, line) for area in lint_rules.AREAS for path, line, _ in lint_rules.phrase_hits(phrase, area)]
-        self.assertEqual(hits, [("README.md", 1), ("docs/a.md", 3), ("apps/a.cc", 3), ("src/a.h", 2)])
+        self.assertEqual(hits, [("README.md", 1), ("docs/a.md", 3), ("apps/a.cc", 3), ("src/a.h", 2), ("src/a.h", 1),
+                                ("apps/a.cc", 1)])
+
+    def test_room_table(self):
+        self.write("src/CMakeLists.txt", "add_subdirectory(alidade/core)\nadd_subdirectory(alidade/camera)\n")
+        self.write("CONTRIBUTING.md", "| room |\n|---|\n| `core` | a |\n| `camera` | b |\n")
+        self.assert_findings(lint_rules.check_room_table)
+        lint_rules.read.cache_clear()
+        self.write("CONTRIBUTING.md", "| room |\n|---|\n| `camera` | b |\n| `core` | a |\n")
+        self.assert_findings(lint_rules.check_room_table,
+                             "CONTRIBUTING.md:3: the table of rooms has camera where src/CMakeLists.txt has core")
+
+    def test_links(self):
+        self.write("README.md", "[a](docs/a.md) [b](docs/a.md#two-words) [c](https://x.org/y) [d](#top)\n# Top\n")
+        self.write("docs/a.md", "# `Two` words!\n[back](../README.md)\n[gone](b.md)\n[no](../README.md#bottom)\n")
+        self.assert_findings(lint_rules.check_links, "docs/a.md:3: there is no docs/b.md",
+                             "docs/a.md:4: README.md has no heading #bottom")
 
 
 if __name__ == "__main__":
