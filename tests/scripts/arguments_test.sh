@@ -13,6 +13,8 @@ for program in apt-get clang-format cmake ctest dpkg-query git sudo; do
   printf '#!/bin/sh\necho %s >>"%s/started"\nexit 1\n' "$program" "$scratch" >"$scratch/$program"
   chmod +x "$scratch/$program"
 done
+# Asking git whether a revision exists starts nothing.
+printf '#!/bin/sh\ncase "$*" in *rev-parse*) exit 1 ;; esac\necho git >>"%s/started"\nexit 1\n' "$scratch" >"$scratch/git"
 export PATH=$scratch:$PATH
 
 count=0
