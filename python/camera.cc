@@ -13,7 +13,7 @@
 
 #include <pybind11/stl.h>
 
-#include "alidade/camera/batch_rows.h"
+#include "alidade/camera/batch.h"
 #include "alidade/camera/camera_edit.h"
 #include "alidade/camera/model_fit.h"
 #include "alidade/core/error.h"

@@ -12,7 +12,6 @@
 #include "alidade/adjust/board/manifolds.h"
 #include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/camera/camera_variant.h"
 #include "support/fit_set.h"
 
 namespace alidade {
@@ -54,8 +53,7 @@ int largestError(const Calibration& result, const AnyCamera& truth, double& larg
       const Eigen::Vector2d pixel(x / 8.0 * (kSize.width - 1), y / 6.0 * (kSize.height - 1));
       const auto ray = truth.unproject(pixel);
       if (!ray) continue;
-      const Projection found =
-          result.camera().visit([&](const auto& camera) { return camera.project(*ray, nullptr, J.data()); });
+      const Projection found = result.camera().project(*ray, nullptr, J.data());
       if (!found.ok()) continue;
       const Eigen::Matrix2d covariance = J * result.uncertainty.covariance->view() * J.transpose();
       const Eigen::Vector2d error = found.pixel - pixel;

@@ -6,6 +6,8 @@
 #include <functional>
 #include <limits>
 
+#include "alidade/camera/batch.h"
+#include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"
 
@@ -91,7 +93,7 @@ TEST(AnyCamera, BatchEqualsOneByOne) {
   const AnyCamera camera = AnyCamera::make("radtan", params);
   const std::vector<Eigen::Vector3d> points = {{0, 0, 1}, {0.3, -0.2, 1}, {0, 0, -1}, {50, 0, 1}};
   std::vector<Projection> batch(points.size());
-  camera.project(points, batch);
+  projectBatch(camera, points, batch);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Projection single = camera.project(points[i]);
     EXPECT_EQ(batch[i].status, single.status);

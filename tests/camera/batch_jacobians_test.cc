@@ -44,8 +44,7 @@ Matrix39 movedPointJacobian(const SE3& pose, const Eigen::Vector3d& point) {
 template <class F>
 std::size_t forEachRay(Random& random, const F& check) {
   std::size_t count = 0;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
+  AllModels::forEach([&]<class M>() {
     for (const auto& params : ModelFixture<M>::paramSets()) {
       const Camera<M> camera(params);
       for (int i = 0; i < 20; ++i) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/camera/batch.h"
-#include "alidade/camera/batch_rows.h"
 #include "alidade/camera/camera_variant.h"
 
 #include <gtest/gtest.h>

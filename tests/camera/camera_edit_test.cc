@@ -21,8 +21,7 @@ constexpr double kSamePx = 1e-9;
 // All cameras of the test fixture, of all models.
 std::vector<AnyCamera> allCameras() {
   std::vector<AnyCamera> cameras;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
+  AllModels::forEach([&]<class M>() {
     for (const auto& params : ModelFixture<M>::paramSets()) cameras.emplace_back(Camera<M>(params));
   });
   return cameras;

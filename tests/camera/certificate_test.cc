@@ -9,6 +9,7 @@
 #include "alidade/camera/camera_variant.h"
 #include "support/brute_force_domain.h"
 #include "support/model_fixture.h"
+#include "support/project_formula.h"
 
 namespace alidade {
 namespace {

@@ -117,8 +117,7 @@ TEST(FitModel, AlgebraRefusesWhatOnlyNearlyHolds) {
 
 TEST(FitLens, FindsTheParametersThatMadeThePixels) {
   int num_found = 0;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
+  AllModels::forEach([&]<class M>() {
     if (M::kId != "pinhole" && M::kId != "radtan") return;  // larger ones have parameters that can stand in
     std::vector<double> truth = {500, 510, 321, 238};
     if (M::kId == "radtan") truth.insert(truth.end(), {-0.25, 0.06, 2e-3, -1e-3, -0.01});
@@ -245,8 +244,7 @@ TEST(FitModel, StatesTheErrorsOfAFisheyeAsAllPixelsHaveThem) {
 // Any pair of models: what comes out is a camera, judged truly, and a wide enough one comes close.
 TEST(FitModel, TakesEveryModelToEveryOther) {
   int num_pairs = 0;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
+  AllModels::forEach([&]<class M>() {
     const AnyCamera source(Camera<M>(ModelFixture<M>::paramSets().front()));
     for (const std::string& id : modelIds()) {
       const ModelFit fit = fitModel(source, kTestImage, id);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "support/model_fixture.h"
+#include "support/project_formula.h"
 
 namespace alidade {
 namespace {

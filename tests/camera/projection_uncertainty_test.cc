@@ -20,10 +20,8 @@ constexpr int kFewColumns = 12;
 
 std::vector<AnyCamera> firstCameras() {
   std::vector<AnyCamera> cameras;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    cameras.emplace_back(Camera<M>(ModelFixture<M>::paramSets().front()));
-  });
+  AllModels::forEach(
+      [&]<class M>() { cameras.emplace_back(Camera<M>(ModelFixture<M>::paramSets().front())); });
   return cameras;
 }
 

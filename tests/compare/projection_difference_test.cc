@@ -29,8 +29,7 @@ AnyCamera radtan(double fx = 533, double cx = 342, double k1 = -0.28) {
 
 std::vector<AnyCamera> fixtureCameras() {
   std::vector<AnyCamera> cameras;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
+  AllModels::forEach([&]<class M>() {
     for (const auto& params : ModelFixture<M>::paramSets()) cameras.emplace_back(Camera<M>(params));
   });
   return cameras;

@@ -8,6 +8,7 @@
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/model_list.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 
 namespace alidade {
@@ -17,10 +18,7 @@ constexpr double kNoisePx = 0.1;
 constexpr double kAsGood = 0.01;  // of the held-out RMS
 
 bool isPerspective(std::string_view model_id) {
-  bool is_perspective = false;
-  forEachModel(NestedModels{},
-               [&](auto tag) { is_perspective = is_perspective || decltype(tag)::Model::kId == model_id; });
-  return is_perspective;
+  return modelTraits(model_id).family == LensFamily::kPerspective;
 }
 
 }  // namespace

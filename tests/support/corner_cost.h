@@ -11,7 +11,7 @@
 
 #include "alidade/adjust/board/manifolds.h"
 #include "alidade/adjust/board/observation.h"
-#include "alidade/camera/projection.h"
+#include "support/project_formula.h"
 
 namespace alidade {
 

@@ -7,7 +7,6 @@
 
 #include <Eigen/Dense>
 
-#include "alidade/camera/camera_variant.h"
 #include "alidade/camera/projection_uncertainty.h"
 #include "alidade/core/statistics.h"
 #include "alidade/simulate/observe.h"
@@ -81,8 +80,7 @@ std::vector<Eigen::Vector2d> differences(const AnyCamera& truth, const AnyCamera
       if (!ray) continue;
       const Eigen::Vector3d turned = turn * *ray;
       Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
-      const Projection projection =
-          truth.visit([&](const auto& camera) { return camera.project(turned, J_point.data(), nullptr); });
+      const Projection projection = truth.project(turned, J_point.data(), nullptr);
       if (!projection.ok()) continue;
       result[i] = projection.pixel - pixels[i];
       const Eigen::Matrix<double, 2, 3> J = -J_point * hat(turned);

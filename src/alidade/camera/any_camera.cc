@@ -7,23 +7,14 @@
 
 #include <Eigen/Geometry>
 
-#include "alidade/camera/batch.h"
 #include "alidade/camera/camera_variant.h"
-#include "alidade/camera/lens_shapes.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
-
-template <class F>
-void withKnownModel(std::string_view id, F&& f) {
-  if (withModel(id, f)) return;
-  throw usageError({.where = "camera model",
-                    .found = "'" + std::string(id) + "'",
-                    .expected = "one of " + join(modelIds(), ", "),
-                    .next_step = didYouMean(id, modelIds())});
-}
 
 std::string parametersOf(std::string_view model_id) {
   return "parameters of model " + std::string(model_id);
@@ -68,40 +59,16 @@ double sphereDeterminant(const double* J, const Eigen::Vector3d& ray) {
   return J_m_ray.row(0).cross(J_m_ray.row(1)).dot(ray);
 }
 
-template <CameraModel M>
-Camera<M> makeCamera(std::span<const double> params) {
-  if (params.size() != static_cast<std::size_t>(kNumParams<M>)) {
-    throw inputError({.where = parametersOf(M::kId),
-                      .found = std::to_string(params.size()) + " numbers",
-                      .expected = std::to_string(kNumParams<M>)});
-  }
-  typename Camera<M>::Params values{};
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    values[i] = params[i];
-    if (const auto complaint = parameterComplaint(M::kId, i, values[i])) {
-      throw inputError({.where = "parameter " + std::string(kParamNames<M>[i]),
-                        .found = exactText(values[i]),
-                        .expected = *complaint});
-    }
-  }
-  return Camera<M>(values);
-}
-
 }  // namespace
 
 const std::vector<std::string>& modelIds() {
-  static const std::vector<std::string> ids = [] {
-    std::vector<std::string> all;
-    forEachModel(AllModels{}, [&](auto tag) { all.emplace_back(decltype(tag)::Model::kId); });
-    return all;
-  }();
+  static const std::vector<std::string> ids =
+      mapped(allModelTraits(), [](const ModelTraits& model) { return std::string(model.id); });
   return ids;
 }
 
 std::span<const std::string_view> parameterNames(std::string_view model_id) {
-  std::span<const std::string_view> names;
-  withKnownModel(model_id, [&](auto tag) { names = kParamNames<typename decltype(tag)::Model>; });
-  return names;
+  return modelTraits(model_id).parameter_names;
 }
 
 std::optional<std::size_t> parameterIndex(std::span<const std::string_view> names, std::string_view name) {
@@ -115,31 +82,35 @@ std::optional<std::string> parameterComplaint(std::string_view model_id, std::si
     if (std::isfinite(value) && value > 0) return std::nullopt;
     return "a positive focal length in pixels";
   }
-  ParamRange range;
-  withKnownModel(model_id, [&](auto tag) {
-    if (i >= kNumAffine) range = decltype(tag)::Model::kLensRanges[i - kNumAffine];
-  });
+  const ParamRange range = i < kNumAffine ? ParamRange() : modelTraits(model_id).lens_ranges[i - kNumAffine];
   if (std::isfinite(value) && value >= range.min && value <= range.max) return std::nullopt;
   return rangeText(range);
 }
 
-std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size) {
-  withKnownModel(model_id, [](auto) {});
-  const Eigen::Vector2d center(0.5 * (size.width - 1), 0.5 * (size.height - 1));
-  const auto starts = lensStarts(model_id, Eigen::Vector2d::Constant(focal_px), center, {});
-  expect(!starts.empty(), "a focal length is positive");
-  return starts.front();
-}
-
-std::string_view statusId(ProjectStatus status) {
-  if (status == ProjectStatus::kOk) return "ok";
-  return status == ProjectStatus::kBehind ? "behind" : "outside";
-}
+AnyCamera::AnyCamera(const detail::CameraVariant& camera)
+    : camera_(std::make_shared<const detail::CameraVariant>(camera)) {}
 
 AnyCamera AnyCamera::make(std::string_view model_id, std::span<const double> params) {
+  const auto names = alidade::parameterNames(model_id);
+  if (params.size() != names.size()) {
+    throw inputError({.where = parametersOf(model_id),
+                      .found = std::to_string(params.size()) + " numbers",
+                      .expected = std::to_string(names.size())});
+  }
+  for (std::size_t i = 0; i < params.size(); ++i) {
+    if (const auto complaint = parameterComplaint(model_id, i, params[i])) {
+      throw inputError({.where = "parameter " + std::string(names[i]),
+                        .found = exactText(params[i]),
+                        .expected = *complaint});
+    }
+  }
   std::optional<AnyCamera> camera;
-  withKnownModel(model_id,
-                 [&](auto tag) { camera.emplace(makeCamera<typename decltype(tag)::Model>(params)); });
+  AllModels::forEach([&]<class M>() {
+    if (M::kId != model_id) return;
+    typename Camera<M>::Params values{};
+    std::ranges::copy(params, values.begin());
+    camera.emplace(Camera<M>(values));
+  });
   return *camera;
 }
 
@@ -166,62 +137,39 @@ double AnyCamera::parameter(std::string_view name) const {
 }
 
 std::string_view AnyCamera::modelId() const {
-  return visit([](const auto& c) { return std::decay_t<decltype(c)>::Model::kId; });
+  return std::visit([]<class M>(const Camera<M>&) { return M::kId; }, camera_->camera);
 }
 
 std::span<const std::string_view> AnyCamera::parameterNames() const {
-  return visit([](const auto& c) {
-    return std::span<const std::string_view>(kParamNames<typename std::decay_t<decltype(c)>::Model>);
-  });
+  return alidade::parameterNames(modelId());
 }
 
 std::span<const double> AnyCamera::parameters() const& {
-  return visit([](const auto& c) { return std::span<const double>(c.params()); });
+  return std::visit([](const auto& c) { return std::span<const double>(c.params()); }, camera_->camera);
 }
 
 const CertifiedCone& AnyCamera::cone() const {
-  return visit([](const auto& c) -> const CertifiedCone& { return c.cone(); });
+  return std::visit([](const auto& c) -> const CertifiedCone& { return c.cone(); }, camera_->camera);
 }
 
 Projection AnyCamera::project(const Eigen::Vector3d& p_cam, double* J_px_cam, double* J_px_params) const {
-  return visit([&](const auto& c) { return c.project(p_cam, J_px_cam, J_px_params); });
+  return std::visit([&](const auto& c) { return c.project(p_cam, J_px_cam, J_px_params); }, camera_->camera);
 }
 
 std::optional<Eigen::Vector3d> AnyCamera::unproject(const Eigen::Vector2d& pixel, double* J_ray_pixel) const {
-  return visit([&](const auto& c) { return c.unproject(pixel, J_ray_pixel); });
-}
-
-void AnyCamera::project(std::span<const Eigen::Vector3d> points_cam, std::span<Projection> out) const {
-  expect(points_cam.size() == out.size(), "one projection per point");
-  constexpr std::size_t kChunk = 256;  // points; their columns stay in the first cache
-  std::array<std::array<double, kChunk>, 5> columns;
-  std::array<ProjectStatus, kChunk> status;
-  auto& [x, y, z, u, v] = columns;
-  for (std::size_t begin = 0; begin < points_cam.size(); begin += kChunk) {
-    const std::size_t count = std::min(kChunk, points_cam.size() - begin);
-    for (std::size_t i = 0; i < count; ++i) {
-      const Eigen::Vector3d& p = points_cam[begin + i];
-      x[i] = p.x();
-      y[i] = p.y();
-      z[i] = p.z();
-    }
-    projectBatch(*this, {{x.data(), count}, {y.data(), count}, {z.data(), count}},
-                 {{u.data(), count}, {v.data(), count}, {status.data(), count}});
-    for (std::size_t i = 0; i < count; ++i) out[begin + i] = {.pixel = {u[i], v[i]}, .status = status[i]};
-  }
+  return std::visit([&](const auto& c) { return c.unproject(pixel, J_ray_pixel); }, camera_->camera);
 }
 
 DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {
   DomainCertificate result;
   result.cone = camera.cone();
   result.full_image = true;
-  camera.visit([&](const auto& c) {
-    using M = typename std::decay_t<decltype(c)>::Model;
+  const auto certify = [&]<class M>(const Camera<M>& c) {
     const double* lens = c.params().data() + 4;
     const auto det = [&](const Eigen::Vector3d& ray) {
       double m[2];
       double J[6];
-      return M::lensJacobian(lens, ray.data(), m, J, nullptr) ? std::abs(sphereDeterminant(J, ray)) : 0.0;
+      return M::lens(lens, ray.data(), m, J) ? std::abs(sphereDeterminant(J, ray)) : 0.0;
     };
     const double axis_det = det(Eigen::Vector3d::UnitZ());
     result.min_relative_det = 1.0;
@@ -241,7 +189,8 @@ DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {
       for (int i = 1; i < kGrid; ++i)
         look(-0.5 + i * size.width / double{kGrid}, -0.5 + j * size.height / double{kGrid});
     }
-  });
+  };
+  std::visit(certify, camera.variant().camera);
   return result;
 }
 

@@ -2,11 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <map>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,6 +12,7 @@
 
 #include <Eigen/Core>
 
+#include "alidade/camera/project_status.h"
 #include "alidade/core/image.h"
 
 namespace alidade {
@@ -22,35 +20,6 @@ namespace alidade {
 namespace detail {
 struct CameraVariant;  // see camera_variant.h
 }  // namespace detail
-
-/// A camera of one model (camera.h).
-template <class M>
-class Camera;
-
-/// Whether a point has a pixel, and if not, why.
-enum class ProjectStatus : std::uint8_t {
-  kOk,
-  kBehind,         ///< not in front of a camera that sees only forward
-  kOutsideDomain,  ///< beyond the first fold or the domain of the model, or not a valid point (not
-                   ///< finite, or at a distance outside 1e-100 to 1e100)
-};
-
-/// "ok", "behind" or "outside". `alidade project`, which knows the image size, also prints "out_of_image".
-[[nodiscard]] std::string_view statusId(ProjectStatus status);
-
-/// The projection of a point in the camera frame. `pixel` is NaN unless the status is kOk.
-struct Projection {
-  Eigen::Vector2d pixel = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
-  ProjectStatus status = ProjectStatus::kOutsideDomain;
-
-  [[nodiscard]] bool ok() const { return status == ProjectStatus::kOk; }
-};
-
-/// The cone around the optical axis in which the projection is one-to-one.
-struct CertifiedCone {
-  double max_angle_rad = std::numbers::pi;  ///< largest field angle that may be used
-  bool is_limited_by_fold = false;          ///< by a fold or pole; false: by the model itself
-};
 
 /// Ids of all models, in the order of the model list.
 [[nodiscard]] const std::vector<std::string>& modelIds();
@@ -69,17 +38,11 @@ struct CertifiedCone {
 [[nodiscard]] std::optional<std::string> parameterComplaint(std::string_view model_id, std::size_t i,
                                                             double value);
 
-/// Parameters of the model's initial guess, with the principal point at the image centre and the given focal
-/// length (positive) in pixels per radian on the axis. In some models, fx and fy differ from this focal
-/// length.
-[[nodiscard]] std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size);
-
 /// A camera of any model, with value semantics. It is immutable, so copies share memory.
 class AnyCamera {
  public:
-  /// Defined in camera_variant.h, which is not installed.
-  template <class M>
-  explicit AnyCamera(const Camera<M>& camera);
+  /// A camera of any one model; its type is not installed.
+  explicit AnyCamera(const detail::CameraVariant& camera);
   // Not movable: a moved-from camera would be empty.
   AnyCamera(const AnyCamera&) = default;
   AnyCamera& operator=(const AnyCamera&) = default;
@@ -104,7 +67,7 @@ class AnyCamera {
   /// The pixel of a point in the camera frame, in any unit of length, or why it has none. The camera does not
   /// know its image size: the pixel may lie outside the image.
   /// The row-major Jacobians J_px_cam (2x3) and J_px_params (2xN) may be null. They are written only if the
-  /// status is kOk. projectBatch() also has those of a pose.
+  /// status is kOk. projectBatch() takes many points and also has the Jacobians of a pose.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam = nullptr,
                                    double* J_px_params = nullptr) const;
   /// The unit ray in the camera frame that projects to `pixel`; std::nullopt if no ray of the domain does.
@@ -112,13 +75,8 @@ class AnyCamera {
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel = nullptr) const;
 
-  /// Projects many points. projectBatch() is even faster if there is one array per coordinate.
-  void project(std::span<const Eigen::Vector3d> points_cam, std::span<Projection> out) const;
-
-  /// Calls f(const Camera<M>&) with the type of the model. Defined in camera_variant.h, which is not
-  /// installed.
-  template <class F>
-  decltype(auto) visit(F&& f) const;
+  /// The camera of its model, for the library's own loops.
+  [[nodiscard]] const detail::CameraVariant& variant() const { return *camera_; }
 
  private:
   std::shared_ptr<const detail::CameraVariant> camera_;

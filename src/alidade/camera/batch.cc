@@ -10,7 +10,6 @@
 
 #include <Eigen/Core>
 
-#include "alidade/camera/batch_rows.h"
 #include "alidade/camera/camera_variant.h"
 #include "alidade/camera/projection.h"
 #include "alidade/core/error.h"
@@ -123,7 +122,7 @@ ALIDADE_ALWAYS_INLINE void scatter(const Lanes* from, const Lanes& nothing, doub
 template <class Loop>
 void runGroups(const Loop& loop, const typename Loop::Columns& arrays, std::size_t count) {
   callVectorised([&]() ALIDADE_INLINE_LAMBDA {
-    // Copies that nobody else can write to: what depends on the parameters alone is computed once.
+    // Local copies, so that values that depend only on the parameters are computed once.
     const Loop local = loop;
     const typename Loop::Columns a = arrays;
     const std::size_t end = count;
@@ -306,7 +305,7 @@ class UnprojectLoop {
   }
 
  private:
-  // The rim, what Newton's method does not come by at once, and pixels without a ray.
+  // The rim, pixels for which Newton's method does not converge at once, and pixels without a ray.
   void tryHarder(const Eigen::Vector2d& pixel, const Columns& a, std::size_t i) const {
     const auto ray = camera_.unproject(pixel);
     a.status[i] = ray ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain;
@@ -325,8 +324,7 @@ void project(const AnyCamera& camera, const SE3* camera_from_points, const Array
              std::size_t count) {
   const bool has_jacobians = arrays.out[2] != nullptr || arrays.out[3] != nullptr || arrays.out[4] != nullptr;
   const Pose pose(camera_from_points != nullptr ? *camera_from_points : SE3());
-  camera.visit([&](const auto& c) {
-    using M = typename std::decay_t<decltype(c)>::Model;
+  const auto run = [&]<class M>(const Camera<M>& c) {
     if (has_jacobians) {
       runLoop(ProjectLoop<M, true, true>(c, pose), arrays, count);
     } else if (camera_from_points != nullptr) {
@@ -334,7 +332,12 @@ void project(const AnyCamera& camera, const SE3* camera_from_points, const Array
     } else {
       runLoop(ProjectLoop<M, false, false>(c, pose), arrays, count);
     }
-  });
+  };
+  std::visit(run, camera.variant().camera);
+}
+
+void unproject(const AnyCamera& camera, const Arrays<2, 4>& arrays, std::size_t count) {
+  std::visit([&](const auto& c) { runLoop(UnprojectLoop(c), arrays, count); }, camera.variant().camera);
 }
 
 void projectColumns(const AnyCamera& camera, const SE3* camera_from_points, const PointColumns& points,
@@ -369,13 +372,11 @@ void unprojectBatch(const AnyCamera& camera, const PixelColumns& pixels, const R
   expect(pixels.v.size() == count && rays.x.size() == count && rays.y.size() == count &&
              rays.z.size() == count && rays.status.size() == count,
          "the arrays of a batch have one length");
-  camera.visit([&](const auto& c) {
-    runLoop(UnprojectLoop(c),
+  unproject(camera,
             {.in = {pixels.u.data(), pixels.v.data()},
              .out = {rays.x.data(), rays.y.data(), rays.z.data(), J_ray_pixel},
              .status = rays.status.data()},
             count);
-  });
 }
 
 void projectRows(const AnyCamera& camera, const SE3* camera_from_points, std::span<const double> points,
@@ -396,15 +397,28 @@ void unprojectRows(const AnyCamera& camera, std::span<const double> pixels, std:
                    std::span<ProjectStatus> status, double* J_ray_pixel) {
   const std::size_t count = status.size();
   expect(pixels.size() == 2 * count && rays.size() == 3 * count, "the arrays of a batch have as many rows");
-  camera.visit([&](const auto& c) {
-    runLoop(UnprojectLoop(c),
+  unproject(camera,
             {.in = {pixels.data(), pixels.data() + 1},
              .out = {rays.data(), rays.data() + 1, rays.data() + 2, J_ray_pixel},
              .status = status.data(),
              .in_stride = 2,
              .out_stride = 3},
             count);
-  });
+}
+
+void projectBatch(const AnyCamera& camera, std::span<const Eigen::Vector3d> points_cam,
+                  std::span<Projection> out) {
+  expect(points_cam.size() == out.size(), "one projection per point");
+  constexpr std::size_t kChunk = 256;  // points; their numbers stay in the first cache
+  std::array<double, 2 * kChunk> pixels;
+  std::array<ProjectStatus, kChunk> status;
+  for (std::size_t begin = 0; begin < points_cam.size(); begin += kChunk) {
+    const std::size_t count = std::min(kChunk, points_cam.size() - begin);
+    projectRows(camera, nullptr, {points_cam[begin].data(), 3 * count}, {pixels.data(), 2 * count},
+                {status.data(), count});
+    for (std::size_t i = 0; i < count; ++i)
+      out[begin + i] = {.pixel = {pixels[2 * i], pixels[2 * i + 1]}, .status = status[i]};
+  }
 }
 
 }  // namespace alidade

@@ -44,10 +44,27 @@ void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const
 void projectBatch(const AnyCamera& camera, const SE3& camera_from_points, const PointColumns& points,
                   const PixelResults& pixels, const PixelJacobians& jacobians = {});
 
+/// The same for points in the camera frame and results that are values.
+void projectBatch(const AnyCamera& camera, std::span<const Eigen::Vector3d> points_cam,
+                  std::span<Projection> out);
+
 /// Rays of many pixels; they agree with those of AnyCamera::unproject() to 1e-12. The status is
 /// kOutsideDomain if no ray projects to the pixel. `J_ray_pixel`, if not null, receives n row-major 3x2
 /// Jacobians.
 void unprojectBatch(const AnyCamera& camera, const PixelColumns& pixels, const RayResults& rays,
                     double* J_ray_pixel = nullptr);
+
+/// projectBatch() for arrays of rows: points x, y, z and pixels u, v side by side. They agree to the last
+/// digit.
+/// @param camera_from_points  null: the points are in the camera frame
+/// @param points  3 numbers per point; `pixels` gets 2 and `status` one
+void projectRows(const AnyCamera& camera, const SE3* camera_from_points, std::span<const double> points,
+                 std::span<double> pixels, std::span<ProjectStatus> status,
+                 const PixelJacobians& jacobians = {});
+
+/// unprojectBatch() for arrays of rows. They agree to the last digit.
+/// @param pixels  2 numbers per pixel; `rays` gets 3 and `status` one
+void unprojectRows(const AnyCamera& camera, std::span<const double> pixels, std::span<double> rays,
+                   std::span<ProjectStatus> status, double* J_ray_pixel = nullptr);
 
 }  // namespace alidade

@@ -12,9 +12,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "alidade/camera/any_camera.h"
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/domain.h"
+#include "alidade/camera/project_status.h"
 #include "alidade/camera/projection.h"
 
 namespace alidade {
@@ -55,11 +55,8 @@ class Camera {
     result.status = classify(p_cam);
     if (!result.ok()) return result;
     double px[2];
-    const bool has_value =
-        J_px_cam == nullptr && J_px_params == nullptr
-            ? projectFormula<M>(params_.data(), p_cam.data(), px)
-            : projectFormulaJacobian<M>(params_.data(), p_cam.data(), px, J_px_cam, J_px_params);
-    if (!has_value || !std::isfinite(px[0]) || !std::isfinite(px[1])) {
+    if (!projectFormulaJacobian<M>(params_.data(), p_cam.data(), px, J_px_cam, J_px_params) ||
+        !std::isfinite(px[0]) || !std::isfinite(px[1])) {
       result.status = ProjectStatus::kOutsideDomain;
       return result;
     }

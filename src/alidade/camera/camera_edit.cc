@@ -2,12 +2,11 @@
 #include "alidade/camera/camera_edit.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <string>
 #include <utility>
 
-#include "alidade/camera/camera_variant.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 
@@ -18,16 +17,6 @@ constexpr Eigen::Index kFx = 0;
 constexpr Eigen::Index kFy = 1;
 constexpr Eigen::Index kCx = 2;
 constexpr Eigen::Index kCy = 3;
-
-// Parameters that a quarter turn of the image swaps: the new x is `sign` times the old y. Those of the lens
-// are the components of a vector in the normalised plane. The tangential terms are r2 t + 2 (x . t) x with
-// t = (p2, p1), the prism's r2 (s1, s3) + r2^2 (s2, s4).
-struct SwappedPair {
-  std::string_view x, y;
-  double sign;
-};
-constexpr std::array<SwappedPair, 5> kSwapped = {
-    {{"fx", "fy", 1}, {"cx", "cy", -1}, {"p2", "p1", -1}, {"s1", "s3", -1}, {"s2", "s4", -1}}};
 
 // new parameters = J * old parameters + offset
 struct ParameterMap {
@@ -61,36 +50,21 @@ EditedCamera scale(const AnyCamera& camera, double sx, double sy, ImageSize new_
   return apply(map, camera, new_size);
 }
 
-// Whether nothing but the pairs above gives the lens a direction. A model of which this is not so needs its
-// parameters added to them.
-bool isTurnedByPairs(const AnyCamera& camera) {
-  return camera.visit([](const auto& c) {
-    using M = typename std::decay_t<decltype(c)>::Model;
-    auto params = c.params();
-    const auto& names = kParamNames<M>;
-    for (std::size_t i = 4; i < params.size(); ++i) {
-      for (const SwappedPair& pair : kSwapped) {
-        if (names[i] == pair.x || names[i] == pair.y) params[i] = 0;
-      }
-    }
-    return M::isAxiallySymmetric(params.data() + 4);
-  });
-}
-
 EditedCamera quarterTurn(const AnyCamera& camera, ImageSize size) {
   // In the plane (mx, my) becomes (-my, mx), and u = height - 1 - v, v = u.
   ParameterMap map(camera);
   map.offset(kCx) = size.height - 1;
-  for (const auto& [x_name, y_name, sign] : kSwapped) {
-    const auto x = parameterIndex(camera.parameterNames(), x_name);
-    const auto y = parameterIndex(camera.parameterNames(), y_name);
-    if (!x || !y) continue;
-    const auto i = static_cast<Eigen::Index>(*x);
-    const auto j = static_cast<Eigen::Index>(*y);
-    map.J(i, i) = map.J(j, j) = 0;
-    map.J(i, j) = sign;
-    map.J(j, i) = 1;
-  }
+  // The new x is `sign` times the old y, and the new y the old x.
+  const auto swap = [&map](Eigen::Index x, Eigen::Index y, double sign) {
+    map.J(x, x) = map.J(y, y) = 0;
+    map.J(x, y) = sign;
+    map.J(y, x) = 1;
+  };
+  swap(kFx, kFy, 1);
+  swap(kCx, kCy, -1);
+  for (const LensVector& vector : modelTraits(camera.modelId()).vectors)
+    swap(static_cast<Eigen::Index>(kNumAffine + vector.x), static_cast<Eigen::Index>(kNumAffine + vector.y),
+         -1);
   EditedCamera edited = apply(map, camera, {.width = size.height, .height = size.width});
   edited.new_from_old << 0, -1, 0,  //
       1, 0, 0,                      //
@@ -138,13 +112,12 @@ EditedCamera binCamera(const AnyCamera& camera, ImageSize size, int factor) {
                       .expected = "1 to " + std::to_string(std::min(size.width, size.height)) +
                                   ", because the image has " + sizeText(size) + " pixels"});
   }
-  // What is cropped lies on the right and at the bottom, where it moves no coordinate.
+  // Cropping on the right and at the bottom moves no coordinate.
   return scale(camera, 1.0 / factor, 1.0 / factor,
                {.width = size.width / factor, .height = size.height / factor});
 }
 
 EditedCamera rotateCamera(const AnyCamera& camera, ImageSize size, int quarter_turns) {
-  expect(isTurnedByPairs(camera), "every lens parameter with a direction is known to camera_edit");
   EditedCamera all = apply(ParameterMap(camera), camera, size);
   const int num_turns = (quarter_turns % 4 + 4) % 4;
   for (int i = 0; i < num_turns; ++i) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <string_view>
 
 namespace alidade {
@@ -13,6 +15,35 @@ namespace alidade {
 struct ParamRange {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
+};
+
+/// Families of lenses, by where their formula starts.
+enum class LensFamily {
+  kPerspective,  ///< from the plane x = X/Z, y = Y/Z, which ends before 90 degrees
+  kWide,         ///< from the field angle or a sphere: fisheye lenses and mirrors
+};
+
+/// Parameters of the largest model that code without its type has room for, with fx fy cx cy.
+inline constexpr int kMostParams = 32;
+
+/// Two lens parameters that are the components of a vector in the normalised plane, by their index. They turn
+/// with the image.
+struct LensVector {
+  std::size_t x, y;
+};
+
+/// A model that shares some lenses with a second model. Without functions it has the parameters of `model` by
+/// the same names, and its further ones are 0 in the shared lenses: it extends `model`.
+struct SharedLens {
+  /// Converts the lens parameters of one model to those of the other and returns the factor by which fx and
+  /// fy change; 0 if the lens is not shared.
+  using Conversion = double (*)(const double* from, double* to);
+
+  std::string_view model;
+  Conversion to = nullptr;    ///< the lens of `model` from this model's
+  Conversion from = nullptr;  ///< and back
+
+  [[nodiscard]] constexpr bool isExtension() const { return to == nullptr && from == nullptr; }
 };
 
 /// What a camera model must provide. A model is a stateless struct that describes the *lens*: the map from a
@@ -44,13 +75,28 @@ struct ParamRange {
 ///                    the cone where there is none, and also where more iterations would be needed
 ///   Start, makeStart(k, max_angle)  precomputed values for quickUnlens()
 ///
-/// LensFormula makes lens() and lensJacobian() from hasValue() and formula(), and holds what most models
+/// and what the program knows of the model, which has no defaults:
+///
+///   kFamily          perspective or wide. Searches begin with the lead of the family (leadTraits())
+///   kIsStiff         true if one or two numbers stand for the whole lens, which may then deviate from it
+///   even
+///                    where boards were seen, by too little to show in the errors
+///   kIsPolynomial    true if the lens is without distortion where its parameters are 0, and all of them
+///   times
+///                    a number are more or less of the same distortion
+///   kFlexibleId      the model of the same kind of lens with room for what this one cannot express; empty if
+///                    there is none
+///   kVectors         the parameters that turn with the image; where they are 0, isAxiallySymmetric()
+///   kSharedLenses    the models with which it shares lenses, each pair stated by one of the two
+///
+/// LensFormula makes lens() from hasValue() and formula(), and holds what most models
 /// share.
 template <class M>
 concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::kId } -> std::convertible_to<std::string_view>;
   { M::kMaxAngle } -> std::convertible_to<double>;
   { M::kIsOneToOneWithoutFold } -> std::convertible_to<bool>;
+  requires 4 + M::kNumLensParams <= kMostParams;
   requires M::kLensParamNames.size() == M::kNumLensParams;
   requires M::kLensRanges.size() == M::kNumLensParams;
   requires M::kStartLens.size() == M::kNumLensParams;
@@ -59,11 +105,17 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::hasValue(in, in) } -> std::same_as<bool>;
   { M::formula(in, in, out, out, out) } -> std::same_as<void>;
   { M::unlens(in, in, angle, out) } -> std::same_as<bool>;
+  { M::kFamily } -> std::convertible_to<LensFamily>;
+  { M::kIsStiff } -> std::convertible_to<bool>;
+  { M::kIsPolynomial } -> std::convertible_to<bool>;
+  { M::kFlexibleId } -> std::convertible_to<std::string_view>;
+  { M::kVectors } -> std::convertible_to<std::span<const LensVector>>;
+  { M::kSharedLenses } -> std::convertible_to<std::span<const SharedLens>>;
 };
 
 /// The map of one ray, derived from the formula of a model, for double and for automatic differentiation; and
-/// what a lens with `kNum` parameters is unless its model says otherwise: symmetric, with parameters of any
-/// size that start at zero, and with an inverse in closed form.
+/// what a lens with `kNum` parameters is unless its model says otherwise: symmetric without its vectors, with
+/// parameters of any size that start at zero, and with an inverse in closed form.
 template <class M, std::size_t kNum>
 struct LensFormula {
   static constexpr int kNumLensParams = kNum;
@@ -71,21 +123,18 @@ struct LensFormula {
   static constexpr std::array<double, kNum> kStartLens = {};
   static constexpr bool kIsOneToOneWithoutFold = true;
   static double maxAngle(const double*) { return M::kMaxAngle; }
-  static bool isAxiallySymmetric(const double*) { return true; }
-
-  /// m of a ray (any length); false where the formula has no value.
-  template <class T>
-  static bool lens(const T* k, const T* ray, T* m) {
-    if (!M::hasValue(k, ray)) return false;
-    constexpr T* kNotWanted = nullptr;
-    M::formula(k, ray, m, kNotWanted, kNotWanted);
-    return true;
+  static bool isAxiallySymmetric(const double* k) {
+    return std::ranges::all_of(M::kVectors,
+                               [k](const LensVector& v) { return k[v.x] == 0.0 && k[v.y] == 0.0; });
   }
 
-  /// The same with Jacobians, null = not wanted.
-  static bool lensJacobian(const double* k, const double* ray, double* m, double* J_m_ray, double* J_m_lens) {
+  /// m of a ray (any length), and the Jacobian by the ray, null = not wanted; false where the formula has no
+  /// value.
+  template <class T>
+  static bool lens(const T* k, const T* ray, T* m, T* J_m_ray = nullptr) {
     if (!M::hasValue(k, ray)) return false;
-    M::formula(k, ray, m, J_m_ray, J_m_lens);
+    T* const not_wanted = nullptr;
+    M::formula(k, ray, m, J_m_ray, not_wanted);
     return true;
   }
 

@@ -7,9 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/Core>
-
-#include "alidade/camera/any_camera.h"
+#include "alidade/camera/project_status.h"
 
 namespace alidade {
 

@@ -31,6 +31,13 @@ struct DoubleSphere : LensFormula<DoubleSphere, 2> {
   static constexpr std::array<double, 2> kStartLens = {0.0, 0.5};
   static constexpr double kMaxAngle = kWideMaxAngle;
 
+  static constexpr LensFamily kFamily = LensFamily::kWide;
+  static constexpr bool kIsStiff = true;
+  static constexpr bool kIsPolynomial = false;
+  static constexpr std::string_view kFlexibleId = "kannala_brandt";
+  static constexpr std::array<LensVector, 0> kVectors = {};
+  static constexpr std::array<SharedLens, 1> kSharedLenses = {SharedLens{"ucm"}};
+
   static double maxAngle(const double* k) {
     if (!isInRange(k[0], k[1])) return 0.0;
     const double w = detail::sphereLimit(k[1]);

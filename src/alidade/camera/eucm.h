@@ -32,6 +32,26 @@ struct Eucm : LensFormula<Eucm, 2> {
   static constexpr std::array<double, 2> kStartLens = {0.5, 1.0};
   static constexpr double kMaxAngle = kWideMaxAngle;
 
+  static double toUcm(const double* k, double* ucm) {
+    ucm[0] = k[0];
+    return k[1] == 1 ? 1.0 : 0.0;
+  }
+  static double fromUcm(const double* ucm, double* k) {
+    k[0] = ucm[0];
+    k[1] = 1;
+    return 1.0;
+  }
+  // Without alpha, beta has no effect.
+  static double toPinhole(const double* k, double*) { return k[0] == 0 ? 1.0 : 0.0; }
+
+  static constexpr LensFamily kFamily = LensFamily::kWide;
+  static constexpr bool kIsStiff = true;
+  static constexpr bool kIsPolynomial = false;
+  static constexpr std::string_view kFlexibleId = "kannala_brandt";
+  static constexpr std::array<LensVector, 0> kVectors = {};
+  static constexpr std::array<SharedLens, 2> kSharedLenses = {SharedLens{"ucm", toUcm, fromUcm},
+                                                              SharedLens{"pinhole", toPinhole}};
+
   static double maxAngle(const double* k) {
     if (!isInRange(k[0], k[1])) return 0.0;
     const double w = detail::sphereLimit(k[0]);

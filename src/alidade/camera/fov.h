@@ -36,6 +36,13 @@ struct Fov : LensFormula<Fov, 1> {
   static constexpr std::array<double, 1> kStartLens = {0.9};
   static constexpr double kMaxAngle = kWideMaxAngle;
 
+  static constexpr LensFamily kFamily = LensFamily::kWide;
+  static constexpr bool kIsStiff = true;
+  static constexpr bool kIsPolynomial = false;
+  static constexpr std::string_view kFlexibleId = "kannala_brandt";
+  static constexpr std::array<LensVector, 0> kVectors = {};
+  static constexpr std::array<SharedLens, 1> kSharedLenses = {SharedLens{"pinhole"}};
+
   static double maxAngle(const double* k) { return k[0] < kMinWide ? kPerspectiveMaxAngle : kMaxAngle; }
 
   template <class T>

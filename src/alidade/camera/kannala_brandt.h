@@ -32,6 +32,13 @@ struct KannalaBrandt : LensFormula<KannalaBrandt, 4> {
   static constexpr std::array<std::string_view, 4> kLensParamNames = {"k1", "k2", "k3", "k4"};
   static constexpr double kMaxAngle = kWideMaxAngle;
 
+  static constexpr LensFamily kFamily = LensFamily::kWide;
+  static constexpr bool kIsStiff = false;
+  static constexpr bool kIsPolynomial = true;
+  static constexpr std::string_view kFlexibleId = "";
+  static constexpr std::array<LensVector, 0> kVectors = {};
+  static constexpr std::array<SharedLens, 0> kSharedLenses = {};
+
   template <class T>
   static bool hasValue(const T*, const T* ray) {
     return ray[2] > 0.0 || ray[0] * ray[0] + ray[1] * ray[1] > 0.0;
@@ -137,7 +144,7 @@ struct KannalaBrandt : LensFormula<KannalaBrandt, 4> {
       const double t2 = theta * theta;
       const double slope = 1 + t2 * (3 * k[0] + t2 * (5 * k[1] + t2 * (7 * k[2] + t2 * 9 * k[3])));
       double next = theta - error / slope;
-      // Where Newton's steps do not at least halve, they may go to and fro for ever.
+      // Newton's steps may oscillate where they do not at least halve.
       const bool is_slow = !(std::abs(next - theta) <= 0.5 * last_step);
       if (is_slow || !(next > low && next < high)) next = 0.5 * (low + high);
       last_step = std::abs(next - theta);

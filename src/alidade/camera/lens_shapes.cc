@@ -8,33 +8,19 @@
 
 #include <Eigen/QR>
 
-#include "alidade/camera/model_list.h"
-#include "alidade/camera/projection.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
 
-// What the fit needs of a model, without its type.
-struct Formula {
-  bool (*project)(const double* params, const double* ray, double* px, double* J_px_ray,
-                  double* J_px_params) = nullptr;
-  std::vector<ParamRange> ranges;  // of all parameters
-  std::vector<double> start_lens;
-};
-
-Formula formulaOf(std::string_view model_id) {
+// The ranges of all parameters.
+std::vector<ParamRange> rangesOf(const ModelTraits& model) {
   constexpr ParamRange kPositive = {.min = std::numeric_limits<double>::min()};
-  Formula formula{.ranges = {kPositive, kPositive, {}, {}}, .start_lens = {}};
-  const bool is_known = withModel(model_id, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    formula.project = &projectFormulaJacobian<M>;
-    formula.start_lens.assign(M::kStartLens.begin(), M::kStartLens.end());
-    formula.ranges.insert(formula.ranges.end(), M::kLensRanges.begin(), M::kLensRanges.end());
-  });
-  expect(is_known, "the id of a model");
-  return formula;
+  std::vector<ParamRange> ranges = {kPositive, kPositive, {}, {}};
+  ranges.insert(ranges.end(), model.lens_ranges.begin(), model.lens_ranges.end());
+  return ranges;
 }
 
 double clamped(double value, const ParamRange& range) {
@@ -51,16 +37,15 @@ bool isFinite(const double* px) {
 
 // The camera of a lens with these pixels a radian on the axis, which is seen at `axis_px`; nothing where the
 // lens has no such camera.
-std::optional<std::vector<double>> startWith(const Formula& formula, std::span<const double> lens,
+std::optional<std::vector<double>> startWith(const ModelTraits& model, std::span<const double> lens,
                                              const Eigen::Vector2d& focal_px,
                                              const Eigen::Vector2d& axis_px) {
   std::vector<double> params = {1, 1, 0, 0};
-  for (std::size_t i = 0; i < lens.size(); ++i)
-    params.push_back(clamped(lens[i], formula.ranges[kNumAffine + i]));
+  for (std::size_t i = 0; i < lens.size(); ++i) params.push_back(clamped(lens[i], model.lens_ranges[i]));
   const double axis[3] = {0, 0, 1};
   double px[2];
   double J[6];
-  if (!formula.project(params.data(), axis, px, J, nullptr)) return std::nullopt;
+  if (!model.project(params.data(), axis, px, J, nullptr)) return std::nullopt;
   const double focal[2] = {focal_px.x() / J[0], focal_px.y() / J[4]};
   if (!isFinite(focal) || !(focal[0] > 0 && focal[1] > 0)) return std::nullopt;
   std::copy_n(focal, 2, params.begin());
@@ -68,14 +53,14 @@ std::optional<std::vector<double>> startWith(const Formula& formula, std::span<c
   return params;
 }
 
-double costOf(const Formula& formula, const std::vector<RaySample>& samples,
+double costOf(const ModelTraits& model, const std::vector<RaySample>& samples,
               const std::vector<double>& params) {
   constexpr double kLostPx = 1e4;  // stands for "no value": worse than any residual of a useful fit
   double sum = 0;
   for (const RaySample& sample : samples) {
     double px[2];
     const bool has_value =
-        formula.project(params.data(), sample.ray.data(), px, nullptr, nullptr) && isFinite(px);
+        model.project(params.data(), sample.ray.data(), px, nullptr, nullptr) && isFinite(px);
     sum += has_value ? (Eigen::Vector2d(px[0], px[1]) - sample.pixel).squaredNorm() : kLostPx * kLostPx;
   }
   return sum;
@@ -87,7 +72,7 @@ struct Linearisation {
   Eigen::VectorXd z;
 };
 
-Linearisation linearise(const Formula& formula, const std::vector<RaySample>& samples,
+Linearisation linearise(const ModelTraits& model, const std::vector<RaySample>& samples,
                         const std::vector<double>& params) {
   const auto n = static_cast<Eigen::Index>(params.size());
   const auto num_rows = 2 * static_cast<Eigen::Index>(samples.size());
@@ -96,7 +81,7 @@ Linearisation linearise(const Formula& formula, const std::vector<RaySample>& sa
   Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J(2, n);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     double px[2];
-    if (!formula.project(params.data(), samples[i].ray.data(), px, nullptr, J.data())) continue;
+    if (!model.project(params.data(), samples[i].ray.data(), px, nullptr, J.data())) continue;
     if (!isFinite(px) || !J.allFinite()) continue;
     const auto row = 2 * static_cast<Eigen::Index>(i);
     J_and_r.middleRows(row, 2).leftCols(n) = J;
@@ -108,7 +93,7 @@ Linearisation linearise(const Formula& formula, const std::vector<RaySample>& sa
   return {.R = triangle.topLeftCorner(n, n), .z = triangle.col(n).head(n)};
 }
 
-// Minimises |R d + z|^2 + lambda |D d|^2 over those d of which `is_free` says so; the others stay zero.
+// Minimises |R d + z|^2 + lambda |D d|^2 over the free d; the others stay zero.
 Eigen::VectorXd dampedStep(const Linearisation& at, const Eigen::VectorXd& scale, double lambda,
                            const std::vector<bool>& is_free) {
   const Eigen::Index n = at.R.cols();
@@ -126,7 +111,7 @@ Eigen::VectorXd dampedStep(const Linearisation& at, const Eigen::VectorXd& scale
 }
 
 // Where a lens is a quotient of polynomials in r^2 (k1 k2 k3 over k4 k5 k6), both multiplied by 1 + c r^2 up
-// to its sixth power: nearly the same lens, from which the solver takes another way.
+// to its sixth power: nearly the same lens, from which the solver takes a different path.
 std::vector<std::vector<double>> quotientLenses(std::string_view model_id, const std::vector<double>& plain) {
   const auto names = parameterNames(model_id);
   if (!parameterIndex(names, "k3") || !parameterIndex(names, "k6")) return {};
@@ -181,22 +166,30 @@ std::vector<double> parametersByName(std::string_view from_id, std::span<const d
 
 std::vector<std::vector<double>> lensStarts(std::string_view model_id, const Eigen::Vector2d& focal_px,
                                             const Eigen::Vector2d& axis_px, std::span<const double> named) {
-  const Formula formula = formulaOf(model_id);
-  std::vector<std::vector<double>> lenses = {formula.start_lens};
-  if (named.size() == formula.start_lens.size()) lenses.emplace_back(named.begin(), named.end());
-  for (std::size_t i = 0; i < formula.start_lens.size(); ++i) {
-    const ParamRange& range = formula.ranges[kNumAffine + i];
+  const ModelTraits& model = modelTraits(model_id);
+  const std::vector<double> own(model.start_lens.begin(), model.start_lens.end());
+  std::vector<std::vector<double>> lenses = {own};
+  if (named.size() == own.size()) lenses.emplace_back(named.begin(), named.end());
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const ParamRange& range = model.lens_ranges[i];
     if (!std::isfinite(range.min)) continue;
     for (const double share : {0.0, 0.25, 0.5, 0.75}) {
-      lenses.push_back(formula.start_lens);
+      lenses.push_back(own);
       lenses.back()[i] = range.min + share * widthOf(range);
     }
   }
   std::vector<std::vector<double>> starts;
   for (const std::vector<double>& lens : lenses) {
-    if (auto start = startWith(formula, lens, focal_px, axis_px)) starts.push_back(std::move(*start));
+    if (auto start = startWith(model, lens, focal_px, axis_px)) starts.push_back(std::move(*start));
   }
   return starts;
+}
+
+std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size) {
+  const Eigen::Vector2d center(0.5 * (size.width - 1), 0.5 * (size.height - 1));
+  const auto starts = lensStarts(model_id, Eigen::Vector2d::Constant(focal_px), center, {});
+  expect(!starts.empty(), "a focal length is positive");
+  return starts.front();
 }
 
 LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples, std::vector<double> start,
@@ -206,28 +199,28 @@ LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples
   constexpr double kStillPx = 1e-11;   // RMS by which a step moves the pixels when it has arrived
   constexpr double kSmallGain = 1e-9;  // of the cost,
   constexpr int kMaxSmallGains = 6;    // this often in a row
-  Formula formula = formulaOf(model_id);
+  const ModelTraits& model = modelTraits(model_id);
+  std::vector<ParamRange> ranges = rangesOf(model);
   for (const std::string_view name : absent) {
-    if (const auto i = parameterIndex(parameterNames(model_id), name))
-      formula.ranges[*i] = {.min = 0, .max = 0};
+    if (const auto i = parameterIndex(model.parameter_names, name)) ranges[*i] = {.min = 0, .max = 0};
   }
   const std::size_t n = start.size();
-  for (std::size_t i = 0; i < n; ++i) start[i] = clamped(start[i], formula.ranges[i]);
+  for (std::size_t i = 0; i < n; ++i) start[i] = clamped(start[i], ranges[i]);
   LensFit fit{.params = std::move(start)};
-  fit.cost = costOf(formula, samples, fit.params);
+  fit.cost = costOf(model, samples, fit.params);
   Eigen::VectorXd scale = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
   double lambda = 1e-4;
   int num_small_gains = 0;
   while (fit.num_iterations < kMaxIterations && num_small_gains < kMaxSmallGains) {
     ++fit.num_iterations;
-    const Linearisation at = linearise(formula, samples, fit.params);
+    const Linearisation at = linearise(model, samples, fit.params);
     // The largest columns so far, which keeps the steps of parameters without effect bounded.
     scale = scale.cwiseMax(at.R.colwise().norm().transpose());
     const Eigen::VectorXd gradient = at.R.transpose() * at.z;
     std::vector<bool> is_free(n);
     for (std::size_t i = 0; i < n; ++i) {
       const double down = -gradient(static_cast<Eigen::Index>(i));
-      const ParamRange& range = formula.ranges[i];
+      const ParamRange& range = ranges[i];
       is_free[i] = scale(static_cast<Eigen::Index>(i)) > 0 && !(fit.params[i] <= range.min && down < 0) &&
                    !(fit.params[i] >= range.max && down > 0);
     }
@@ -238,8 +231,8 @@ LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples
       if ((at.R * step).norm() <= kStillPx * std::sqrt(static_cast<double>(samples.size()))) break;
       std::vector<double> params = fit.params;
       for (std::size_t i = 0; i < n; ++i)
-        params[i] = clamped(params[i] + step(static_cast<Eigen::Index>(i)), formula.ranges[i]);
-      const double cost = costOf(formula, samples, params);
+        params[i] = clamped(params[i] + step(static_cast<Eigen::Index>(i)), ranges[i]);
+      const double cost = costOf(model, samples, params);
       if (cost < fit.cost) {
         num_small_gains = fit.cost - cost < kSmallGain * fit.cost ? num_small_gains + 1 : 0;
         fit.params = std::move(params);
@@ -283,15 +276,15 @@ std::vector<LensShape> lensShapes(std::string_view model_id, const AnyCamera& li
 
   // Other values of the lens' first parameter if it is a shape of its own beside others: those have a range,
   // while coefficients of polynomials do not. A shape that is alone has one best value.
-  const Formula formula = formulaOf(model_id);
-  if (formula.start_lens.size() < 2 || !std::isfinite(formula.ranges[kNumAffine].min)) return shapes;
-  const ParamRange& range = formula.ranges[kNumAffine];
+  const ModelTraits& model = modelTraits(model_id);
+  if (model.lens_ranges.size() < 2 || !std::isfinite(model.lens_ranges[0].min)) return shapes;
+  const ParamRange& range = model.lens_ranges[0];
   const Eigen::Vector2d axis_px(like.parameters()[2], like.parameters()[3]);
   for (const double share : {-0.3, -0.2, -0.1, -0.04, 0.04, 0.1, 0.2, 0.3}) {
     std::vector<double> lens(best.begin() + kNumAffine, best.end());
     lens[0] += share * widthOf(range);
     if (!(lens[0] >= range.min && lens[0] <= range.max)) continue;
-    if (auto start = startWith(formula, lens, axisFocal(like), axis_px))
+    if (auto start = startWith(model, lens, axisFocal(like), axis_px))
       shapes.push_back({.params = std::move(*start), .character = static_cast<int>(kNumAffine)});
   }
   return shapes;

@@ -45,6 +45,11 @@ struct LensFit {
                                                           const Eigen::Vector2d& axis_px,
                                                           std::span<const double> named);
 
+/// Parameters of the model's initial guess, with the principal point at the image centre and the given focal
+/// length (positive) in pixels per radian on the axis. In some models, fx and fy differ from this focal
+/// length.
+[[nodiscard]] std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size);
+
 /// Least squares of projected minus given pixels, from one start, by Levenberg and Marquardt's method with
 /// the model's own Jacobians. A ray for which the formula has no value counts as far off; parameters stay in
 /// the model's ranges, and those that are named in `absent` at 0.
@@ -56,7 +61,7 @@ struct LensFit {
                                const std::vector<RaySample>& samples,
                                std::span<const std::string_view> absent = {});
 
-/// A camera that looks roughly like another one.
+/// A camera that looks roughly like a given camera.
 struct LensShape {
   std::vector<double> params;  ///< in storage order
   /// Index of the parameter that gives this shape its character: held at first, the others adapt to it.

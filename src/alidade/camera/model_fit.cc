@@ -19,7 +19,7 @@ namespace {
 constexpr int kFitCells = 40;
 constexpr int kCheckCells = 160;
 constexpr int kNumRimRays = 720;
-// An algebraic result off by more is that of a model which the algebra took for another.
+// An algebraic result with a larger error is no identical lens after all.
 constexpr double kExactPx = 1e-6;
 
 struct Samples {

@@ -37,6 +37,25 @@ struct Omni : LensFormula<Omni, 5> {
   static constexpr std::array<double, 5> kStartLens = {1, 0, 0, 0, 0};
   static constexpr double kMaxAngle = kWideMaxAngle;
 
+  // Without distortion.
+  static double toUcm(const double* k, double* ucm) {
+    ucm[0] = k[0] / (1 + k[0]);
+    return k[1] == 0 && k[2] == 0 && k[3] == 0 && k[4] == 0 ? 1 / (1 + k[0]) : 0.0;
+  }
+  static double fromUcm(const double* ucm, double* k) {
+    if (!(ucm[0] < 1)) return 0.0;
+    k[0] = ucm[0] / (1 - ucm[0]);
+    return 1 + k[0];
+  }
+
+  static constexpr LensFamily kFamily = LensFamily::kWide;
+  static constexpr bool kIsStiff = false;
+  static constexpr bool kIsPolynomial = false;
+  static constexpr std::string_view kFlexibleId = "";
+  static constexpr std::array<LensVector, 1> kVectors = {LensVector{4, 3}};
+  static constexpr std::array<SharedLens, 2> kSharedLenses = {SharedLens{"radtan"},
+                                                              SharedLens{"ucm", toUcm, fromUcm}};
+
   static double maxAngle(const double* k) {
     const double xi = k[0];
     if (!(xi >= 0.0)) return 0.0;
@@ -46,7 +65,6 @@ struct Omni : LensFormula<Omni, 5> {
     const double angle = s < 1.0 ? flat + std::asin(s) : std::acos(-1.0 / xi);
     return std::min(kMaxAngle, angle);
   }
-  static bool isAxiallySymmetric(const double* k) { return k[3] == 0.0 && k[4] == 0.0; }
 
   template <class T>
   static bool hasValue(const T* k, const T* ray) {

@@ -123,7 +123,7 @@ bool invertWarp(const Warp& warp, double mx, double my, double rho_max, double& 
   if (newtonInDisc(warp, mx, my, rho_max, x, y)) return true;
 
   // The direct start ran into a wall. Follow the preimage of the segment from the origin to m instead, in
-  // steps as long as Newton's method bears.
+  // steps for which Newton's method converges.
   constexpr double kFirstStep = 1.0 / 16;
   constexpr double kShortestStep = kFirstStep / 256;
   double t = 0.0;
@@ -175,19 +175,19 @@ ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart&
   const T scale = start.scale(m2);
   x = scale * mx;
   y = scale * my;
-  // What the start leaves, as if the warp only scaled: the tangential part for the most part.
+  // Corrects the rest, mostly the tangential part, as if the warp only scaled.
   const WarpSample<T> at_start = warp(x, y);
   x = x + scale * (mx - at_start.mx);
   y = y + scale * (my - at_start.my);
   T before2 = newtonStep(warp, mx, my, x, y);
   T here2 = newtonStep(warp, mx, my, x, y);
   for (int i = 0;; ++i) {
-    // Two residuals foretell the next, here^3 / before^2, so that it need not be computed: most lenses and
+    // Two residuals predict the next, here^3 / before^2, so that it need not be computed: most lenses and
     // pixels are done here. Squares throughout.
     const T length2 = m2 + x * x + y * y;
-    const T foretold2 = here2 * here2 * here2;
+    const T predicted2 = here2 * here2 * here2;
     const auto is_root = lane::both(here2 <= kNear * kNear * length2,
-                                    foretold2 <= kRounding * kRounding * length2 * (before2 * before2));
+                                    predicted2 <= kRounding * kRounding * length2 * (before2 * before2));
     if (lane::isAll(is_root)) return;
     if (i == kMaxSteps) {
       x = lane::select(is_root, x, T(mx * std::numeric_limits<double>::quiet_NaN()));
@@ -196,7 +196,7 @@ ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart&
     T next_x = x;
     T next_y = y;
     const T next2 = newtonStep(warp, mx, my, next_x, next_y);
-    // Where rounding stops the descent the residuals foretell nothing any more: that is a root too.
+    // Where rounding stops the descent the residuals predict nothing any more: that is a root too.
     const auto is_done = lane::both(next2 <= kRounding * kRounding * length2, next2 == next2);
     x = lane::select(is_root, x, next_x);
     y = lane::select(is_root, y, next_y);
@@ -212,6 +212,7 @@ ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart&
 template <class M, std::size_t kNum>
 struct PlaneFormula : LensFormula<M, kNum> {
   static constexpr double kMaxAngle = kPerspectiveMaxAngle;
+  static constexpr LensFamily kFamily = LensFamily::kPerspective;
 
   template <class T>
   static bool hasValue(const T*, const T* ray) {

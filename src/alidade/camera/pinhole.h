@@ -20,6 +20,13 @@ struct Pinhole : LensFormula<Pinhole, 0> {
   static constexpr std::array<std::string_view, 0> kLensParamNames = {};
   static constexpr double kMaxAngle = std::numbers::pi / 2;
 
+  static constexpr LensFamily kFamily = LensFamily::kPerspective;
+  static constexpr bool kIsStiff = false;
+  static constexpr bool kIsPolynomial = false;
+  static constexpr std::string_view kFlexibleId = "rational";
+  static constexpr std::array<LensVector, 0> kVectors = {};
+  static constexpr std::array<SharedLens, 0> kSharedLenses = {};
+
   template <class T>
   static bool hasValue(const T*, const T* ray) {
     return ray[2] > 0.0;

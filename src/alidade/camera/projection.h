@@ -6,20 +6,9 @@
 
 namespace alidade {
 
-/// Pixel of a point of the camera frame by the bare formula; `params` holds fx fy cx cy and the lens. False
-/// where the formula has no value. It knows nothing of folds: Camera::project is the one that never returns a
-/// wrong pixel.
-template <CameraModel M, class T>
-bool projectFormula(const T* params, const T* p_cam, T* px) {
-  T m[2];
-  if (!M::lens(params + 4, p_cam, m)) return false;
-  px[0] = params[0] * m[0] + params[2];
-  px[1] = params[1] * m[1] + params[3];
-  return true;
-}
-
-/// The same where the formula has a value, for double or Lanes, with row-major Jacobians: J_px_cam is 2x3,
-/// J_px_params is 2 x kNumParams<M>; null = not wanted.
+/// Pixel of a point of the camera frame where the formula has a value, for double or Lanes, with row-major
+/// Jacobians: J_px_cam is 2x3, J_px_params is 2 x kNumParams<M>; null = not wanted. `params` holds fx fy cx
+/// cy and the lens. It knows nothing of folds: Camera::project is the one that never returns a wrong pixel.
 template <CameraModel M, class T>
 ALIDADE_ALWAYS_INLINE void projectInside(const double* params, const T* p_cam, T* px, T* J_px_cam,
                                          T* J_px_params) {
@@ -58,7 +47,7 @@ ALIDADE_ALWAYS_INLINE void projectInside(const double* params, const T* p_cam, T
   }
 }
 
-/// projectFormula() with the Jacobians of projectInside().
+/// projectInside(), or false where the formula has no value.
 template <CameraModel M>
 bool projectFormulaJacobian(const double* params, const double* p_cam, double* px, double* J_px_cam,
                             double* J_px_params) {

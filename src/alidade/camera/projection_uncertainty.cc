@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "alidade/camera/model_list.h"
+#include "alidade/camera/camera_model.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/geometry/decompositions.h"
@@ -17,10 +17,6 @@ namespace alidade {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-constexpr int kMostParams = []<class... Models>(ModelList<Models...>) {
-  return std::max({kNumParams<Models>...});
-}(AllModels{});
 
 // Pixels from one border of a side to the other.
 double pixelAt(int i, int count, int side) {
@@ -78,7 +74,7 @@ AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen
     fitted_params.middleRows<2>(2 * static_cast<Eigen::Index>(i)) *= root;
   }
   // Through a long lens a shift of the camera looks nearly like a turn. Any of the solutions will do, since
-  // only what they leave over counts.
+  // only the remaining change counts.
   const Eigen::MatrixXd W = leastSquares(fitted_pose, fitted_params);
   result.transposed = (by_params - by_pose * W).transpose();
   return result;
@@ -119,7 +115,7 @@ Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> Proj
   return {jacobians_.view().data() + 2 * n * i, 2, n};
 }
 
-// In blocks of columns, whose products are much cheaper than one after the other.
+// Works in blocks of columns, whose products are much cheaper than single ones.
 template <class F>
 void ProjectionUncertainty::forEachCovariance(const Eigen::MatrixXd& parameter_covariance, F&& f) const {
   expect(parameter_covariance.rows() == jacobians_.rows() && parameter_covariance.cols() == jacobians_.rows(),

@@ -8,11 +8,16 @@
 #include <Eigen/Core>
 
 #include "alidade/camera/any_camera.h"
-#include "alidade/camera/freed.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/dense_matrix.h"
 
 namespace alidade {
+
+/// What users of a camera estimate themselves. Parameter errors that are equivalent to it do no harm.
+enum class Freed {
+  kRotation,  ///< the camera's orientation
+  kPose,      ///< orientation and position
+};
 
 /// How the pixels of fixed scene points change with a camera's parameters, to first order, after alignment by
 /// the rotation (or pose) that best undoes the change over all `pixels`: A(q) = J_params(q) - J_freed(q) W,

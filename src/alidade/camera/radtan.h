@@ -25,7 +25,11 @@ struct Radtan : PlaneFormula<Radtan, 5> {
   static constexpr std::string_view kId = "radtan";
   static constexpr std::array<std::string_view, 5> kLensParamNames = {"k1", "k2", "p1", "p2", "k3"};
 
-  static bool isAxiallySymmetric(const double* k) { return k[2] == 0.0 && k[3] == 0.0; }
+  static constexpr bool kIsStiff = false;
+  static constexpr bool kIsPolynomial = true;
+  static constexpr std::string_view kFlexibleId = "rational";
+  static constexpr std::array<LensVector, 1> kVectors = {LensVector{3, 2}};
+  static constexpr std::array<SharedLens, 1> kSharedLenses = {SharedLens{"pinhole"}};
 
   template <class K, class T>
   ALIDADE_ALWAYS_INLINE static detail::RadialFactor<T> radial(const K* k, const T& r2) {

@@ -33,13 +33,18 @@ struct Rational : PlaneFormula<Rational, 8> {
   static constexpr std::array<std::string_view, 8> kLensParamNames = {"k1", "k2", "p1", "p2",
                                                                       "k3", "k4", "k5", "k6"};
 
+  static constexpr bool kIsStiff = false;
+  static constexpr bool kIsPolynomial = false;
+  static constexpr std::string_view kFlexibleId = "";
+  static constexpr std::array<LensVector, 1> kVectors = {LensVector{3, 2}};
+  static constexpr std::array<SharedLens, 1> kSharedLenses = {SharedLens{"radtan"}};
+
   /// The pole, in closed form as far as the roots of a cubic allow: where numerator and denominator nearly
   /// cancel, it is too narrow to be found by sampling.
   static double maxAngle(const double* k) {
     const double r2_max = std::pow(std::tan(kMaxAngle), 2);
     return std::min(kMaxAngle, std::atan(std::sqrt(firstRoot(k[5], k[6], k[7], r2_max))));
   }
-  static bool isAxiallySymmetric(const double* k) { return k[2] == 0.0 && k[3] == 0.0; }
 
   template <class T>
   static bool hasValue(const T* k, const T* ray) {

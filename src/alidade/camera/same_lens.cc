@@ -1,92 +1,67 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/camera/same_lens.h"
-#include "alidade/core/mapped.h"
 
 #include <algorithm>
-#include <array>
-#include <functional>
-#include <map>
-#include <string>
-#include <utility>
+
+#include "alidade/camera/lens_shapes.h"
+#include "alidade/camera/model_traits.h"
 
 namespace alidade {
 namespace {
 
-// A lens by the names of its parameters; one that is not there is zero.
-struct NamedLens {
-  std::string id;
-  std::map<std::string, double, std::less<>> params;
-
-  [[nodiscard]] double at(std::string_view name) const {
-    const auto found = params.find(name);
-    return found == params.end() ? 0.0 : found->second;
-  }
-  // The same parameters in another model, except those that are `changed`.
-  [[nodiscard]] NamedLens with(std::string_view new_id,
-                               std::initializer_list<std::pair<std::string_view, double>> changed) const {
-    NamedLens lens{.id = std::string(new_id), .params = params};
-    for (const auto& [name, value] : changed) lens.params[std::string(name)] = value;
-    return lens;
-  }
-  [[nodiscard]] NamedLens scaled(double factor) const {
-    return with(id, {{"fx", factor * at("fx")}, {"fy", factor * at("fy")}});
-  }
-  // True if all parameters that the model does not have are zero.
-  [[nodiscard]] bool fits(std::string_view model_id) const {
-    const auto names = parameterNames(model_id);
-    return std::all_of(params.begin(), params.end(), [&](const auto& param) {
-      return param.second == 0 || parameterIndex(names, param.first);
-    });
-  }
+struct Lens {
+  const ModelTraits* model;
+  std::vector<double> params;  // in storage order
 };
 
-// Models that are the same lens, both ways, as long as the parameters that the other does not have are zero.
-constexpr std::array<std::array<std::string_view, 2>, 7> kSameByName = {{{"pinhole", "radtan"},
-                                                                         {"radtan", "rational"},
-                                                                         {"rational", "thin_prism"},
-                                                                         {"pinhole", "ucm"},
-                                                                         {"pinhole", "fov"},
-                                                                         {"radtan", "omni"},
-                                                                         {"ucm", "double_sphere"}}};
+// The lens in another model by the names of the parameters, if those that it does not have are zero.
+std::optional<Lens> byName(const Lens& lens, const ModelTraits& other) {
+  for (std::size_t i = 0; i < lens.params.size(); ++i) {
+    if (lens.params[i] != 0 && !parameterIndex(other.parameter_names, lens.model->parameter_names[i]))
+      return std::nullopt;
+  }
+  return Lens{.model = &other, .params = parametersByName(lens.model->id, lens.params, other.id)};
+}
+
+std::optional<Lens> converted(const Lens& lens, const ModelTraits& other, SharedLens::Conversion convert) {
+  Lens result{.model = &other, .params = std::vector<double>(other.parameter_names.size())};
+  const double factor = convert(lens.params.data() + kNumAffine, result.params.data() + kNumAffine);
+  if (factor == 0) return std::nullopt;
+  std::copy_n(lens.params.begin(), kNumAffine, result.params.begin());
+  for (std::size_t i = 0; i < 2; ++i) result.params[i] *= factor;
+  return result;
+}
 
 // The lens in all models to which one step leads.
-std::vector<NamedLens> neighbours(const NamedLens& lens) {
-  std::vector<NamedLens> found;
-  for (const auto& [a, b] : kSameByName) {
-    const std::string_view other = lens.id == a ? b : lens.id == b ? a : "";
-    if (!other.empty() && lens.fits(other)) found.push_back(lens.with(other, {}));
+std::vector<Lens> neighbours(const Lens& lens) {
+  std::vector<Lens> found;
+  const auto add = [&](const SharedLens& shared, std::string_view other, SharedLens::Conversion convert) {
+    if (!shared.isExtension() && convert == nullptr) return;
+    const ModelTraits& model = modelTraits(other);
+    auto next = shared.isExtension() ? byName(lens, model) : converted(lens, model, convert);
+    if (next) found.push_back(*std::move(next));
+  };
+  for (const ModelTraits& model : allModelTraits()) {
+    for (const SharedLens& shared : model.shared_lenses) {
+      if (lens.model->id == model.id) add(shared, shared.model, shared.to);
+      if (lens.model->id == shared.model) add(shared, model.id, shared.from);
+    }
   }
-  const double xi = lens.at("xi");
-  const double alpha = lens.at("alpha");
-  if (lens.id == "omni" && lens.with("omni", {{"xi", 0}}).fits("ucm"))
-    found.push_back(lens.with("ucm", {{"xi", 0}, {"alpha", xi / (1 + xi)}}).scaled(1 / (1 + xi)));
-  if (lens.id == "ucm" && alpha < 1) {
-    const double xi_of_alpha = alpha / (1 - alpha);
-    found.push_back(lens.with("omni", {{"alpha", 0}, {"xi", xi_of_alpha}}).scaled(1 + xi_of_alpha));
-  }
-  if (lens.id == "ucm") found.push_back(lens.with("eucm", {{"beta", 1}}));
-  if (lens.id == "eucm" && lens.at("beta") == 1) found.push_back(lens.with("ucm", {{"beta", 0}}));
-  if (lens.id == "eucm" && alpha == 0) found.push_back(lens.with("pinhole", {{"beta", 0}}));
   return found;
 }
 
 }  // namespace
 
 std::optional<std::vector<double>> sameLensParameters(const AnyCamera& camera, std::string_view model_id) {
-  const auto target_names = parameterNames(model_id);
-  NamedLens source{.id = std::string(camera.modelId()), .params = {}};
-  for (std::size_t i = 0; i < camera.parameters().size(); ++i)
-    source.params[std::string(camera.parameterNames()[i])] = camera.parameters()[i];
-
-  std::vector<NamedLens> lenses = {source};  // grows at its end: breadth first, the shortest chain wins
+  const ModelTraits& target = modelTraits(model_id);
+  // Grows at its end: breadth first, the shortest chain wins.
+  std::vector<Lens> lenses = {{.model = &modelTraits(camera.modelId()),
+                               .params = {camera.parameters().begin(), camera.parameters().end()}}};
   for (std::size_t i = 0; i < lenses.size(); ++i) {
-    if (lenses[i].id == model_id) {
-      return mapped(target_names, [&](std::string_view name) { return lenses[i].at(name); });
-    }
-    for (NamedLens& next : neighbours(lenses[i])) {
-      const bool is_new = std::none_of(lenses.begin(), lenses.end(),
-                                       [&next](const NamedLens& lens) { return lens.id == next.id; });
-      if (is_new) lenses.push_back(std::move(next));
+    if (lenses[i].model == &target) return lenses[i].params;
+    for (Lens& next : neighbours(lenses[i])) {
+      if (std::ranges::find(lenses, next.model, &Lens::model) == lenses.end())
+        lenses.push_back(std::move(next));
     }
   }
   return std::nullopt;

@@ -29,10 +29,14 @@ struct ThinPrism : PlaneFormula<ThinPrism, 12> {
                                                                        "k5", "k6", "s1", "s2", "s3", "s4"};
   static constexpr bool kIsOneToOneWithoutFold = false;
 
+  static constexpr bool kIsStiff = false;
+  static constexpr bool kIsPolynomial = true;  // unlike `rational`: the prism and the numerator decide
+  static constexpr std::string_view kFlexibleId = "";
+  static constexpr std::array<LensVector, 3> kVectors = {LensVector{3, 2}, LensVector{8, 10},
+                                                         LensVector{9, 11}};
+  static constexpr std::array<SharedLens, 1> kSharedLenses = {SharedLens{"rational"}};
+
   static double maxAngle(const double* k) { return Rational::maxAngle(k); }
-  static bool isAxiallySymmetric(const double* k) {
-    return Rational::isAxiallySymmetric(k) && k[8] == 0.0 && k[9] == 0.0 && k[10] == 0.0 && k[11] == 0.0;
-  }
 
   template <class T>
   static bool hasValue(const T* k, const T* ray) {

@@ -27,7 +27,7 @@ struct PointState {
   double inverse_m = 0;
 };
 
-// What one pixel contributes.
+// The contribution of one pixel.
 struct PixelRow {
   Vector2d error;  // px, projected minus given
   Matrix23 J_px_m;
@@ -174,7 +174,7 @@ TriangulationStatus minimise(const PointProblem& problem, PointState start, Poin
     Matrix3d H;
     Vector3d gradient;
     problem.normals(best.state, best.rows, H, gradient);
-    // Scaled, so that what is undetermined is told from what has small units.
+    // Scaled, so that undetermined directions differ from those with small units.
     const Vector3d scale = H.diagonal().cwiseSqrt();
     if (!(scale.minCoeff() > 0) || !scale.allFinite()) return TriangulationStatus::kUndetermined;
     const Matrix3d scaled = scale.asDiagonal().inverse() * H * scale.asDiagonal().inverse();

@@ -29,6 +29,13 @@ struct Ucm : LensFormula<Ucm, 1> {
   static constexpr std::array<double, 1> kStartLens = {0.5};
   static constexpr double kMaxAngle = kWideMaxAngle;
 
+  static constexpr LensFamily kFamily = LensFamily::kWide;
+  static constexpr bool kIsStiff = true;
+  static constexpr bool kIsPolynomial = false;
+  static constexpr std::string_view kFlexibleId = "kannala_brandt";
+  static constexpr std::array<LensVector, 0> kVectors = {};
+  static constexpr std::array<SharedLens, 1> kSharedLenses = {SharedLens{"pinhole"}};
+
   static double maxAngle(const double* k) { return Eucm::maxAngle(withBeta(k).data()); }
 
   template <class T>

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "alidade/camera/any_camera.h"
-#include "alidade/camera/freed.h"
+#include "alidade/camera/projection_uncertainty.h"
 #include "alidade/compare/image_match.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/dense_matrix.h"

@@ -13,6 +13,7 @@
 
 #include "alidade/adjust/board/corner_groups.h"
 #include "alidade/adjust/board/view_kernel.h"
+#include "alidade/camera/batch.h"
 #include "alidade/camera/projection_uncertainty.h"
 
 namespace alidade {
@@ -87,7 +88,7 @@ class CandidateMaker {
   void project(const SE3& camera_from_board) {
     for (std::size_t i = 0; i < points_board_.size(); ++i)
       points_camera_[i] = camera_from_board * points_board_[i];
-    camera_.project(points_camera_, projections_);
+    projectBatch(camera_, points_camera_, projections_);
   }
 
   // The distance at which the untilted board spans this share of the smaller side, as if nothing cut it off.

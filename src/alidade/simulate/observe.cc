@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "alidade/camera/batch.h"
 #include "alidade/geometry/curve_centroid.h"
 #include "alidade/record/scene.h"
 
@@ -46,7 +47,7 @@ View exactView(const AnyCamera& camera, ImageSize size, const Board& board, cons
   std::vector<Eigen::Vector3d> points = board.corners();
   for (Eigen::Vector3d& point : points) point = camera_from_board * point;
   std::vector<Projection> projections(points.size());
-  camera.project(points, projections);
+  projectBatch(camera, points, projections);
   for (int id = 0; id < board.numCorners(); ++id) {
     const Projection& p = projections[static_cast<std::size_t>(id)];
     if (!isInside(p, size)) continue;

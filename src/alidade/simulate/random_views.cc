@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 
+#include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/geometry/decompositions.h"
@@ -67,7 +68,7 @@ class ViewSampler {
     for (std::size_t i = 0; i < points_board_.size(); ++i) {
       points_camera_[i] = camera_from_middle * points_board_[i];
     }
-    camera_.project(points_camera_, projections_);
+    projectBatch(camera_, points_camera_, projections_);
     Eigen::AlignedBox2d extent;
     for (const Projection& projection : projections_) {
       if (!projection.ok()) return std::nullopt;

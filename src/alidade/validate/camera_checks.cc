@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/record/correlations.h"
@@ -199,13 +200,19 @@ FileCheck checkProjectionMatrix(const CheckedNumbers& numbers, const Eigen::Vect
 
 // Whether p1 and p2 are possible; std::nullopt for models without them.
 std::optional<FileCheck> checkTangential(const CheckedNumbers& numbers) {
-  const std::string_view model = numbers.camera.modelId();
-  if (model != "radtan" && model != "rational" && model != "thin_prism") return std::nullopt;
-  const std::span<const double> p = numbers.camera.parameters();
-  const double share = decentringShare(p, p[6], p[7], numbers.size);
+  const auto names = numbers.camera.parameterNames();
+  const std::span<const double> params = numbers.camera.parameters();
+  const bool is_perspective = modelTraits(numbers.camera.modelId()).family == LensFamily::kPerspective;
+  if (!is_perspective || !parameterIndex(names, "p1")) return std::nullopt;
+  const auto named = [&](std::string_view name) {
+    const auto i = parameterIndex(names, name);
+    return i ? params[*i] : 0.0;
+  };
+  const double share = decentringShare(params, named("p1"), named("p2"), numbers.size);
   // As k1 k2 k3 p1 p2 would have it.
-  const bool is_reordered = share > kTangentialWarn && p[8] != 0 &&
-                            decentringShare(p, p[7], p[8], numbers.size) <= kTangentialUsual;
+  const bool is_reordered =
+      share > kTangentialWarn && named("k3") != 0 &&
+      decentringShare(params, named("p2"), named("k3"), numbers.size) <= kTangentialUsual;
   const Severity severity = share <= kTangentialWarn                  ? Severity::kPass
                             : share > kTangentialFail || is_reordered ? Severity::kFailure
                                                                       : Severity::kWarning;

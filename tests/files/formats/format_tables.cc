@@ -22,8 +22,7 @@ constexpr int kNumRandom = 3;        // cameras of each model
 // Cameras of a model with all parameters at work.
 std::vector<AnyCamera> camerasOf(std::string_view model_id) {
   std::vector<AnyCamera> cameras;
-  forEachModel(AllModels{}, [&]<class Tag>(Tag) {
-    using M = typename Tag::Model;
+  AllModels::forEach([&]<class M>() {
     if (M::kId != model_id) return;
     cameras.emplace_back(Camera<M>(ModelFixture<M>::paramSets().front()));
     Random random(7);

@@ -14,7 +14,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/manifolds.h"
 #include "alidade/adjust/board/view_block.h"
-#include "alidade/camera/model_list.h"
+#include "alidade/camera/model_traits.h"
 
 namespace alidade {
 namespace {
@@ -235,16 +235,13 @@ class Ranges {
   explicit Ranges(const Fit& fit) {
     for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
       const FitCamera& camera = fit.cameras[c];
-      forEachModel(AllModels{}, [&](auto tag) {
-        using M = typename decltype(tag)::Model;
-        if (M::kId != camera.model) return;
-        for (int i = 0; i < M::kNumLensParams; ++i) {
-          const int index = static_cast<int>(kNumAffine) + i;
-          const auto& fixed = camera.constraint.held;
-          if (std::find(fixed.begin(), fixed.end(), index) == fixed.end())
-            ranges_.push_back({{c, index}, M::kLensRanges[static_cast<std::size_t>(i)]});
-        }
-      });
+      int index = static_cast<int>(kNumAffine);
+      for (const ParamRange& range : modelTraits(camera.model).lens_ranges) {
+        const auto& fixed = camera.constraint.held;
+        if (std::find(fixed.begin(), fixed.end(), index) == fixed.end())
+          ranges_.push_back({{c, index}, range});
+        ++index;
+      }
     }
   }
 

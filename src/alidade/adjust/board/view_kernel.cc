@@ -186,8 +186,7 @@ class ModelKernel final : public ViewKernel {
 
 const ViewKernel& viewKernel(std::string_view model_id) {
   const ViewKernel* kernel = nullptr;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
+  AllModels::forEach([&]<class M>() {
     static const ModelKernel<M> of_model;
     if (M::kId == model_id) kernel = &of_model;
   });

@@ -2,7 +2,6 @@
 #include "alidade/adjust/noise/larger_model.h"
 
 #include <algorithm>
-#include <array>
 #include <string_view>
 #include <utility>
 
@@ -11,25 +10,16 @@
 #include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/adjust/noise/model_soundness.h"
 #include "alidade/camera/lens_shapes.h"
-#include "alidade/camera/model_list.h"
+#include "alidade/camera/model_traits.h"
 
 namespace alidade {
 namespace {
-
-// The model that contains `model` and comes next after it in size, or nothing.
-template <CameraModel... Models>
-std::optional<std::string> nextLargerModel(ModelList<Models...>, std::string_view model) {
-  const std::array<std::string_view, sizeof...(Models)> ids = {Models::kId...};
-  const auto here = std::find(ids.begin(), ids.end(), model);
-  if (here == ids.end() || here + 1 == ids.end()) return std::nullopt;
-  return std::string(*(here + 1));
-}
 
 // A few steps tell whether there is anything to gain.
 constexpr int kGlance = 5;
 
 // On the same corners, with the same loss and boards and without a prior.
-Fit enlarged(const Fit& fit, const std::string& id) {
+Fit enlarged(const Fit& fit, std::string_view id) {
   Fit larger = fit;
   FitCamera& camera = onlyCamera(larger);
   camera.params = parametersByName(camera.model, camera.params, id);
@@ -68,11 +58,11 @@ bool isGain(const Fit& lean, const Fit& larger) {
 // The next larger model solved on the same corners, if it explains them better beyond doubt and is sound.
 std::optional<Fit> largerFit(const Fit& fit, const CancelFlag* cancel) {
   const FitCamera& camera = onlyCamera(fit);
-  const auto id = nextLargerModel(NestedModels{}, camera.model);
+  const ModelTraits* const next = nextLargerModel(camera.model);
   // Fixed parameters are the user's will; a larger model would be compared with something else.
-  if (!id || !camera.constraint.isNone() || fit.summary.termination == Termination::kFailed)
+  if (next == nullptr || !camera.constraint.isNone() || fit.summary.termination == Termination::kFailed)
     return std::nullopt;
-  Fit larger = solvedLarger(enlarged(fit, *id), kGlance, cancel);
+  Fit larger = solvedLarger(enlarged(fit, next->id), kGlance, cancel);
   if (!isGain(fit, larger)) return std::nullopt;
   // Where the larger model has parameters that these views cannot tell apart, the solver drifts without
   // end.

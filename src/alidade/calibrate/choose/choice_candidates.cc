@@ -10,7 +10,7 @@
 
 #include "alidade/adjust/noise/larger_model.h"
 #include "alidade/calibrate/start/held_params.h"
-#include "alidade/camera/model_list.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 
@@ -124,25 +124,46 @@ bool fitsRoughly(const Candidate& candidate, const Candidates& candidates) {
   });
 }
 
-// The models that contain radtan, each after a glance at what it gains over the one before it. One that folds
-// leaves something to gain that the errors do not show.
-void addLargerThanRadtan(Candidates& candidates, const PreparedViews& given,
-                         const CalibratorOptions& options) {
-  std::string lean(Radtan::kId);
-  for (const std::string_view id : {Rational::kId, ThinPrism::kId}) {
-    if (!isAllowed(id, options)) continue;
+// The perspective models besides the lead: smaller ones are solved from its poses; larger ones are fitted
+// after a glance at what each gains over the one before it. One that folds leaves something to gain that the
+// errors do not show.
+void addPerspective(Candidates& candidates, bool is_sideways, const PreparedViews& given,
+                    const CalibratorOptions& options) {
+  const ModelTraits& lead = leadTraits(LensFamily::kPerspective);
+  std::string lean(lead.id);
+  for (const ModelTraits& model : allModelTraits()) {
+    if (model.family != lead.family || model.id == lead.id || !isAllowed(model.id, options)) continue;
+    Candidate candidate(model.id);
     const auto at =
         std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.id == lean; });
-    Candidate larger(id);
-    if (!isAllowed(lean, options) || !fitsRoughly(*at, candidates) || foldsInsideImage(at->solution->fit) ||
-        dropAtAGlance(at->solution->fit, larger.id, options.cancel) > kNeededDrop) {
-      fit(larger, given, options);
-      if (larger.solution) lean = larger.id;
+    if (lead.extends(model.id)) {
+      // It needs no search of its own.
+    } else if (is_sideways) {
+      candidate.unsoundness = Unsoundness{.id = "corners_outside_domain",
+                                          .text = "some corners lie 90 degrees from the axis or more"};
+    } else if (!model.extends(lean) || !isAllowed(lean, options) || !fitsRoughly(*at, candidates) ||
+               foldsInsideImage(at->solution->fit) ||
+               dropAtAGlance(at->solution->fit, candidate.id, options.cancel) > kNeededDrop) {
+      fit(candidate, given, options);
+      if (candidate.solution) lean = candidate.id;
     } else {
-      larger.not_better_than = lean;
+      candidate.not_better_than = lean;
     }
-    candidates.push_back(std::move(larger));
+    candidates.push_back(std::move(candidate));
   }
+}
+
+// The wide models besides the lead, the smallest first.
+Candidates furtherWide(const PreparedViews& given, const CalibratorOptions& options) {
+  const ModelTraits& lead = leadTraits(LensFamily::kWide);
+  Candidates candidates;
+  for (const ModelTraits& model : allModelTraits()) {
+    if (model.family == lead.family && model.id != lead.id && isAllowed(model.id, options))
+      candidates.emplace_back(model.id);
+  }
+  std::ranges::stable_sort(candidates, {}, &Candidate::num_params);
+  fitAll(candidates, given, options);
+  return candidates;
 }
 
 }  // namespace
@@ -158,40 +179,27 @@ Candidates fitCandidates(Lenses lenses, const PreparedViews& given, const Calibr
   // Two lenses that stand for all: one of them explains the views of any, at least roughly, and tells how
   // wide it is. Where radtan would have to fold, the polynomial in the angle fits better.
   Candidates candidates;
-  candidates.emplace_back(Radtan::kId);
-  candidates.emplace_back(KannalaBrandt::kId);
+  const std::string_view perspective = leadTraits(LensFamily::kPerspective).id;
+  candidates.emplace_back(perspective);
+  candidates.emplace_back(leadTraits(LensFamily::kWide).id);
   fitAll(candidates, given, options);
   requireAny(candidates);
   const Candidate& better = fittest(candidates, given);
   const Fit& widest = better.solution->fit;
   choice.field_rad = fieldOf(widest);
-  const double limit = better.id == Radtan::kId ? kVeryWideFieldRad : kWideFieldRad;
+  const double limit = better.id == perspective ? kVeryWideFieldRad : kWideFieldRad;
   choice.is_wide = choice.field_rad > limit;
   const bool is_sideways = seesSideways(widest);
-  CalibratorOptions radtan = options;
-  radtan.model = Radtan::kId;
+  CalibratorOptions lead = options;
+  lead.model = perspective;
   // Where radtan is not allowed as a whole, one of these may stand in for it.
-  const bool is_whole = isAllowed(Radtan::kId, options) && numHeldOfLens(constraintOf(radtan)) == 0;
+  const bool is_whole = isAllowed(perspective, options) && numHeldOfLens(constraintOf(lead)) == 0;
   if (choice.is_wide || !is_whole || lenses == Lenses::kAll) {
-    Candidates fisheyes;
-    for (const std::string_view id : {Fov::kId, Ucm::kId, Eucm::kId, DoubleSphere::kId, Omni::kId}) {
-      if (isAllowed(id, options)) fisheyes.emplace_back(id);
-    }
-    fitAll(fisheyes, given, options);
-    std::move(fisheyes.begin(), fisheyes.end(), std::back_inserter(candidates));
+    std::ranges::move(furtherWide(given, options), std::back_inserter(candidates));
   } else if (candidates.front().solution) {
     candidates.pop_back();
   }
-  if (isAllowed(Pinhole::kId, options)) candidates.emplace_back(Pinhole::kId);
-  if (is_sideways) {
-    for (const std::string_view id : {Rational::kId, ThinPrism::kId}) {
-      if (!isAllowed(id, options)) continue;
-      candidates.emplace_back(id).unsoundness = Unsoundness{
-          .id = "corners_outside_domain", .text = "some corners lie 90 degrees from the axis or more"};
-    }
-  } else {
-    addLargerThanRadtan(candidates, given, options);
-  }
+  addPerspective(candidates, is_sideways, given, options);
   for (Candidate& candidate : candidates) {
     if (!isAllowed(candidate.id, options))
       candidate.unsoundness = Unsoundness{.id = "not_allowed", .text = "not among the models to choose from"};

@@ -13,7 +13,7 @@
 #include "alidade/calibrate/choose/choice_candidates.h"
 #include "alidade/calibrate/clean/view_fit.h"
 #include "alidade/camera/lens_shapes.h"
-#include "alidade/camera/model_list.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/diagnosis.h"
 #include "alidade/core/parallel.h"
 
@@ -47,7 +47,7 @@ Fit onCornersOf(const Fit& reference, const Candidate& candidate, const Prepared
   return fit;
 }
 
-// Would what one error has over another one not even be a warning?
+// Is the difference between two errors too small for a warning?
 using IsClose = std::function<bool(double larger_px, double smaller_px)>;
 
 // Solves and cross-validates a candidate on the reference's corners, with its weights and loss.
@@ -136,10 +136,6 @@ const Candidate& soundInstead(const Candidate& chosen, const Candidates& candida
   return sound != nullptr ? *sound : chosen;
 }
 
-bool isPerspective(std::string_view id) {
-  return id == Pinhole::kId || id == Radtan::kId || id == Rational::kId || id == ThinPrism::kId;
-}
-
 // Models that predict corners no worse than the best one beyond chance, or no worse than the chosen one. One
 // that folds in the image is not the lens there, and up to the fold it shows what else the corners allow. In
 // a wide field models of the plane z = 1 have nothing to say: their coefficients are set by the corners far
@@ -149,7 +145,7 @@ std::vector<AnyCamera> rivalsOf(const Candidate& chosen, const Candidate& best, 
   std::vector<AnyCamera> rivals;
   for (const Candidate& c : candidates) {
     if (&c == &chosen || !c.score || (c.unsoundness && !c.unsoundness->folds)) continue;
-    if (is_wide && isPerspective(c.id)) continue;
+    if (is_wide && modelTraits(c.id).family == LensFamily::kPerspective) continue;
     if (c.score->sum > chosen.score->sum && excessOf(*c.score, *best.score).is_significant) continue;
     rivals.push_back(AnyCamera::make(c.id, c.params));
   }

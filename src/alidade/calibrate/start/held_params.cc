@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "alidade/camera/model_fit.h"
-#include "alidade/camera/model_list.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -23,16 +23,8 @@ constexpr int kCx = 2;
 // zero.
 bool hasOwnValue(std::string_view model_id, int i) {
   if (static_cast<std::size_t>(i) < kNumAffine) return i >= kCx;
-  bool may_be_zero = true;
-  forEachModel(AllModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    if (M::kId != model_id) return;
-    for (int k = 0; k < M::kNumLensParams; ++k) {
-      const ParamRange range = M::kLensRanges[static_cast<std::size_t>(k)];
-      if (k == i - static_cast<int>(kNumAffine)) may_be_zero = range.min <= 0 && range.max >= 0;
-    }
-  });
-  return may_be_zero;
+  const ParamRange& range = modelTraits(model_id).lens_ranges[static_cast<std::size_t>(i) - kNumAffine];
+  return range.min <= 0 && range.max >= 0;
 }
 
 bool isHeld(const ParamConstraint& constraint, int i) {

@@ -12,7 +12,7 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/board/view_pose.h"
 #include "alidade/camera/lens_shapes.h"
-#include "alidade/camera/model_list.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/parallel.h"
 
@@ -116,8 +116,8 @@ class StartSolver {
     return true;
   }
 
-  // The prior of natural sizes (LensScale) for a model in the likeness of a candidate of another one, and
-  // with it the noise that the candidate leaves.
+  // The prior of natural sizes (LensScale) for a model in the likeness of a candidate of a different model,
+  // with the noise that the candidate leaves.
   [[nodiscard]] LensPrior naturalPrior(std::string_view model_id, const AnyCamera& like,
                                        const StartCandidate& candidate) const {
     std::size_t num_corners = 0;
@@ -166,7 +166,7 @@ class StartSolver {
 constexpr std::size_t kMaxViews = 20;  // enough to choose a start; the rest joins in the full solve
 constexpr std::size_t kMaxOptima = 3;  // compared on all views
 
-// To what solves of this tolerance reach. Optima of two shapes may have all but the same projections.
+// Accuracy that solves with this tolerance reach. Optima of two shapes may have all but the same projections.
 bool isSameLens(std::span<const double> a, std::span<const double> b) {
   constexpr double kRelative = 1e-2;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -186,25 +186,20 @@ std::vector<std::size_t> spreadOf(std::size_t num_views) {
   return some;
 }
 
-// The model whose solution the search begins with.
-std::string leadingModel(std::string_view model_id) {
-  if (model_id == Pinhole::kId) return std::string(model_id);
-  bool contains_radtan = false;
-  bool is_nested = false;
-  forEachModel(NestedModels{}, [&](auto tag) {
-    using M = typename decltype(tag)::Model;
-    contains_radtan = contains_radtan || M::kId == Radtan::kId;
-    is_nested = is_nested || (contains_radtan && M::kId == model_id);
-  });
-  return std::string(is_nested ? Radtan::kId : KannalaBrandt::kId);
+// The model whose solution the search begins with: the lead of the family, or the model itself where that is
+// a part of the lead.
+const ModelTraits& leadingModel(std::string_view model_id) {
+  const ModelTraits& model = modelTraits(model_id);
+  const ModelTraits& lead = leadTraits(model.family);
+  return lead.extends(model_id) ? model : lead;
 }
 
 // Pixels a radian on the axis for fields of view across the longer side.
-std::vector<double> focalLengths(std::string_view leading_id, ImageSize size) {
+std::vector<double> focalLengths(LensFamily family, ImageSize size) {
   const double half_side = 0.5 * std::max(size.width, size.height);
   const auto half = [](double fov_deg) { return 0.5 * fov_deg * std::numbers::pi / 180; };
   std::vector<double> focals;
-  if (leading_id == KannalaBrandt::kId) {
+  if (family == LensFamily::kWide) {
     for (const double fov : {15.0, 25.0, 40.0, 60.0, 90.0, 120.0, 150.0, 180.0, 210.0})
       focals.push_back(half_side / half(fov));
   } else {
@@ -223,7 +218,7 @@ void poseAll(std::string_view model_id, std::span<const std::vector<Observation>
   improvePoses(model_id, views, loss, posed);
 }
 
-// Of the model that was asked for, in the likeness of the leading model's solution.
+// A camera of the requested model in the likeness of the leading model's solution.
 struct Reshaped : StartCandidate {
   std::optional<int> character;  // as LensShape
   LensPrior prior;               // that it is first solved under
@@ -247,7 +242,7 @@ class Search {
       : solver_(size, std::move(views), options.cancel), jobs_(resolveJobs(options.jobs)) {}
 
   std::optional<Start> run(std::string_view model_id) const {
-    const std::string leading_id = leadingModel(model_id);
+    const std::string_view leading_id = leadingModel(model_id).id;
     std::vector<StartCandidate> candidates = hypotheses(leading_id);
     Start start;
     const std::optional<StartCandidate> leading = solveBest(leading_id, candidates, start.report);
@@ -268,7 +263,7 @@ class Search {
   // A camera for each field of view that explains the views at all, the likeliest first.
   std::vector<StartCandidate> hypotheses(std::string_view model_id) const {
     std::vector<StartCandidate> candidates;
-    for (const double focal : focalLengths(model_id, solver_.size()))
+    for (const double focal : focalLengths(modelTraits(model_id).family, solver_.size()))
       candidates.push_back({{.params = startParameters(model_id, focal, solver_.size()), .poses = {}}});
     forEach(candidates, [&](StartCandidate& candidate) {
       solver_.findPoses(model_id, candidate);

@@ -14,7 +14,7 @@
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
 #include "alidade/calibrate/uncertainty/flexible_fit.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"
-#include "alidade/camera/camera_model.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/camera/projection_uncertainty.h"
 
 namespace alidade {
@@ -37,7 +37,7 @@ std::optional<Flexible> flexibleOf(const Fit& fit, double variance) {
   Eigen::MatrixXd information = intrinsicsInformation(*flexible).information;
   // Of LensScale: how far a lens may deviate from a stiff model in the corner of the image, 5 % of its
   // diagonal, or a tenth of that where the model has a polynomial of its own.
-  const double deviation = onlyCamera(fit).model == "radtan" ? 0.01 : 0.1;
+  const double deviation = modelTraits(onlyCamera(fit).model).is_polynomial ? 0.01 : 0.1;
   const LensPrior prior = lensScale(of.model, camera, of.size).prior(deviation, variance);
   for (std::size_t i = 0; i < prior.precision.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
@@ -172,7 +172,7 @@ Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const An
   double variance = known.coordinate_sigma_px * known.coordinate_sigma_px;
   if (known.isNoiseExceeded()) variance *= std::max(1.0, known.by_views->excess);
   const std::optional<Flexible> flexible = flexibleOf(fit, variance);
-  const bool is_stiff = isStiff(camera.model);
+  const bool is_stiff = modelTraits(camera.model).is_stiff;
   std::optional<Alignment> open;
   if (flexible) open.emplace(flexible->camera, accuracy.pixels, accuracy.is_covered, distance_m);
 

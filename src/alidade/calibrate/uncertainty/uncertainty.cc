@@ -16,6 +16,7 @@
 #include "alidade/adjust/noise/weak_prior.h"
 #include "alidade/calibrate/uncertainty/flexible_fit.h"
 #include "alidade/calibrate/uncertainty/other_optima.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/median.h"
 
 namespace alidade {
@@ -215,7 +216,7 @@ Uncertainty uncertaintyOf(const Fit& fit, std::optional<IgnoredBend> ignored_ben
   result.num_places = numPlaces(fit);
   setCovariances(fit, residuals, result);
   const auto scores = viewScores(fit);
-  const auto flexible = isStiff(onlyCamera(fit).model) ? flexibleFit(fit) : std::nullopt;
+  const auto flexible = modelTraits(onlyCamera(fit).model).is_stiff ? flexibleFit(fit) : std::nullopt;
   result.common_errors =
       commonErrors(scores, residuals.directions, flexible ? viewScores(*flexible) : std::vector<Reduced>(),
                    residuals.variance, result.smoothness);

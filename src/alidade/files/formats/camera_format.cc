@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 
+#include "alidade/camera/model_traits.h"
 #include "alidade/camera/same_lens.h"
 #include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"
@@ -86,16 +87,11 @@ AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
 
 // A lens of the model of which no coefficient happens to be 0, except the named ones.
 AnyCamera generalLens(std::string_view model, const std::vector<std::string_view>& zero) {
-  std::vector<double> params;
-  for (const std::string_view name : parameterNames(model)) {
+  std::vector<double> params = {500, 500, 250, 250};
+  for (const double start : modelTraits(model).start_lens) {
+    const std::string_view name = parameterNames(model)[params.size()];
     const bool is_zero = std::find(zero.begin(), zero.end(), name) != zero.end();
-    params.push_back(is_zero           ? 0.0
-                     : name[0] == 'f'  ? 500.0
-                     : name[0] == 'c'  ? 250.0
-                     : name == "w"     ? 0.9
-                     : name == "alpha" ? 0.55
-                     : name == "beta"  ? 1.1
-                                       : 0.01);
+    params.push_back(is_zero ? 0.0 : start + 0.01);
   }
   return AnyCamera::make(model, params);
 }

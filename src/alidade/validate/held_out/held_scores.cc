@@ -12,6 +12,7 @@
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/view_pose.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/statistics.h"
 #include "alidade/geometry/symmetric_eigen.h"
@@ -75,11 +76,6 @@ Eigen::MatrixXd determinedDirections(const Eigen::MatrixXd& information) {
   Eigen::Index first = 0;
   while (first < scale.size() && !(solver.eigenvalues()(first) > kLeast)) ++first;
   return scale.asDiagonal() * solver.eigenvectors().rightCols(scale.size() - first);
-}
-
-// Of the others 0 is not the lens without distortion, or is in no proportion to it.
-bool isPolynomial(std::string_view model_id) {
-  return model_id == "radtan" || model_id == "kannala_brandt" || model_id == "thin_prism";
 }
 
 // Two digits, and no exponent of ten for what people count.
@@ -274,7 +270,7 @@ Eigen::VectorXd directionOf(IntrinsicsChange change, const AnyCamera& camera) {
       direction(3) = 1;
       break;
     case IntrinsicsChange::kDistortion:
-      if (!isPolynomial(camera.modelId())) return {};
+      if (!modelTraits(camera.modelId()).is_polynomial) return {};
       direction.tail(n - kNumProjection) = now.tail(n - kNumProjection);
       if (direction.isZero(0)) return {};
       break;
