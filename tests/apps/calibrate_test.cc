@@ -5,7 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/formats/alidade_writer.h"
 #include "apps/command_line.h"
 #include "support/corners_text.h"
 
@@ -25,8 +26,8 @@ TEST(Calibrate, RecoversTheTrueCamera) {
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.err, HasSubstr("written to " + output));
   EXPECT_THAT(result.out, AllOf(HasSubstr("12 given, 12 with the board, 12 used"), Not(HasSubstr("FAILED"))));
-  const CameraRecord truth = parseCameraFile(readFile(dataPath("camera.yaml")), "truth");
-  const CameraRecord found = parseCameraFile(scratch.read("camera.yaml"), "found");
+  const CameraRecord truth = onlyCamera(parseCameras(readFile(dataPath("camera.yaml")), "truth"));
+  const CameraRecord found = onlyCamera(parseCameras(scratch.read("camera.yaml"), "found"));
   ASSERT_TRUE(found.calibration);
   ASSERT_EQ(found.calibration->parameter_std.size(), 9u);
   constexpr double kSigmas = 4;
@@ -58,7 +59,7 @@ TEST(Calibrate, StatesItsUncertaintyEverywhereAlike) {
   EXPECT_GT(document.at("parameter_std_by_view").at("fx").get<double>(), 0);
 
   const std::string text = scratch.read("camera.yaml");
-  const CameraRecord file = parseCameraFile(text, "camera.yaml");
+  const CameraRecord file = onlyCamera(parseCameras(text, "camera.yaml"));
   ASSERT_TRUE(file.calibration);
   EXPECT_NEAR(file.calibration->accuracy_px, document.at("accuracy").at("covered_px").get<double>(),
               0.006 * file.calibration->accuracy_px);
@@ -235,7 +236,7 @@ TEST(Calibrate, EstimatesTheBoardsShapeIfAsked) {
   };
   const auto warp = run("warp");
   EXPECT_TRUE(warp.at("estimated"));
-  const CameraRecord file = parseCameraFile(scratch.read("camera.yaml"), "camera.yaml");
+  const CameraRecord file = onlyCamera(parseCameras(scratch.read("camera.yaml"), "camera.yaml"));
   ASSERT_TRUE(file.calibration && file.calibration->warps.size() == 1);
   EXPECT_EQ(file.calibration->warps.front().shape.bend_x_m, warp.at("bend_x_m"));
   EXPECT_EQ(file.calibration->warps.front().shape.bend_y_m, warp.at("bend_y_m"));

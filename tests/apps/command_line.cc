@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "apps/command_line.h"
+#include "alidade/files/camera_source.h"
 
 #include <filesystem>
 #include <fstream>
 
 #include <fmt/format.h>
-
-#include "alidade/files/camera_file.h"
 
 namespace alidade {
 
@@ -46,7 +45,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 }
 
 std::vector<double> parametersOf(const std::string& camera_text) {
-  const CameraRecord file = parseCameraFile(camera_text, "camera of the test");
+  const CameraRecord file = onlyCamera(parseCameras(camera_text, "camera of the test"));
   const auto parameters = file.camera.parameters();
   return {parameters.begin(), parameters.end()};
 }

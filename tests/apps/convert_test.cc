@@ -9,7 +9,7 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/error.h"
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -28,7 +28,7 @@ RunResult convert(const std::string& from, const std::string& to, std::vector<st
 }
 
 CameraRecord cameraIn(const ScratchFolder& scratch, const std::string& name) {
-  return parseCameraFile(scratch.read(name), name);
+  return onlyCamera(parseCameras(scratch.read(name), name));
 }
 
 // A nearly perspective camera, which pinhole fits well but not exactly.
@@ -111,7 +111,7 @@ TEST(Convert, CropsBinsResizesAndRotatesInThisOrder) {
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.out, AllOf(HasSubstr("501x401 px"), HasSubstr("250x200 px"), HasSubstr("500x200 px"),
                                 HasSubstr("200x500 px")));
-  const AnyCamera old = readCameraFile(dataPath("camera.yaml")).camera;
+  const AnyCamera old = loadCamera(dataPath("camera.yaml")).camera;
   const CameraRecord file = cameraIn(scratch, "out.yaml");
   EXPECT_EQ(file.image_size, (ImageSize{.width = 200, .height = 500}));
   int num_points = 0;
@@ -198,7 +198,7 @@ TEST(Convert, FitsWhatIsNearlyTheSameAndSaysHowNearly) {
   EXPECT_GT(fit.at("max_error_px"), fit.at("rms_px"));
   // The stated error is the one at the stated place.
   const Eigen::Vector2d worst(fit.at("worst_pixel")[0], fit.at("worst_pixel")[1]);
-  const auto ray = readCameraFile(mild).camera.unproject(worst);
+  const auto ray = loadCamera(mild).camera.unproject(worst);
   ASSERT_TRUE(ray);
   EXPECT_NEAR((cameraIn(scratch, "out.yaml").camera.project(*ray).pixel - worst).norm(),
               fit.at("max_error_px").get<double>(), kSamePx);
@@ -327,7 +327,7 @@ TEST(Convert, WritesNothingThatWouldBeReadAsAnotherLens) {
 TEST(Convert, WritesToStandardOutput) {
   const RunResult result = convert(dataPath("camera.yaml"), "-", {"--bin", "2"});
   ASSERT_THAT(result, EndsWith(0));
-  EXPECT_EQ(parseCameraFile(result.out, "standard output").image_size,
+  EXPECT_EQ(onlyCamera(parseCameras(result.out, "standard output")).image_size,
             (ImageSize{.width = 320, .height = 240}));
   EXPECT_THAT(result.err, AllOf(HasSubstr("Bin      2: 320x240 px\n"), HasSubstr("\n  fx ")));
   EXPECT_EQ(convert(dataPath("camera.yaml"), "-", {"--bin", "2", "--quiet"}).err, "");

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/camera/any_camera.h"
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/geometry/se3.h"
 #include "apps/project_support.h"
 
@@ -31,7 +31,7 @@ auto slope(const F& f) {
 }
 
 TEST(Jacobian, HasTheDerivativesThatItsHeaderNames) {
-  const CameraRecord file = readCameraFile(dataPath("camera.yaml"));
+  const CameraRecord file = loadCamera(dataPath("camera.yaml"));
   const RunResult result = project(textOf(kPoint), {"--pose", kPoseText, "--jacobian"});
   ASSERT_THAT(result, EndsWith(0));
   const std::string inputs[] = {"x",  "y",  "z",  "tx", "ty", "tz", "rx", "ry", "rz",
@@ -77,7 +77,7 @@ TEST(Jacobian, LeavesThePixelAsItIs) {
 }
 
 TEST(Jacobian, OfARayIsItsDerivativeByThePixel) {
-  const CameraRecord file = readCameraFile(dataPath("camera.yaml"));
+  const CameraRecord file = loadCamera(dataPath("camera.yaml"));
   const RunResult result =
       runAlidade({"unproject", dataPath("camera.yaml"), "--jacobian"}, {.input = "100,350\n1e6,0\n"});
   ASSERT_THAT(result, EndsWith(0));

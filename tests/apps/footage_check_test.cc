@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <pugixml.hpp>
 
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/rig_file.h"
 #include "apps/command_line.h"
 #include "apps/report_page.h"
@@ -285,7 +285,7 @@ TEST(FootageCheckCommand, RefusesWhatDoesNotGoWithIt) {
   EXPECT_THAT(checkFootage(walk().images, {"--front-end", "lines"}), FailsWith(2, HasSubstr("--front-end")));
   RigRecord record;
   for (const char* name : {"left", "right"}) {
-    record.cameras.push_back({.camera = readCameraFile(walk().camera), .camera_from_rig = SE3()});
+    record.cameras.push_back({.camera = loadCamera(walk().camera), .camera_from_rig = SE3()});
     record.cameras.back().camera.name.name = name;
   }
   const std::string rig = scratch.path("rig.yaml");

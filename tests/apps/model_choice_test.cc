@@ -3,7 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
+#include "alidade/files/formats/alidade_writer.h"
 #include "command_line.h"
 #include "run_program.h"
 #include "support/scratch_folder.h"
@@ -25,7 +26,7 @@ TEST(ModelChoice, IsPrintedWrittenAndRead) {
                               ContainsRegex("radtan +9 .*chosen"),
                               ContainsRegex("pinhole +4 .*fits corners worse than radtan"),
                               ContainsRegex("rational +12 .*fits no better than radtan")));
-  const CameraRecord file = readCameraFile(output);
+  const CameraRecord file = loadCamera(output);
   ASSERT_TRUE(file.calibration);
   EXPECT_GE(file.calibration->holdout_rms_px, 0);
   EXPECT_EQ(cameraFileText(file), scratch.read("camera.yaml"));

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "alidade/core/error.h"
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/pose_list.h"
 #include "alidade/files/scene_file.h"
@@ -46,7 +46,7 @@ TEST(Mutations, OfACameraFileNeverSurprise) {
       readMutations(readFile(dataPath("camera.yaml")) +
                         "calibration:\n  rms_px: 0.1\n  num_views: 3\n  num_corners: 162\n" +
                         "  settings: {model: radtan, input: [a, b]}\n",
-                    1, [](const std::string& text) { (void)parseCameraFile(text, "camera.yaml"); });
+                    1, [](const std::string& text) { (void)onlyCamera(parseCameras(text, "camera.yaml")); });
   EXPECT_GT(counts.read, kNumRuns / 30);
   EXPECT_GT(counts.refused, kNumRuns / 4);
 }

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "alidade/files/camera_save.h"
+#include "alidade/files/formats/alidade_writer.h"
 #include "apps/command_line.h"
 #include "apps/rig_support.h"
 #include "support/folder_content.h"

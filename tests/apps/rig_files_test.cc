@@ -2,6 +2,7 @@
 // Rigs in files of all tools: convert, validate and diff.
 #include <nlohmann/json.hpp>
 
+#include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/rig_file.h"
 #include "apps/command_line.h"
 

@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/rig_file.h"
 #include "apps/command_line.h"
 

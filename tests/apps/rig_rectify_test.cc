@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/files/corners_file.h"
+#include "alidade/files/formats/alidade_writer.h"
 #include "apps/command_line.h"
 #include "apps/rig_support.h"
 #include "support/folder_content.h"

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/files/camera_source.h"
+#include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/rig_file.h"
 #include "apps/command_line.h"
 #include "apps/rig_support.h"

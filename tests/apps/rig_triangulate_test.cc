@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/text.h"
+#include "alidade/files/formats/alidade_writer.h"
 #include "apps/project_support.h"
 #include "apps/rig_support.h"
 

@@ -10,6 +10,7 @@
 
 #include "alidade/camera/any_rig.h"
 #include "alidade/core/random.h"
+#include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/rig_file.h"
 #include "apps/command_line.h"
 #include "apps/rig_support.h"

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/pose_list.h"
 #include "alidade/imagery/image_file.h"
 #include "apps/command_line.h"
@@ -62,7 +62,7 @@ TEST(SimulateFootage, WritesATruthThatAgreesWithItself) {
   const auto rows = tracksIn(scratch.read("out/tracks.csv"));
   EXPECT_EQ(document.at("num_pixels"), rows.size());
   EXPECT_GT(rows.size(), 4U * 16U * 12U * 9U / 10U);
-  const CameraRecord camera = readCameraFile(scratch.path("out/camera.yaml"));
+  const CameraRecord camera = loadCamera(scratch.path("out/camera.yaml"));
   const PoseList poses = readPoseList(scratch.path("out/poses.yaml"), std::nullopt);
   const PoseList trajectory = readPoseList(scratch.path("out/trajectory.txt"), std::nullopt);
   ASSERT_EQ(poses.poses.size(), 4U);

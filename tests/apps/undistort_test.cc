@@ -10,7 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_source.h"
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -87,10 +87,10 @@ TEST_F(Undistort, KeepsColorsBitsAndKindsOfFiles) {
   EXPECT_THAT(run.out,
               AllOf(HasSubstr("5 of 5 images; rectilinear, 160x120 px"), HasSubstr(" 0 % of the pixels")));
   EXPECT_EQ(run.err, "");
-  const CameraRecord file = readCameraFile(scratch.path("out/camera.yaml"));
+  const CameraRecord file = loadCamera(scratch.path("out/camera.yaml"));
   EXPECT_EQ(file.camera.modelId(), "pinhole");
   EXPECT_EQ(file.self_check.size(), 9u);
-  const AnyCamera source = parseCameraFile(kLens, "lens").camera;
+  const AnyCamera source = onlyCamera(parseCameras(kLens, "lens")).camera;
   struct Case {
     std::string name;
     int type;
@@ -252,7 +252,7 @@ TEST_F(Undistort, WritesOneJsonDocument) {
   EXPECT_EQ(document.at("images")[0].at("output"), "a.png");
   EXPECT_EQ(document.at("images")[1].at("written"), false);
   EXPECT_THAT(document.at("images")[1].at("reason").get<std::string>(), HasSubstr("10x10"));
-  const CameraRecord file = readCameraFile(scratch.path("out/camera.yaml"));
+  const CameraRecord file = loadCamera(scratch.path("out/camera.yaml"));
   EXPECT_EQ(file.image_size, (ImageSize{200, 150}));
   EXPECT_EQ(document.at("focal_px")[0].get<double>(), file.camera.parameters()[0]);
   EXPECT_EQ(result("a.png").size(), cv::Size(200, 150));

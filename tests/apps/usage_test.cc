@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "alidade/files/formats/alidade_writer.h"
 #include "apps/command_line.h"
 #include "apps/rig_support.h"
 #include "imagery/video_files.h"

@@ -501,7 +501,6 @@ TEST(Validate, PassesOldFilesAndThoseOfAHeldCalibration) {
     return checkOf(result, id).at("status").get<std::string>();
   };
   EXPECT_EQ(statusIn(run(folder + "version_1.yaml"), "covariance"), "pass");
-  EXPECT_THAT(run(folder + "version_1_before_verdict.yaml"), EndsWith(0));
   EXPECT_THAT(run(folder + "version_1_by_hand.yaml"), EndsWith(0));
 
   // A parameter that was held has no variance, and fx = fy makes the covariance singular.

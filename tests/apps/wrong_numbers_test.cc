@@ -7,7 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/text.h"
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_save.h"
+#include "alidade/files/camera_source.h"
 #include "apps/command_line.h"
 
 namespace alidade {
@@ -59,7 +60,7 @@ std::string calibratedCamera(const ScratchFolder& scratch) {
 
 TEST(WrongNumbers, AreCaughtByTheSelfCheck) {
   const ScratchFolder scratch;
-  const CameraRecord good = readCameraFile(calibratedCamera(scratch));
+  const CameraRecord good = loadCamera(calibratedCamera(scratch));
   EXPECT_THAT(runAlidade({"validate", scratch.path("camera.yaml")}), EndsWith(0));
   int num_caught = 0;
   const std::vector<Slip> slips = slipsOf(good);
@@ -69,7 +70,7 @@ TEST(WrongNumbers, AreCaughtByTheSelfCheck) {
     file.image_size = slip.image_size;
     // Sigmas go by the names of the model's parameters.
     if (slip.camera.modelId() != "radtan") file.calibration.reset();
-    writeCameraFile(scratch.path("slip.yaml"), file);
+    saveCamera(scratch.path("slip.yaml"), file);
     const RunResult result = runAlidade({"validate", scratch.path("slip.yaml"), "--verbose"});
     EXPECT_THAT(result, EndsWith(3)) << slip.name;
     EXPECT_THAT(result.out, testing::HasSubstr("FAIL  self_check")) << slip.name;
@@ -87,7 +88,7 @@ TEST(WrongNumbers, AreCaughtByImages) {
                           .self_check = {},
                           .calibration = {},
                           .created_by = {}};
-  writeCameraFile(scratch.path("good.yaml"), good);
+  saveCamera(scratch.path("good.yaml"), good);
   scratch.write("scene.yaml",
                 "alidade_scene: 1\ncamera: good.yaml\nboard: checkerboard:9x6:25mm\nviews: {random: 30}\n"
                 "corner_noise_px: 0.1\nseed: 11\n");
@@ -95,7 +96,7 @@ TEST(WrongNumbers, AreCaughtByImages) {
       runAlidade({"simulate", scratch.path("scene.yaml"), "-o", scratch.path("views"), "--corners-only"}),
       EndsWith(0));
   const auto validate = [&](const CameraRecord& file) {
-    writeCameraFile(scratch.path("tested.yaml"), file);
+    saveCamera(scratch.path("tested.yaml"), file);
     return runAlidade({"validate", scratch.path("tested.yaml"), "--images", scratch.path("views/corners.csv"),
                        "--verbose"});
   };

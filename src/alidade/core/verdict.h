@@ -24,7 +24,6 @@ enum class Verdict {
   for (const Verdict verdict : {Verdict::kTrustworthy, Verdict::kReservations, Verdict::kNo}) {
     if (verdictName(verdict) == name) return verdict;
   }
-  if (name == "no") return Verdict::kNo;  // files of version 0.1
   return std::nullopt;
 }
 

@@ -2,13 +2,15 @@
 #include "alidade/files/camera_source.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <set>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/files/camera_file.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/text/atomic_file.h"
@@ -68,7 +70,7 @@ std::optional<StatedCamera> findCamera(const CameraSource& source, const std::st
 
 StatedCamera cameraNamed(const CameraSource& source, const std::string& name) {
   if (const auto camera = findCamera(source, name, std::nullopt)) return *camera;
-  // Where names are numbers, as in COLMAP, another number is a mistake and no place in the list.
+  // Where names are numbers, as in COLMAP, a different number is a mistake and no place in the list.
   const bool has_numbers = anyIsNumber(source.cameras) || anyIsNumber(source.refused);
   if (const auto number = isNumber(name) && !has_numbers ? parseInt(name) : std::nullopt) {
     if (const auto camera = findCamera(source, name, static_cast<std::size_t>(*number))) return *camera;
@@ -120,7 +122,7 @@ bool isFreeText(const std::string& file) {
     try {
       static_cast<void>(document.root());
     } catch (const Error& reason) {
-      // An empty file is what is left of one.
+      // An interrupted write may leave an empty file.
       const bool is_empty = trim(document.text()).empty() && !is_free_text;
       if (!guess && !is_empty) throw NotACameraFile(reason);
       throw;
@@ -172,7 +174,8 @@ CameraSource parsedAsStated(const std::string& text, const std::string& name, co
                         .format = format->id,
                         .format_name = format->title,
                         .cameras = std::move(read.cameras),
-                        .refused = std::move(read.refused)};
+                        .refused = std::move(read.refused),
+                        .readRigRest = std::move(read.readRigRest)};
     if (source.cameras.empty() && !source.refused.empty()) throw Error(source.refused.front().reason);
     if (source.cameras.empty() && read.passed.empty()) {
       throw inputError({.where = name,
@@ -206,6 +209,32 @@ std::string cameraText(const std::string& file) {
   }
 }
 
+// Passes if the camera projects the file's self-check points to their pixels (none: nothing to compare), so
+// that a number changed by hand is not used silently.
+void requireSelfCheck(const CameraRecord& file, const std::string& where) {
+  const SelfCheckOutcome outcome = runSelfCheck(file.camera, file.image_size, file.self_check);
+  if (outcome.isPassed()) return;
+  const std::size_t idx = outcome.outside_image.value_or(outcome.worst);
+  const SelfCheckPoint& point = file.self_check[idx];
+  const std::string pixel = fmt::format("({:.6g}, {:.6g})", point.pixel.x(), point.pixel.y());
+  std::string found;
+  if (outcome.outside_image) {
+    found = fmt::format("the stated pixel {} is outside the image of {}x{} px", pixel, file.image_size.width,
+                        file.image_size.height);
+  } else if (std::isfinite(outcome.worst_px)) {
+    found = fmt::format("the parameters project this point {:.3g} px away from its stated pixel {}",
+                        outcome.worst_px, pixel);
+  } else {
+    found = "the parameters cannot project this point; its stated pixel is " + pixel;
+  }
+  throw inputError(
+      {.where = fmt::format("{}: self_check[{}]", where, idx),
+       .found = found + ": a number in the file was changed",
+       .expected = fmt::format("a difference of at most {} px, inside the image", kSelfCheckPx),
+       .next_step = "alidade validate " + where +
+                    "; then restore the file, or delete self_check if you changed the numbers on purpose"});
+}
+
 CameraSource selfChecked(CameraSource source) {
   for (const StatedCamera& camera : source.cameras) {
     if (camera.own) requireSelfCheck(*camera.own, source.path);
@@ -226,6 +255,7 @@ CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& opti
   if (!name.empty()) {
     source.cameras = {cameraNamed(source, name)};
     source.refused.clear();
+    source.readRigRest = nullptr;
   }
   return source;
 }

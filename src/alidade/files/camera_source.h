@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,7 @@ struct CameraSource {
   std::vector<StatedCamera> cameras;  ///< at least one, unless ReadOptions::only is set
   /// Unsupported cameras of the same file; empty if one camera was selected.
   std::vector<RefusedCamera> refused = {};
+  std::function<void(RigRecord&)> readRigRest = {};  ///< see StatedCameras; empty if one camera was selected
 };
 
 /// `path` without "#NAME".
@@ -33,22 +35,9 @@ struct CameraSource {
 /// The same without the self-check, for reports about files. Do not compute with these cameras.
 [[nodiscard]] CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& options = {});
 
-/// The Error of a file that can be read, has no known format, and does not name a camera: a list of poses, or
-/// the settings of another program.
-class NotACameraFile final : public Error {
- public:
-  explicit NotACameraFile(const Error& reason) : Error(reason) {}
-};
-
 /// The same from text; messages use `name` as the file name.
 [[nodiscard]] CameraSource parseCameras(const std::string& text, const std::string& name,
                                         const ReadOptions& options = {});
-
-/// The name after FILE# that selects a StatedCamera or RefusedCamera: its name, or its number.
-template <class Camera>
-[[nodiscard]] std::string cameraLabel(const Camera& camera) {
-  return camera.name.empty() ? std::to_string(camera.number) : camera.name;
-}
 
 /// Checks that all cameras of the source are supported.
 /// @throws Error (kInput) with the names of the unsupported ones

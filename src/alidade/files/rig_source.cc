@@ -26,7 +26,7 @@ std::optional<detail::CameraDocument> pairDocument(const std::string& path) {
     detail::CameraDocument document(readTextFile(path, kMaxBytes), path);
     if (detail::statesPair(document) && !detail::formats::opencv().recognises(document)) return document;
   } catch (const Error&) {
-    // Whoever reads it as a camera file says what is wrong.
+    // Reading it as a camera file says what is wrong.
   }
   return std::nullopt;
 }
@@ -39,7 +39,7 @@ GatheredCameras ofOneFile(const std::string& path, const ReadOptions& options) {
     all.where.push_back(has_several ? source.path + "#" + cameraLabel(camera) : path);
   const bool is_whole_rig = source.format == "alidade" && path == source.path && source.refused.empty() &&
                             source.cameras.front().camera_from_rig;
-  if (is_whole_rig) all.rig = loadRig(path);
+  if (is_whole_rig) all.rig = rigOf(source);
   return all;
 }
 

@@ -8,7 +8,8 @@
 #include "alidade/core/size_groups.h"
 #include "alidade/files/board_file.h"
 #include "alidade/files/camera_source.h"
-#include "alidade/files/nodes.h"
+#include "alidade/files/formats/alidade_reader.h"
+#include "alidade/files/text/pose_node.h"
 #include "alidade/files/text/yaml_writer.h"
 
 namespace alidade {

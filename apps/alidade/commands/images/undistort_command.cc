@@ -8,7 +8,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/projection_file.h"
@@ -105,8 +105,8 @@ class UndistortCommand final : public Command {
     if (view.projection != ViewProjection::kRectilinear)
       return writeProjectionFile(folder.path(kProjectionName),
                                  {.view = view, .created_by = programName() + " undistort"});
-    writeCameraFile(folder.path(kCameraName),
-                    bareRecord(pinholeOf(view), view.size, programName() + " undistort"));
+    saveCamera(folder.path(kCameraName),
+               bareRecord(pinholeOf(view), view.size, programName() + " undistort"));
   }
 
   static std::vector<std::string> notesOn(const ViewChoice& choice,

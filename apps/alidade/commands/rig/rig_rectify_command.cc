@@ -14,6 +14,7 @@
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
+#include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_list.h"

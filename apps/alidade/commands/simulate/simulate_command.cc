@@ -6,7 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_save.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/scene_file.h"
 #include "alidade/files/text/atomic_file.h"
@@ -100,8 +100,8 @@ class SimulateCommand final : public Command {
     if (!common_.quiet) noteLeftovers(folder);
     folder.write([&] {
       writeCornersFile(folder.path("corners.csv"), corners);
-      writeCameraFile(folder.path("camera.yaml"),
-                      bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
+      saveCamera(folder.path("camera.yaml"),
+                 bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
       writeFileAtomically(folder.path("poses.yaml"), posesText(names, "camera_from_board", poses));
       if (!truth_only_) renderAll(scene, poses, names, folder, cancel);
     });

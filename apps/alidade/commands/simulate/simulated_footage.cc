@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "alidade/files/camera_file.h"
+#include "alidade/files/camera_save.h"
 #include "alidade/files/pose_list.h"
 #include "alidade/files/scene_file.h"
 #include "alidade/files/text/atomic_file.h"
@@ -52,8 +52,8 @@ FootageCounts writeFootage(const FootageSimulator& simulator, const PendingFolde
   FootageCounts counts{.num_tracks = tracks.size()};
   for (const TrueTrack& track : tracks) counts.num_pixels += track.pixels.size();
   folder.write([&] {
-    writeCameraFile(folder.path("camera.yaml"),
-                    bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
+    saveCamera(folder.path("camera.yaml"),
+               bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
     writeFileAtomically(folder.path("poses.yaml"), posesText(names, "camera_from_world", poses));
     writeFileAtomically(folder.path("trajectory.txt"), tumText(times_s, poses));
     writeFileAtomically(folder.path("tracks.csv"), tracksText(simulator, tracks));

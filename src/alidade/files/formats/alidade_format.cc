@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 // This program's own camera file (docs/files.md).
-#include "alidade/files/camera_file.h"
+#include "alidade/files/formats/alidade_reader.h"
+#include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/pose_numbers.h"
-#include "alidade/files/nodes.h"
-#include "alidade/files/rig_file.h"
 
 namespace alidade::detail::formats {
 namespace alidade_format {
@@ -17,7 +16,7 @@ bool recognises(const CameraDocument& document) {
 // The cameras of a rig file.
 StatedCameras readRig(const YamlNode& root, const ReadOptions& options) {
   checkRigRoot(root);
-  StatedCameras cameras;
+  StatedCameras cameras{.readRigRest = [root](RigRecord& rig) { readRigRest(root, rig); }};
   for (const YamlNode& entry : root.at("cameras").items()) {
     const std::string name = entry.at("name").text();
     if (!options.only.empty() && options.only != name) {

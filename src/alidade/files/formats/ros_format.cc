@@ -14,7 +14,6 @@
 
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "alidade/core/error.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/record/camera_record.h"
+#include "alidade/record/rig_record.h"
 
 namespace alidade {
 
@@ -42,6 +44,13 @@ class UnsupportedCamera final : public Error {
   explicit UnsupportedCamera(const Error& reason) : Error(reason) {}
 };
 
+/// The Error of a file that can be read, has no known format, and does not name a camera: a list of poses, or
+/// the settings of another program.
+class NotACameraFile final : public Error {
+ public:
+  explicit NotACameraFile(const Error& reason) : Error(reason) {}
+};
+
 /// An unsupported camera of a file that may also contain supported ones.
 struct RefusedCamera {
   std::string name;  ///< as in StatedCamera
@@ -49,12 +58,20 @@ struct RefusedCamera {
   UnsupportedCamera reason;
 };
 
+/// The name after FILE# that selects a StatedCamera or RefusedCamera: its name, or its number.
+template <class Camera>
+[[nodiscard]] std::string cameraLabel(const Camera& camera) {
+  return camera.name.empty() ? std::to_string(camera.number) : camera.name;
+}
+
 /// The cameras of a file, in their order.
 struct StatedCameras {
   std::vector<StatedCamera> cameras = {};
   std::vector<RefusedCamera> refused = {};
-  /// Names of cameras that were skipped because ReadOptions::only selects another one.
+  /// Names of cameras that were skipped because ReadOptions::only selects a different one.
   std::vector<std::string> passed = {};
+  /// Reads what a rig file of this program states beside cameras and poses; empty for other files.
+  std::function<void(RigRecord&)> readRigRest = {};
 
   /// Adds the camera that `read` returns, or the reason if it throws UnsupportedCamera.
   template <class Read>

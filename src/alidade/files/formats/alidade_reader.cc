@@ -1,27 +1,20 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/core/mapped.h"
-#include "alidade/files/camera_file.h"
+#include "alidade/files/formats/alidade_reader.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <map>
 #include <set>
 
-#include <fmt/format.h>
-
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
-#include "alidade/files/nodes.h"
-#include "alidade/files/text/atomic_file.h"
-#include "alidade/files/text/yaml_node.h"
+#include "alidade/files/text/pose_node.h"
 #include "alidade/files/text/yaml_writer.h"
 
-namespace alidade {
+namespace alidade::detail {
 namespace {
-
-using detail::YamlNode;
 
 std::vector<std::string> strings(std::span<const std::string_view> names) {
   return {names.begin(), names.end()};
@@ -55,6 +48,12 @@ void allowParameters(const YamlNode& map, std::span<const std::string_view> name
 std::vector<double> readByName(const YamlNode& node, std::span<const std::string_view> names) {
   allowParameters(node, names);
   return mapped(strings(names), [&](const std::string& name) { return node.at(name).number(); });
+}
+
+void checkVersion(const YamlNode& version) {
+  if (version.integer() == 1) return;
+  throw version.error("format version " + version.text(), "1",
+                      "the file may come from a newer release of Alidade; update the program");
 }
 
 void checkConventions(const YamlNode& node) {
@@ -194,19 +193,58 @@ void writeAsStated(YAML::Emitter& out, const YAML::Node& node, const std::map<Pl
   }
 }
 
+// The user's own keys of a file's root, with their values, as lines of YAML; comments are lost.
+std::string userKeys(const YAML::Node& root) {
+  YAML::Node own(YAML::NodeType::Map);
+  for (const auto& entry : root) {
+    if (isUserKey(entry.first.Scalar())) own.force_insert(entry.first, entry.second);
+  }
+  if (own.size() == 0) return "";
+  std::map<Place, int> uses;
+  std::map<Place, std::string> names;
+  countUses(own, uses);
+  YAML::Emitter out;
+  writeAsStated(out, own, uses, names);
+  return documentText(out);
+}
+
+Verdict readVerdict(const YamlNode& node) {
+  const auto verdict = verdictOf(node.text());
+  if (!verdict)
+    throw node.error("'" + node.text() + "'", "'trustworthy', 'usable_with_reservations' or 'rejected'");
+  return *verdict;
+}
+
+// The lower triangle of a symmetric matrix, a row an item.
+std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows) {
+  const std::vector<YamlNode> items = node.items();
+  if (items.size() != num_rows) {
+    throw node.error(std::to_string(items.size()) + " rows",
+                     std::to_string(num_rows) + " rows, one for each parameter");
+  }
+  std::vector<double> triangle;
+  for (std::size_t i = 0; i < num_rows; ++i) {
+    const std::vector<double> row = items[i].numbers(i + 1);
+    triangle.insert(triangle.end(), row.begin(), row.end());
+  }
+  return triangle;
+}
+
+void readPoseStd(const YamlNode& entry, RigCameraRecord& record) {
+  const auto std = entry.find("camera_from_rig_std");
+  if (!std) return;
+  std->allowKeys({"translation_m", "rotation_rad"});
+  record.translation_std_m = Eigen::Vector3d(std->at("translation_m").numbers(3).data());
+  record.rotation_std_rad = Eigen::Vector3d(std->at("rotation_rad").numbers(3).data());
+}
+
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
-  // The last two lines: of the first edition, which are not used any more, but for stated_covariance.
   node.allowKeys(
-      detail::words("verdict accuracy_px accuracy_distance_m covered_share rms_px holdout_rms_px num_views "
-                    "num_corners board board_warp findings parameter_std covariance covariance_by "
-                    "view_centers trustworthy stated_covariance model_choice num_outliers "
-                    "parameter_std_by_view projection_std_px projection_std_grid termination views "
-                    "settings"));
+      words("verdict accuracy_px accuracy_distance_m covered_share rms_px holdout_rms_px num_views "
+            "num_corners board board_warp findings parameter_std covariance covariance_by "
+            "view_centers"));
   CalibrationRecord record;
-  const std::size_t num_params = parameter_names.size();
-  // What files had before they had a verdict.
-  if (const auto n = node.find("trustworthy"); n && !n->boolean()) record.verdict = Verdict::kNo;
-  if (const auto n = node.find("verdict")) record.verdict = detail::readVerdict(*n);
+  if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
   if (const auto n = node.find("accuracy_px")) record.accuracy_px = n->number();
   if (const auto n = node.find("accuracy_distance_m")) {
     record.accuracy_distance_m = n->number();
@@ -223,16 +261,10 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
     for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
   }
   if (const auto n = node.find("parameter_std")) record.parameter_std = readByName(*n, parameter_names);
-  if (const auto n = node.find("covariance")) record.covariance = detail::readTriangle(*n, num_params);
+  if (const auto n = node.find("covariance")) record.covariance = readTriangle(*n, parameter_names.size());
   if (const auto n = node.find("covariance_by")) {
     if (n->text() != "views") throw n->error("'" + n->text() + "'", "'views'");
     record.is_covariance_by_views = true;
-  }
-  if (const auto n = node.find("stated_covariance")) {
-    record.covariance = detail::readTriangle(*n, num_params);
-    record.is_covariance_by_views = true;
-    for (std::size_t i = 0; i < record.parameter_std.size(); ++i)
-      record.parameter_std[i] = std::sqrt(std::max(0.0, record.covariance[i * (i + 3) / 2]));
   }
   if (const auto n = node.find("view_centers")) record.view_centers = readPixels(*n);
   return record;
@@ -240,29 +272,7 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
 
 }  // namespace
 
-Verdict detail::readVerdict(const YamlNode& node) {
-  const auto verdict = verdictOf(node.text());
-  if (!verdict)
-    throw node.error("'" + node.text() + "'", "'trustworthy', 'usable_with_reservations' or 'no'");
-  return *verdict;
-}
-
-std::vector<double> detail::readTriangle(const YamlNode& node, std::size_t num_rows) {
-  const std::vector<YamlNode> items = node.items();
-  if (items.empty() || items.front().isScalar()) return node.numbers(num_rows * (num_rows + 1) / 2);
-  if (items.size() != num_rows) {
-    throw node.error(std::to_string(items.size()) + " rows",
-                     std::to_string(num_rows) + " rows, one for each parameter");
-  }
-  std::vector<double> triangle;
-  for (std::size_t i = 0; i < num_rows; ++i) {
-    const std::vector<double> row = items[i].numbers(i + 1);
-    triangle.insert(triangle.end(), row.begin(), row.end());
-  }
-  return triangle;
-}
-
-ImageSize detail::readImageSize(const YamlNode& node) {
+ImageSize readImageSize(const YamlNode& node) {
   node.allowKeys({"width", "height"});
   const auto side = [&](const char* key) {
     const YamlNode value = node.at(key);
@@ -280,7 +290,7 @@ ImageSize detail::readImageSize(const YamlNode& node) {
   return size;
 }
 
-AnyCamera detail::readCamera(const YamlNode& root) {
+AnyCamera readCamera(const YamlNode& root) {
   const YamlNode model = root.at("model");
   const std::string id = model.text();
   if (std::find(modelIds().begin(), modelIds().end(), id) == modelIds().end()) {
@@ -296,20 +306,15 @@ AnyCamera detail::readCamera(const YamlNode& root) {
   return AnyCamera::make(id, values);
 }
 
-CameraRecord detail::readCameraRoot(const YamlNode& root) {
+CameraRecord readCameraRoot(const YamlNode& root) {
   if (!root.isMap() || !root.has("alidade_camera")) {
     throw root.error("a file without the key 'alidade_camera'", "an Alidade camera file",
                      "add the line: alidade_camera: 1");
   }
-  const YamlNode version = root.at("alidade_camera");
-  if (version.integer() != 1) {
-    throw version.error("format version " + version.text(), "1",
-                        "the file may come from a newer release of Alidade; update the program");
-  }
+  checkVersion(root.at("alidade_camera"));
   root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "camera", "conventions", "domain",
                   "self_check", "calibration", "created_by"});
-  CameraRecord file{.camera = detail::readCamera(root),
-                    .image_size = detail::readImageSize(root.at("image_size"))};
+  CameraRecord file{.camera = readCamera(root), .image_size = readImageSize(root.at("image_size"))};
   if (const auto n = root.find("camera")) file.name = readName(*n);
   if (const auto n = root.find("conventions")) checkConventions(*n);
   if (const auto n = root.find("domain")) file.domain = readDomain(*n);
@@ -317,56 +322,43 @@ CameraRecord detail::readCameraRoot(const YamlNode& root) {
   if (const auto n = root.find("calibration"))
     file.calibration = readCalibration(*n, file.camera.parameterNames());
   if (const auto n = root.find("created_by")) file.created_by = n->text();
-  file.user_keys = detail::userKeys(root.node());
+  file.user_keys = userKeys(root.node());
   return file;
 }
 
-std::string detail::userKeys(const YAML::Node& root) {
-  YAML::Node own(YAML::NodeType::Map);
-  for (const auto& entry : root) {
-    if (detail::isUserKey(entry.first.Scalar())) own.force_insert(entry.first, entry.second);
+void checkRigRoot(const YamlNode& root) {
+  root.allowKeys({"alidade_rig", "conventions", "cameras", "calibration", "covariance", "created_by"});
+  checkVersion(root.at("alidade_rig"));
+}
+
+RigCameraRecord readRigCamera(const YamlNode& entry) {
+  entry.allowKeys({"name", "camera_from_rig", "camera_from_rig_std", "camera"});
+  RigCameraRecord record{.camera = readCameraRoot(entry.at("camera")),
+                         .camera_from_rig = readPose(entry.at("camera_from_rig"))};
+  record.camera.name.name = entry.at("name").text();
+  readPoseStd(entry, record);
+  return record;
+}
+
+void readRigRest(const YamlNode& root, RigRecord& rig) {
+  const std::vector<YamlNode> entries = root.at("cameras").items();
+  expect(entries.size() == rig.cameras.size(), "a rig is read whole");
+  std::size_t num_columns = 6 * (entries.size() - 1);
+  for (std::size_t c = 0; c < entries.size(); ++c) {
+    readPoseStd(entries[c], rig.cameras[c]);
+    num_columns += rig.cameras[c].camera.camera.parameters().size();
   }
-  if (own.size() == 0) return "";
-  std::map<Place, int> uses;
-  std::map<Place, std::string> names;
-  countUses(own, uses);
-  YAML::Emitter out;
-  writeAsStated(out, own, uses, names);
-  return detail::documentText(out);
-}
-
-void requireSelfCheck(const CameraRecord& file, const std::string& where) {
-  const SelfCheckOutcome outcome = runSelfCheck(file.camera, file.image_size, file.self_check);
-  if (outcome.isPassed()) return;
-  const std::size_t idx = outcome.outside_image.value_or(outcome.worst);
-  const SelfCheckPoint& point = file.self_check[idx];
-  const std::string pixel = fmt::format("({:.6g}, {:.6g})", point.pixel.x(), point.pixel.y());
-  std::string found;
-  if (outcome.outside_image) {
-    found = fmt::format("the stated pixel {} is outside the image of {}x{} px", pixel, file.image_size.width,
-                        file.image_size.height);
-  } else if (std::isfinite(outcome.worst_px)) {
-    found = fmt::format("the parameters project this point {:.3g} px away from its stated pixel {}",
-                        outcome.worst_px, pixel);
-  } else {
-    found = "the parameters cannot project this point; its stated pixel is " + pixel;
+  if (const auto calibration = root.find("calibration")) {
+    calibration->allowKeys({"verdict", "rms_px", "num_frames", "findings"});
+    rig.verdict = readVerdict(calibration->at("verdict"));
+    rig.rms_px = calibration->at("rms_px").number();
+    rig.num_frames = calibration->at("num_frames").integer();
+    rig.findings = calibration->at("findings").texts();
   }
-  throw inputError(
-      {.where = fmt::format("{}: self_check[{}]", where, idx),
-       .found = found + ": a number in the file was changed",
-       .expected = fmt::format("a difference of at most {} px, inside the image", kSelfCheckPx),
-       .next_step = "alidade validate " + where +
-                    "; then restore the file, or delete self_check if you changed the numbers on purpose"});
+  if (const auto covariance = root.find("covariance"))
+    rig.covariance = readTriangle(*covariance, num_columns);
+  if (const auto created_by = root.find("created_by")) rig.created_by = created_by->text();
+  rig.user_keys = userKeys(root.node());
 }
 
-CameraRecord readCameraFile(const std::string& path) {
-  return parseCameraFile(readTextFile(path, YamlNode::kMaxBytes), path);
-}
-
-CameraRecord parseCameraFile(const std::string& text, const std::string& name) {
-  CameraRecord file = detail::readCameraRoot(YamlNode::parse(text, name));
-  requireSelfCheck(file, name);
-  return file;
-}
-
-}  // namespace alidade
+}  // namespace alidade::detail

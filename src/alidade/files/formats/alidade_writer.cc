@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include <array>
+#include "alidade/files/formats/alidade_writer.h"
+
 #include <cmath>
 
 #include <yaml-cpp/yaml.h>
 
-#include "alidade/files/camera_file.h"
-#include "alidade/files/camera_save.h"
-#include "alidade/files/formats/camera_format.h"
-#include "alidade/files/text/atomic_file.h"
+#include "alidade/core/text.h"
 #include "alidade/files/text/file_text.h"
+#include "alidade/files/text/pose_node.h"
 #include "alidade/files/text/yaml_writer.h"
 
 namespace alidade {
@@ -84,6 +83,31 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
   out << YAML::EndMap;
 }
 
+std::string indented(const std::string& text, std::size_t width) {
+  std::string result;
+  for (const std::string_view line : split(trim(text), '\n'))
+    result += std::string(width, ' ') + std::string(line) + "\n";
+  return result;
+}
+
+std::string cameraEntry(const RigCameraRecord& camera) {
+  const auto quoted = [&camera](YAML::Emitter& out) { out << YAML::DoubleQuoted << camera.camera.name.name; };
+  YAML::Emitter out;
+  out << YAML::BeginMap;
+  writeEntries(out, "name", quoted, "camera_from_rig",
+               [&camera](YAML::Emitter& to) { detail::writePose(to, camera.camera_from_rig); });
+  if (camera.translation_std_m.norm() > 0) {
+    writeEntries(out, "camera_from_rig_std",
+                 flowMap("translation_m", camera.translation_std_m, "rotation_rad", camera.rotation_std_rad));
+  }
+  out << YAML::EndMap;
+  std::string entry = indented(detail::withBytesShown(detail::documentText(out)) + "camera:\n" +
+                                   indented(cameraFileText(camera.camera), 2),
+                               4);
+  entry[2] = '-';
+  return entry;
+}
+
 }  // namespace
 
 std::string cameraFileText(const CameraRecord& file) {
@@ -125,21 +149,24 @@ std::string cameraFileText(const CameraRecord& file) {
   return detail::withBytesShown(detail::documentText(out)) + file.user_keys;
 }
 
-void writeCameraFile(const std::string& path, const CameraRecord& file) {
-  writeFileAtomically(path, cameraFileText(file));
-}
-
-std::string cameraText(const CameraRecord& record, std::string_view format, const std::string& path) {
-  const CameraFormat& chosen = cameraFormat(format);
-  // Of all formats only this program's own has room for the rest of the record.
-  if (&chosen == cameraFormats().front()) return cameraFileText(record);
-  const std::array<NamedCamera, 1> named = {
-      NamedCamera{.name = record.name.name, .camera = record.camera, .image_size = record.image_size}};
-  return formatText(chosen, named, path);
-}
-
-void saveCamera(const std::string& path, const CameraRecord& record, std::string_view format) {
-  writeFileAtomically(path, cameraText(record, format, path));
+std::string rigFileText(const RigRecord& rig) {
+  std::string text =
+      "alidade_rig: 1\n"
+      "conventions: {pose: camera_from_rig, length_unit: m, quaternion: xyzw}\n"
+      "cameras:\n";
+  for (const RigCameraRecord& camera : rig.cameras) text += cameraEntry(camera);
+  if (!rig.isCalibrated() && rig.covariance.empty() && rig.created_by.empty()) return text + rig.user_keys;
+  YAML::Emitter out;
+  out << YAML::BeginMap;
+  if (rig.isCalibrated()) {
+    writeEntries(out, "calibration",
+                 flowMap("verdict", verdictName(rig.verdict), "rms_px", rig.rms_px, "num_frames",
+                         rig.num_frames, "findings", rig.findings));
+  }
+  if (!rig.covariance.empty()) writeEntries(out, "covariance", detail::triangleRows(rig.covariance));
+  if (!rig.created_by.empty()) writeEntries(out, "created_by", rig.created_by);
+  out << YAML::EndMap;
+  return text + detail::withBytesShown(detail::documentText(out)) + rig.user_keys;
 }
 
 }  // namespace alidade

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/files/text/yaml_node.h"
+#include "alidade/record/rig_record.h"
+
+// The camera and rig files of this program, read strictly: unknown, missing, duplicate and misspelt keys,
+// wrong types, numbers that are not finite and unknown models are errors that name line, key, found and
+// expected.
+namespace alidade::detail {
+
+/// Reads {width: ..., height: ...}, pixels.
+[[nodiscard]] ImageSize readImageSize(const YamlNode& node);
+
+/// Reads the keys model and parameters of a map (other keys are the caller's to check).
+[[nodiscard]] AnyCamera readCamera(const YamlNode& node);
+
+/// Reads a whole camera file, of which only the first four keys are needed.
+[[nodiscard]] CameraRecord readCameraRoot(const YamlNode& root);
+
+/// Checks the version and the keys of a rig file.
+void checkRigRoot(const YamlNode& root);
+
+/// Reads an item of a rig file's `cameras`.
+[[nodiscard]] RigCameraRecord readRigCamera(const YamlNode& entry);
+
+/// Reads what a rig file states beside its cameras, which `rig` has already, and their poses.
+void readRigRest(const YamlNode& root, RigRecord& rig);
+
+}  // namespace alidade::detail
