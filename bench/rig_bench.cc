@@ -262,10 +262,10 @@ int printCoverage(int num_sets) {
       const std::vector<RigViews> views =
           mixedViews(truth, board, kFrames, 0.2, static_cast<std::uint64_t>(1000 * num_cameras + set));
       const RigCalibration rig = calibrate(std::span(&board, 1), views, options);
-      named += rig.unlinked.empty() && rig.motions.empty() ? 0 : 1;
+      named += rig.links.unlinked.empty() && rig.motions.empty() ? 0 : 1;
       for (std::size_t c = 1; c < truth.cameras.size(); ++c) {
         Eigen::Matrix<double, 6, 1> std;
-        std << rig.cameras[c].translation_std_m, rig.cameras[c].rotation_std_rad;
+        std << rig.cameras[c].link.translation_std_m, rig.cameras[c].link.rotation_std_rad;
         const Eigen::Matrix<double, 6, 1> z =
             (truth.camera_from_rig[c].inverse() * rig.fit.cameras[c].camera_from_rig)
                 .log()

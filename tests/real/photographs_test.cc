@@ -201,8 +201,8 @@ TEST(Photographs, OfABumblebeeGiveItsBaseline) {
                 {.camera = {.model = "radtan"}});
   const double baseline_mm = 1000 * rig.fit.cameras[1].camera_from_rig.translation.norm();
   std::printf("bumblebee2: baseline %.2f mm, RMS %.4f px\n", baseline_mm, rms(rig.fit));
-  EXPECT_EQ(rig.num_linked, 11u);
-  EXPECT_TRUE(rig.unlinked.empty());
+  EXPECT_EQ(rig.links.num_linked, 11u);
+  EXPECT_TRUE(rig.links.unlinked.empty());
   EXPECT_NEAR(baseline_mm, 120.05, 0.3);
   EXPECT_LE(rms(rig.fit), 0.03);
 }
@@ -220,8 +220,8 @@ TEST(Photographs, OfFourCamerasGiveOneRig) {
       std::span(&board, 1), views, {.camera = {.model = "radtan", .board_shape = BoardShapeMode::kWarp}});
   const RigCalibration rig = calibrate(std::span(&board, 1), views, {.camera = {.model = "radtan"}});
   for (const RigCalibration* of : {&bent, &rig}) {
-    EXPECT_GE(of->num_linked, 15u);
-    EXPECT_TRUE(of->unlinked.empty());
+    EXPECT_GE(of->links.num_linked, 15u);
+    EXPECT_TRUE(of->links.unlinked.empty());
   }
   ASSERT_TRUE(onlyBoard(rig.fit).isUneven());
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
@@ -229,7 +229,7 @@ TEST(Photographs, OfFourCamerasGiveOneRig) {
     std::printf("%s: RMS %.4f px in the rig, %.4f px alone; with every point's place %.4f and %.4f px\n",
                 camera.name.c_str(), camera.rms_px, camera.alone_rms_px, rig.cameras[c].rms_px,
                 rig.cameras[c].alone_rms_px);
-    EXPECT_GE(camera.num_linked, 14u);
+    EXPECT_GE(camera.link.num_views, 14u);
     EXPECT_LE(camera.rms_px, 1.11 * camera.alone_rms_px) << camera.name;
     EXPECT_LE(rig.cameras[c].rms_px, 0.35 * camera.alone_rms_px) << camera.name;
   }

@@ -56,13 +56,13 @@ RigScene twice(const RigScene& scene, const std::vector<std::vector<int>>& takes
 TEST(RigData, FramesOfABoardThatStoodStillAreOne) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 16, kNoise, 61);
   const RigCalibration once = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
-  ASSERT_GT(once.num_linked, 10U);
+  ASSERT_GT(once.links.num_linked, 10U);
   // The first camera has both copies, the second one the first, the third one the other.
   const RigScene series = twice(scene, {{0, 1}, {0}, {1}});
   const RigCalibration rig = calibrate(std::span(&kCharuco, 1), series.views, optionsFor(scene));
-  EXPECT_EQ(rig.num_linked, once.num_linked);
-  EXPECT_EQ(rig.num_common_views, once.num_common_views);
-  EXPECT_TRUE(rig.unlinked.empty());
+  EXPECT_EQ(rig.links.num_linked, once.links.num_linked);
+  EXPECT_EQ(rig.links.num_common_views, once.links.num_common_views);
+  EXPECT_TRUE(rig.links.unlinked.empty());
 }
 
 // A camera that saw the board move keeps its frames apart.
@@ -74,8 +74,8 @@ TEST(RigData, FramesThatACameraTellsApartAreTwo) {
     for (Corner& corner : view.corners) corner.pixel.x() += number % 2 == 1 ? 3 : 0;
   }
   const RigCalibration rig = calibrate(std::span(&kCharuco, 1), series.views, optionsFor(scene));
-  EXPECT_GT(rig.num_linked, 10U);
-  EXPECT_TRUE(rig.unlinked.empty()) << rig.unlinked.size();
+  EXPECT_GT(rig.links.num_linked, 10U);
+  EXPECT_TRUE(rig.links.unlinked.empty()) << rig.links.unlinked.size();
 }
 
 TEST(RigData, TheSameImagesTwiceAreNoRig) {
@@ -106,8 +106,8 @@ TEST(RigData, OneBadViewOfManyIsAWarning) {
     }
   }
   const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
-  EXPECT_GE(rig.unlinked.size(), 4U);
-  EXPECT_LT(5 * rig.num_lone_views, rig.num_common_views);
+  EXPECT_GE(rig.links.unlinked.size(), 4U);
+  EXPECT_LT(5 * rig.links.num_lone_views, rig.links.num_common_views);
   const auto found = std::ranges::find(rig.diagnoses, "not_simultaneous", &Diagnosis::id);
   ASSERT_NE(found, rig.diagnoses.end());
   EXPECT_EQ(found->severity, Severity::kWarning);
@@ -123,9 +123,9 @@ TEST(RigData, ViewsThatAreLeftAloneFitAsAlone) {
   // Half of the frames show the board of the next frame.
   for (std::size_t i = half; i + 1 < second.size(); ++i) second[i].corners = second[i + 1].corners;
   const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
-  EXPECT_GE(rig.unlinked.size(), 4U);
+  EXPECT_GE(rig.links.unlinked.size(), 4U);
   std::size_t num_alone = 0;
-  for (const RigImage& image : rig.unlinked) {
+  for (const RigImage& image : rig.links.unlinked) {
     for (const FitView& view : rig.fit.views) {
       double sum = 0;
       for (const Eigen::Vector2d& error : view.errors) sum += error.squaredNorm();
@@ -133,7 +133,7 @@ TEST(RigData, ViewsThatAreLeftAloneFitAsAlone) {
       num_alone += view.camera == image.camera && view.image == image.image ? 1 : 0;
     }
   }
-  EXPECT_EQ(num_alone, rig.unlinked.size());
+  EXPECT_EQ(num_alone, rig.links.unlinked.size());
 }
 
 TEST(RigData, ErrorsOfHeldOutFramesAreJudged) {
@@ -155,11 +155,11 @@ TEST(RigData, ErrorsOfHeldOutFramesAreJudged) {
 TEST(RigData, AnUnknownUncertaintyIsNotZero) {
   RigScene scene = sceneOf(threeCameras(), kCharuco, 16, kNoise, 89);
   RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
-  EXPECT_EQ(rig.cameras[0].position_std_m, Eigen::Vector3d(0, 0, 0));
-  EXPECT_GT(rig.cameras[1].position_std_m.minCoeff(), 0);
-  EXPECT_GT(rig.cameras[1].distance_std_m, 0);
-  EXPECT_LT(rig.cameras[1].distance_std_m, 1.001 * rig.cameras[1].position_std_m.norm());
-  EXPECT_TRUE(RigCamera().position_std_m.array().isNaN().all());
+  EXPECT_EQ(rig.cameras[0].link.position_std_m, Eigen::Vector3d(0, 0, 0));
+  EXPECT_GT(rig.cameras[1].link.position_std_m.minCoeff(), 0);
+  EXPECT_GT(rig.cameras[1].link.distance_std_m, 0);
+  EXPECT_LT(rig.cameras[1].link.distance_std_m, 1.001 * rig.cameras[1].link.position_std_m.norm());
+  EXPECT_TRUE(RigLink().position_std_m.array().isNaN().all());
 }
 
 // Lenses from few frames are not contradicted by many others beyond what their files state.

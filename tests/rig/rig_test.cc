@@ -9,6 +9,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/files/camera_source.h"
+#include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/rig/rig_calibrator.h"
 #include "alidade/rig/rig_start.h"
@@ -54,8 +55,8 @@ TEST(Rig, FindsExactCamerasFromExactCorners) {
   const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
   EXPECT_LT(rms(rig.fit), 1e-6);
   EXPECT_TRUE(rig.isUsable()) << rig.diagnoses.front().message();
-  EXPECT_TRUE(rig.unlinked.empty());
-  EXPECT_GE(rig.num_linked, 15u);
+  EXPECT_TRUE(rig.links.unlinked.empty());
+  EXPECT_GE(rig.links.num_linked, 15u);
   for (std::size_t c = 1; c < 3; ++c) EXPECT_LT(poseError(scene, rig, c).norm(), 1e-7) << c;
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t i = 0; i < 4; ++i)
@@ -76,7 +77,7 @@ TEST(Rig, FindsThePointsOfAnUnevenBoard) {
   options.camera.board_shape = BoardShapeMode::kAuto;
   const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, options);
   ASSERT_TRUE(onlyBoard(rig.fit).isUneven());
-  EXPECT_TRUE(rig.unlinked.empty());
+  EXPECT_TRUE(rig.links.unlinked.empty());
   EXPECT_NEAR(rms(rig.fit), std::sqrt(2.0) * kNoise, 0.1 * kNoise);
   double error = 0;
   for (std::size_t i = 0; i < shape.offsets_m.size(); ++i)
@@ -85,8 +86,10 @@ TEST(Rig, FindsThePointsOfAnUnevenBoard) {
   EXPECT_LT(std::sqrt(error / (3.0 * static_cast<double>(shape.offsets_m.size()))), 0.35 * kScatter);
   for (std::size_t c = 1; c < 3; ++c) {
     const Eigen::Matrix<double, 6, 1> off = poseError(scene, rig, c);
-    EXPECT_LT(off.head<3>().cwiseQuotient(rig.cameras[c].translation_std_m).cwiseAbs().maxCoeff(), 4) << c;
-    EXPECT_LT(off.tail<3>().cwiseQuotient(rig.cameras[c].rotation_std_rad).cwiseAbs().maxCoeff(), 4) << c;
+    EXPECT_LT(off.head<3>().cwiseQuotient(rig.cameras[c].link.translation_std_m).cwiseAbs().maxCoeff(), 4)
+        << c;
+    EXPECT_LT(off.tail<3>().cwiseQuotient(rig.cameras[c].link.rotation_std_rad).cwiseAbs().maxCoeff(), 4)
+        << c;
   }
 }
 
@@ -118,11 +121,11 @@ TEST(Rig, StatesItsUncertainty) {
   for (std::uint64_t seed = 0; seed < kNumSets; ++seed) {
     const RigScene scene = sceneOf(cameras, kCharuco, 30, 0.2, 100 + seed);
     const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
-    ASSERT_GT(rig.covariance.rows(), 0) << seed;
-    num_by_frames += rig.is_by_frames ? 1 : 0;
+    ASSERT_GT(rig.covariance.matrix.rows(), 0) << seed;
+    num_by_frames += rig.covariance.is_by_frames ? 1 : 0;
     for (std::size_t c = 1; c < 3; ++c) {
       Eigen::Matrix<double, 6, 1> std;
-      std << rig.cameras[c].translation_std_m, rig.cameras[c].rotation_std_rad;
+      std << rig.cameras[c].link.translation_std_m, rig.cameras[c].link.rotation_std_rad;
       const Eigen::Matrix<double, 6, 1> z = poseError(scene, rig, c).cwiseQuotient(std);
       num_all += 6;
       num_within += static_cast<int>((z.cwiseAbs().array() < 1.96).count());
@@ -130,8 +133,8 @@ TEST(Rig, StatesItsUncertainty) {
       const auto centreOf = [](const SE3& camera_from_rig) { return camera_from_rig.inverse().translation; };
       const Eigen::Vector3d centre = centreOf(scene.cameras[c].camera_from_rig);
       const Eigen::Vector3d error = centreOf(rig.fit.cameras[c].camera_from_rig) - centre;
-      sum_position += error.cwiseQuotient(rig.cameras[c].position_std_m).squaredNorm() / 3;
-      const double distance_z = centre.normalized().dot(error) / rig.cameras[c].distance_std_m;
+      sum_position += error.cwiseQuotient(rig.cameras[c].link.position_std_m).squaredNorm() / 3;
+      const double distance_z = centre.normalized().dot(error) / rig.cameras[c].link.distance_std_m;
       sum_distance += distance_z * distance_z;
     }
   }
@@ -165,8 +168,8 @@ TEST(Rig, NumbersAmbiguousBoardsAlike) {
     ASSERT_GT(num_here, 10);
     num_turned += num_here;
     const RigCalibration rig = calibrate(std::span(&board, 1), scene.views, optionsFor(scene));
-    EXPECT_GT(rig.num_renumbered, 5u);
-    EXPECT_TRUE(rig.unlinked.empty());
+    EXPECT_GT(rig.links.num_renumbered, 5u);
+    EXPECT_TRUE(rig.links.unlinked.empty());
     EXPECT_NEAR(rms(rig.fit), 0.1 * std::sqrt(2), 0.02);
     for (std::size_t c = 1; c < 3; ++c) {
       EXPECT_LT(poseError(scene, rig, c).head<3>().norm(), 5e-3);
@@ -201,8 +204,8 @@ TEST(Rig, FindsFramesThatWereNotTakenTogether) {
   std::swap(views[2].corners, views[9].corners);
   const std::vector<std::string> wrong = {views[2].image, views[9].image};
   const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
-  ASSERT_EQ(rig.unlinked.size(), 2u);
-  for (const RigImage& view : rig.unlinked) {
+  ASSERT_EQ(rig.links.unlinked.size(), 2u);
+  for (const RigImage& view : rig.links.unlinked) {
     EXPECT_EQ(view.camera, 1u);
     EXPECT_THAT(wrong, Contains(view.image));
   }
@@ -281,9 +284,9 @@ TEST(Rig, KeepsLensesThatAreGiven) {
   EXPECT_FALSE(rig.cameras[2].misfit);
   // What is known of a given lens counts: nothing is known better than from all views at once.
   const JointColumns columns = jointColumns(rig.fit);
-  EXPECT_GT(rig.covariance(columns.params[0], columns.params[0]), 0);
-  EXPECT_EQ(rig.covariance(columns.params[2], columns.params[2]), 0);
-  EXPECT_GT(rig.cameras[1].transfer_px, 0.9 * free.cameras[1].transfer_px);
+  EXPECT_GT(rig.covariance.matrix(columns.params[0], columns.params[0]), 0);
+  EXPECT_EQ(rig.covariance.matrix(columns.params[2], columns.params[2]), 0);
+  EXPECT_GT(rig.cameras[1].link.transfer_px, 0.9 * free.cameras[1].link.transfer_px);
   EXPECT_EQ(recordOf(rig, "").cameras[2].camera.calibration, std::nullopt);
   // A wrong lens is told.
   std::vector<double> wrong(scene.cameras[2].camera.parameters().begin(),

@@ -85,8 +85,9 @@ SE3 meanOf(const std::vector<const CommonView*>& views) {
 }
 
 // A motion that unlinked the camera's views before or after it.
-std::optional<CameraMotion> largeMotion(const RigCalibration& rig, const JointFit& joint, std::size_t camera,
-                                        const std::vector<CommonView>& common) {
+std::optional<CameraMotion> largeMotion(const JointFit& joint, std::size_t camera,
+                                        const std::vector<CommonView>& common,
+                                        const std::vector<std::string>& frames) {
   constexpr double kShare = 0.8;  // of the views on that side, and of all that are unlinked
   constexpr double kSure = 4;     // standard errors of the mean pose
   const auto num_unlinked =
@@ -130,15 +131,16 @@ std::optional<CameraMotion> largeMotion(const RigCalibration& rig, const JointFi
   // Before a late motion the camera is where the fit has it; after an early one, it is.
   const SE3 change = is_late ? mean : mean.inverse();
   return CameraMotion{.camera = camera,
-                      .from_frame = rig.frames[common[at].frame],
+                      .from_frame = frames[common[at].frame],
                       .after_from_before = camera_from_rig * change * camera_from_rig.inverse(),
                       .effect_px = effect_px,
                       .num_after = common.size() - at};
 }
 
-std::optional<CameraMotion> smallMotion(const RigCalibration& rig, const JointFit& joint,
-                                        const std::vector<std::vector<CommonView>>& common) {
-  const auto step = likeliestPoseStep(rig.fit, rig.frame_variance);
+std::optional<CameraMotion> smallMotion(const JointFit& joint,
+                                        const std::vector<std::vector<CommonView>>& common,
+                                        const std::vector<std::string>& frames, double frame_variance) {
+  const auto step = likeliestPoseStep(joint.fit, frame_variance);
   if (!step) return std::nullopt;
   std::vector<std::size_t> after;
   for (const CommonView& view : common[step->camera]) {
@@ -146,9 +148,9 @@ std::optional<CameraMotion> smallMotion(const RigCalibration& rig, const JointFi
   }
   if (after.empty()) return std::nullopt;
   const SE3 in_rig = SE3::exp(step->tangent);
-  const SE3 camera_from_rig = rig.fit.cameras[step->camera].camera_from_rig;
+  const SE3 camera_from_rig = joint.fit.cameras[step->camera].camera_from_rig;
   return CameraMotion{.camera = step->camera,
-                      .from_frame = rig.frames[step->first_frame],
+                      .from_frame = frames[step->first_frame],
                       .after_from_before = camera_from_rig * in_rig * camera_from_rig.inverse(),
                       .effect_px = effectOf(in_rig, joint, step->camera, after),
                       .num_after = after.size()};
@@ -156,15 +158,17 @@ std::optional<CameraMotion> smallMotion(const RigCalibration& rig, const JointFi
 
 }  // namespace
 
-std::vector<CameraMotion> cameraMotions(const RigCalibration& rig, const JointViews& views,
-                                        const JointFit& joint) {
+std::vector<CameraMotion> cameraMotions(const JointViews& views, const JointFit& joint,
+                                        const std::vector<std::string>& frames,
+                                        const RigCovariance& covariance) {
   const std::vector<std::vector<CommonView>> common = commonViews(views, joint);
   std::vector<CameraMotion> motions;
   for (std::size_t c = 0; c < common.size(); ++c) {
-    if (auto motion = largeMotion(rig, joint, c, common[c])) motions.push_back(std::move(*motion));
+    if (auto motion = largeMotion(joint, c, common[c], frames)) motions.push_back(std::move(*motion));
   }
-  if (motions.empty() && rig.covariance.rows() > 0) {
-    if (auto motion = smallMotion(rig, joint, common)) motions.push_back(std::move(*motion));
+  if (motions.empty() && covariance.isKnown()) {
+    if (auto motion = smallMotion(joint, common, frames, covariance.frame_variance))
+      motions.push_back(std::move(*motion));
   }
   std::ranges::stable_sort(motions, std::ranges::greater(), &CameraMotion::effect_px);
   return motions;

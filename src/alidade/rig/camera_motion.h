@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "alidade/rig/joint_fit.h"
@@ -15,8 +16,10 @@ namespace alidade {
 /// - A smaller motion leaves the views linked. For each camera and each frame, a score test compares one pose
 ///   of the camera with two, all unknowns of the rig being free (Rao 1948).
 ///
-/// @param rig  with fit, frames and uncertainty
-[[nodiscard]] std::vector<CameraMotion> cameraMotions(const RigCalibration& rig, const JointViews& views,
-                                                      const JointFit& joint);
+/// @param frames      their names, by FitPlacement::frame
+/// @param covariance  of `joint`
+[[nodiscard]] std::vector<CameraMotion> cameraMotions(const JointViews& views, const JointFit& joint,
+                                                      const std::vector<std::string>& frames,
+                                                      const RigCovariance& covariance);
 
 }  // namespace alidade

@@ -5,42 +5,56 @@
 #include <vector>
 
 #include "alidade/adjust/noise/joint_information.h"
+#include "alidade/compare/projection_difference.h"
 #include "alidade/core/mapped.h"
 
 namespace alidade {
 namespace {
 
 // The camera's views and boards in the rig's fit, in units of its own fit, whose weights are relative.
-void setFit(const RigCalibration& rig, std::size_t camera, double variance, Fit& fit) {
-  onlyCamera(fit).params = rig.fit.cameras[camera].params;
-  fit.boards = rig.fit.boards;
+void setFit(const Fit& rig, std::size_t camera, double variance, Fit& fit) {
+  onlyCamera(fit).params = rig.cameras[camera].params;
+  fit.boards = rig.boards;
   for (FitBoard& board : fit.boards) {
     if (board.isUneven()) *board.offset_precision *= variance;
   }
   auto own = fit.views.begin();
-  for (const FitView& view : rig.fit.views) {
+  for (const FitView& view : rig.views) {
     if (view.camera != camera) continue;
     own->corners = view.corners;
     own->errors = view.errors;
     for (Observation& corner : own->corners) corner.weight *= variance;
-    setCameraFromBoard(fit, *own, cameraFromBoard(rig.fit, view));
+    setCameraFromBoard(fit, *own, cameraFromBoard(rig, view));
     ++own;
   }
 }
 
+// Some corners of a camera, spread evenly over all.
+std::vector<Eigen::Vector2d> someCorners(const Fit& fit, std::size_t camera) {
+  constexpr std::size_t kMost = 2000;
+  std::vector<Eigen::Vector2d> all;
+  for (const FitView& view : fit.views) {
+    if (view.camera != camera) continue;
+    for (const Observation& corner : view.corners) all.push_back(corner.pixel);
+  }
+  const std::size_t step = (all.size() + kMost - 1) / kMost;
+  std::vector<Eigen::Vector2d> some;
+  for (std::size_t i = 0; i < all.size(); i += step) some.push_back(all[i]);
+  return some;
+}
+
 }  // namespace
 
-Calibration jointCamera(const RigCalibration& rig, std::size_t camera, double tolerance_px,
-                        double distance_m) {
-  Calibration joint = rig.cameras[camera].alone;
+Calibration jointCamera(Calibration joint, const Fit& rig, const RigCovariance& covariance,
+                        std::size_t camera, double tolerance_px, double distance_m) {
   const double sigma_px = std::max(joint.uncertainty.coordinate_sigma_px, kMinSigmaPx);
   setFit(rig, camera, sigma_px * sigma_px, joint.fit);
   joint.domain = certifyDomain(joint.camera(), joint.imageSize());
   Uncertainty& known = joint.uncertainty;
-  if (rig.covariance.rows() > 0) {
-    const Eigen::Index at = jointColumns(rig.fit).params[camera];
+  if (covariance.isKnown()) {
+    const Eigen::Index at = jointColumns(rig).params[camera];
     const auto size = static_cast<Eigen::Index>(onlyCamera(joint.fit).params.size());
-    known.covariance = rig.covariance.view().block(at, at, size, size);
+    known.covariance = covariance.matrix.view().block(at, at, size, size);
     known.coordinate_sigma_px = sigma_px;  // that the joint covariance is for
     known.by_views.reset();
     known.ignored_bend.reset();
@@ -52,6 +66,23 @@ Calibration jointCamera(const RigCalibration& rig, std::size_t camera, double to
   }
   joint.diagnoses = judge(joint, tolerance_px);
   return joint;
+}
+
+std::optional<LensMisfit> givenLensMisfit(const CameraRecord& given, const RigCalibration& rig,
+                                          std::size_t camera) {
+  const Calibration& freed = rig.cameras[camera].calibration;
+  if (!freed.uncertainty.covariance) return std::nullopt;
+  const AnyCamera freed_camera = freed.camera();
+  const ComparedCamera a{
+      .camera = &given.camera, .size = given.image_size, .covariance = statedCovariance(given)};
+  const ComparedCamera b{
+      .camera = &freed_camera, .size = freed.imageSize(), .covariance = freed.uncertainty.statedCovariance()};
+  const ProjectionDifference difference =
+      projectionDifference(a, b, {.quarter_turns = 0, .pixels = someCorners(rig.fit, camera)});
+  if (!difference.is_converged || difference.num_compared == 0) return std::nullopt;
+  const auto significance = significanceOf(difference, a, b, Freed::kRotation);
+  if (!significance || !significance->isSignificant()) return std::nullopt;
+  return LensMisfit{.effect_px = difference.p95_px, .freed_rms_px = rig.cameras[camera].rms_px};
 }
 
 }  // namespace alidade

@@ -15,6 +15,7 @@
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/rig/pose_step.h"
+#include "alidade/rig/still_boards.h"
 
 namespace alidade {
 namespace {
@@ -32,8 +33,9 @@ std::vector<Observation> renumbered(const std::vector<Observation>& corners, con
   return result;
 }
 
-FitCamera jointCamera(const RigCamera& camera, double sigma_px, const SE3& camera_from_rig, bool is_first) {
-  FitCamera joint = onlyCamera(camera.alone.fit);
+// A camera in units of 1 / px^2, at its place.
+FitCamera placed(const Calibration& alone, double sigma_px, const SE3& camera_from_rig, bool is_first) {
+  FitCamera joint = onlyCamera(alone.fit);
   for (double& precision : joint.weak_prior.prior.precision) precision /= sigma_px * sigma_px;
   joint.camera_from_rig = camera_from_rig;
   joint.is_rig_pose_fixed = is_first;
@@ -41,16 +43,16 @@ FitCamera jointCamera(const RigCamera& camera, double sigma_px, const SE3& camer
 }
 
 // All cameras together, at the start.
-Fit startOf(std::span<const RigCamera> cameras, const JointViews& views) {
-  Fit fit{.boards = cameras.front().alone.fit.boards, .loss = {.threshold_px = kLossSigmas}};
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    fit.cameras.push_back(jointCamera(cameras[c], views.sigma_px[c], views.start.camera_from_rig[c], c == 0));
+Fit startOf(const JointViews& views) {
+  Fit fit{.boards = views.alone.front().fit.boards, .loss = {.threshold_px = kLossSigmas}};
+  for (std::size_t c = 0; c < views.alone.size(); ++c) {
+    fit.cameras.push_back(placed(views.alone[c], views.sigma_px[c], views.start.camera_from_rig[c], c == 0));
     for (std::size_t b = 0; b < fit.boards.size(); ++b) {
-      const FitBoard& board = cameras[c].alone.fit.boards[b];
+      const FitBoard& board = views.alone[c].fit.boards[b];
       if (fit.boards[b].is_shape_fixed && !board.is_shape_fixed) fit.boards[b] = board;
     }
   }
-  // What one camera makes of the points is not what another one does, and it may number them otherwise.
+  // Each camera estimates the points differently, and may number them otherwise.
   for (FitBoard& board : fit.boards) makeEven(board);
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // of frame and board
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
@@ -120,7 +122,7 @@ double transferRms(const Fit& fit, const FitView& view, const SE3& rig_from_boar
   return std::isfinite(square) ? std::sqrt(square) : std::numeric_limits<double>::max();
 }
 
-// Of each view, from whichever other view of its placement makes it least; 0 without another one.
+// Of each view, from whichever other view of its placement makes it least; 0 where it is the only one.
 using Transfers = std::vector<double>;
 
 void updateTransfers(const Fit& fit, const std::vector<std::size_t>& of_placement,
@@ -133,7 +135,7 @@ void updateTransfers(const Fit& fit, const std::vector<std::size_t>& of_placemen
   }
 }
 
-// What is left once all views of a placement have left it.
+// The fit without the placements that all views have left.
 Fit withoutEmptyPlacements(const Fit& fit) {
   return withoutViews(fit, std::vector<bool>(fit.views.size(), false));
 }
@@ -154,7 +156,7 @@ void unlink(std::size_t v, JointFit& joint) {
   fit.placements[left].rig_from_board = joint.rig_from_board[last];
 }
 
-// What each camera's views may be off where poses are those of single views: far more than most of them.
+// The error that each camera's views may have where poses are those of single views: far more than most have.
 std::vector<double> transferLimits(const Fit& fit, const Transfers& transfers) {
   constexpr double kFactor = 4;
   constexpr double kLeastPx = 2;
@@ -234,8 +236,8 @@ bool unlinkContradictions(const JointViews& views, const std::vector<double>& al
   return is_any;
 }
 
-// Where a camera's pose takes a step that explains contradictions: unlinks its views on that side of it that
-// has fewer. Returns whether there were any.
+// Unlinks the views of a camera whose pose takes a step that explains contradictions, on the side of the step
+// that has fewer. Returns whether there were any.
 bool unlinkMovedViews(const JointViews& views, const std::vector<double>& alone, JointFit& joint,
                       std::vector<std::size_t>& moved) {
   if (std::ranges::none_of(viewsOfPlacements(joint.fit), [&](const std::vector<std::size_t>& of_placement) {
@@ -297,29 +299,30 @@ std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits) {
   return {uneven.begin(), uneven.end()};
 }
 
-JointViews jointViews(std::span<const Board> boards, std::span<const RigCamera> cameras,
-                      const FramesOfBoards& frames) {
+JointViews jointViews(std::span<const Board> boards, const RigFrames& frames, std::span<const RigViews> given,
+                      std::vector<Calibration> cameras) {
   JointViews all;
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const Calibration& alone = cameras[c].alone;
+  all.alone = std::move(cameras);
+  const std::vector<std::vector<std::size_t>> first_of = firstFrames(frames, given, all.alone);
+  for (std::size_t c = 0; c < all.alone.size(); ++c) {
+    const Calibration& alone = all.alone[c];
     all.sigma_px.push_back(std::max(alone.uncertainty.coordinate_sigma_px, kMinSigmaPx));
     for (const FitView& view : alone.fit.views) {
       all.poses.push_back({.camera = c,
-                           .frame = frames.of(c, view.source, boardIndex(alone.fit, view)),
+                           .frame = first_of[boardIndex(alone.fit, view)][frames.frame_of[c][view.source]],
                            .board = boardIndex(alone.fit, view),
                            .camera_from_board = cameraFromBoard(alone.fit, view)});
       all.views.push_back(&view);
     }
   }
   for (const Board& board : boards) all.turns.push_back(boardTurns(board));
-  all.start = findRigStart(cameras.size(), boards, all.poses);
+  all.start = findRigStart(all.alone.size(), boards, all.poses);
   return all;
 }
 
-JointFit jointFit(std::span<const RigCamera> cameras, const JointViews& views,
-                  std::span<const std::size_t> uneven, const CancelFlag* cancel) {
+JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, const CancelFlag* cancel) {
   const SolveOptions options{.cancel = cancel};
-  JointFit joint{.fit = startOf(cameras, views)};
+  JointFit joint{.fit = startOf(views)};
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     if (!views.start.agrees[v]) joint.unlinked.push_back(v);
   }
@@ -339,7 +342,7 @@ JointFit jointFit(std::span<const RigCamera> cameras, const JointViews& views,
   std::size_t num_motions = 0;
   do {
     solveOnce();
-  } while (joint.fit.summary.termination != Termination::kFailed && num_motions++ < cameras.size() &&
+  } while (joint.fit.summary.termination != Termination::kFailed && num_motions++ < views.alone.size() &&
            unlinkMovedViews(views, alone, joint, moved));
   const auto solveAll = [&] {
     while (joint.fit.summary.termination != Termination::kFailed && unlinkContradictions(views, alone, joint))

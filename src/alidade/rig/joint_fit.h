@@ -6,18 +6,19 @@
 #include <vector>
 
 #include "alidade/adjust/board/fit.h"
+#include "alidade/calibrate/calibration.h"
 #include "alidade/core/cancel.h"
-#include "alidade/rig/rig_calibration.h"
+#include "alidade/rig/rig_frames.h"
 #include "alidade/rig/rig_start.h"
-#include "alidade/rig/still_boards.h"
 #include "alidade/target/board.h"
 
 namespace alidade {
 
 /// The views of a rig's cameras, each calibrated alone, and how they hang together.
 struct JointViews {
+  std::vector<Calibration> alone;  ///< of each camera
   std::vector<PosedView> poses;
-  std::vector<const FitView*> views;          ///< of the cameras' own fits
+  std::vector<const FitView*> views;          ///< of `alone`
   std::vector<double> sigma_px;               ///< of each camera's corners
   std::vector<std::vector<BoardTurn>> turns;  ///< of each board
   RigStart start;
@@ -27,9 +28,10 @@ struct JointViews {
   }
 };
 
-/// @param cameras  their `alone` lives as long as the result
-[[nodiscard]] JointViews jointViews(std::span<const Board> boards, std::span<const RigCamera> cameras,
-                                    const FramesOfBoards& frames);
+/// @param given  the views that each camera was given
+/// @param alone  the cameras calibrated from these
+[[nodiscard]] JointViews jointViews(std::span<const Board> boards, const RigFrames& frames,
+                                    std::span<const RigViews> given, std::vector<Calibration> alone);
 
 /// The boards that are uneven in any of these fits, which have the same boards.
 [[nodiscard]] std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits);
@@ -46,8 +48,8 @@ struct JointFit {
 /// Solves all intrinsics, poses and board shapes together. Views whose errors exceed three times the noise
 /// contradict the others of their frame: they get a placement of their own.
 /// @param uneven  boards, the places of whose points are estimated
-[[nodiscard]] JointFit jointFit(std::span<const RigCamera> cameras, const JointViews& views,
-                                std::span<const std::size_t> uneven, const CancelFlag* cancel);
+[[nodiscard]] JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven,
+                                const CancelFlag* cancel);
 
 /// sqrt(mean of dx^2 + dy^2) over the corners of a camera, px; NaN without one.
 [[nodiscard]] double rmsOfCamera(const Fit& fit, std::size_t camera);

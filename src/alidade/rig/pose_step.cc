@@ -8,7 +8,6 @@
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/core/statistics.h"
-#include "alidade/rig/rig_uncertainty.h"
 
 namespace alidade {
 namespace {
@@ -59,7 +58,7 @@ std::optional<PoseStep> likeliestPoseStep(const Fit& given, double variance) {
   for (const FitPlacement& placement : fit.placements) in_order.insert(placement.frame);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.count, columns.count);
   for (const Reduced& frame : frames) information += frame.information;
-  // What is free: all but the pose of the first camera.
+  // All unknowns are free but the pose of the first camera.
   const Eigen::MatrixXd all = jointDirections(fit, columns, information);
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < all.cols(); ++i) {

@@ -15,6 +15,7 @@
 #include "alidade/core/diagnosis.h"
 #include "alidade/geometry/dense_matrix.h"
 #include "alidade/record/camera_record.h"
+#include "alidade/rig/rig_frames.h"
 
 namespace alidade {
 
@@ -22,6 +23,25 @@ namespace alidade {
 struct LensMisfit {
   double effect_px = 0;  ///< between the given lens and the freed one: within it for 95 % of the corners
   double freed_rms_px = 0;
+};
+
+/// How a camera hangs together with the others of its rig, and how well its pose is known. NaN if the frames
+/// do not determine the rig.
+struct RigLink {
+  std::size_t num_views = 0;    ///< of boards that another camera saw at the same time
+  std::size_t num_grazing = 0;  ///< of these: with the board turned by more than kGrazingRad
+  std::size_t partner = 0;      ///< the camera that shares most boards with this one
+  /// The error with which a pixel of the partner, at the distance of the boards, becomes a pixel of this
+  /// camera: 95 % of the errors are smaller, px.
+  double transfer_px = std::numeric_limits<double>::quiet_NaN();
+  /// Standard deviations of the tangent [v, w] of camera_from_rig Exp([v, w]), in the rig's frame. Those of
+  /// the first camera are 0, as it is at the origin.
+  Eigen::Vector3d translation_std_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  Eigen::Vector3d rotation_std_rad = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  Eigen::Vector3d position_std_m =  ///< of the camera's centre in the rig's frame
+      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  double distance_std_m =
+      std::numeric_limits<double>::quiet_NaN();  ///< of its distance from the first camera
 };
 
 /// A camera of a calibrated rig.
@@ -34,32 +54,11 @@ struct RigCamera {
   Calibration alone = {};  ///< from its own views alone: where the joint fit began
   double rms_px = 0;       ///< in the joint fit
   double alone_rms_px = 0;
-  /// The error with which a pixel of the camera that shares most boards with this one, at the distance of the
-  /// boards, becomes a pixel of this one: 95 % of the errors are smaller, px. NaN if it is unknown.
-  double transfer_px = std::numeric_limits<double>::quiet_NaN();
-  std::size_t partner = 0;      ///< that other camera
-  std::size_t num_linked = 0;   ///< views of boards that another camera saw at the same time
-  std::size_t num_grazing = 0;  ///< of these: with the board turned by more than kGrazingRad
-  /// Standard deviations of the tangent [v, w] of camera_from_rig Exp([v, w]), in the rig's frame. Those of
-  /// the first camera are 0, as it is at the origin; NaN if they are unknown.
-  Eigen::Vector3d translation_std_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  Eigen::Vector3d rotation_std_rad = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  Eigen::Vector3d position_std_m =  ///< of the camera's centre in the rig's frame
-      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  double distance_std_m =
-      std::numeric_limits<double>::quiet_NaN();  ///< of its distance from the first camera
+  RigLink link = {};
 };
 
 /// The angle between the line of sight and a board's normal from which a view is grazing.
 inline constexpr double kGrazingRad = 1.134;  // 65 degrees
-
-/// An image of a camera.
-struct RigImage {
-  std::size_t camera = 0;
-  std::string image;
-  std::string frame;
-  friend bool operator==(const RigImage&, const RigImage&) = default;
-};
 
 /// A camera that stands elsewhere from some frame on.
 struct CameraMotion {
@@ -70,31 +69,41 @@ struct CameraMotion {
   std::size_t num_after = 0;  ///< views after it
 };
 
-/// Several cameras, calibrated together.
-struct RigCalibration {
-  std::vector<RigCamera> cameras;
-  /// Of all cameras; the first one is at the rig's origin. Corners of ambiguous boards are numbered alike in
-  /// all views of a frame. Weights are inverse variances, px^-2.
-  Fit fit;
-  std::vector<std::string> frames;   ///< names, by FitPlacement::frame
-  std::size_t num_linked = 0;        ///< placements of boards that two or more cameras saw
-  std::size_t num_common_views = 0;  ///< views of boards that another camera saw in the same frame
-  std::size_t num_lone_views = 0;    ///< of these, those that no other one is linked with
-  bool are_points_lost =
-      false;  ///< a board is uneven for a camera alone, but no places of its points fit all
-  bool are_lenses_tested = true;      ///< given lenses were compared with freed ones, see RigCamera::misfit
-  std::size_t num_renumbered = 0;     ///< views of ambiguous boards that were numbered otherwise
-  std::vector<RigImage> unlinked;     ///< views that contradict the others of their frame
-  std::vector<RigImage> unmatched;    ///< images without one of the same instant by another camera
-  double time_spread = 0;             ///< see RigFrames
-  std::vector<CameraMotion> motions;  ///< largest effect first
-  HoldoutReport holdout;              ///< see rigHoldout()
-  /// The covariance to use, with the columns of jointColumns(); empty if the frames do not determine the rig.
-  DenseMatrix covariance;
+/// The covariance of a rig's unknowns.
+struct RigCovariance {
+  DenseMatrix matrix =
+      {};  ///< with the columns of jointColumns(); empty if the frames do not determine the rig
   bool is_by_frames = false;  ///< it is by the frames, which disagree by more than noise explains
   /// Of a corner's coordinate, weights being inverse variances: 1, or more where frames disagree.
   double frame_variance = 1;
-  std::vector<Diagnosis> diagnoses;  ///< of the rig and of its cameras, failures first
+
+  [[nodiscard]] bool isKnown() const { return matrix.rows() > 0; }
+};
+
+/// How the views of a rig are linked by boards that several cameras saw in one frame.
+struct RigLinks {
+  std::size_t num_linked = 0;           ///< placements of boards that two or more cameras saw
+  std::size_t num_common_views = 0;     ///< views of boards that another camera saw in the same frame
+  std::size_t num_lone_views = 0;       ///< of these, those that are linked with no other
+  std::size_t num_renumbered = 0;       ///< views of ambiguous boards that were numbered otherwise
+  std::vector<RigImage> unlinked = {};  ///< views that contradict the others of their frame
+};
+
+/// Several cameras, calibrated together.
+struct RigCalibration {
+  std::vector<RigCamera> cameras = {};
+  /// Of all cameras; the first one is at the rig's origin. Corners of ambiguous boards are numbered alike in
+  /// all views of a frame. Weights are inverse variances, px^-2.
+  Fit fit = {};
+  RigFrames frames = {};  ///< names by FitPlacement::frame
+  RigLinks links = {};
+  RigCovariance covariance = {};
+  bool are_points_lost =
+      false;  ///< a board is uneven for a camera alone, but no places of its points fit all
+  bool are_lenses_tested = true;  ///< given lenses were compared with freed ones, see RigCamera::misfit
+  std::vector<CameraMotion> motions = {};  ///< largest effect first
+  HoldoutReport holdout = {};              ///< see rigHoldout()
+  std::vector<Diagnosis> diagnoses = {};   ///< of the rig and of its cameras, failures first
 
   [[nodiscard]] Verdict verdict() const { return verdictOf(diagnoses); }
   [[nodiscard]] bool isUsable() const { return verdict() != Verdict::kNo; }

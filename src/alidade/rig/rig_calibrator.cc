@@ -8,13 +8,14 @@
 #include <utility>
 
 #include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/noise/joint_information.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/record_of.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/text.h"
 #include "alidade/rig/camera_motion.h"
-#include "alidade/rig/given_lens.h"
 #include "alidade/rig/joint_camera.h"
 #include "alidade/rig/joint_fit.h"
 #include "alidade/rig/rig_holdout.h"
@@ -36,31 +37,31 @@ CalibratorOptions optionsOf(std::size_t camera, const RigOptions& options) {
   return of_camera;
 }
 
+bool isAnyGiven(const RigOptions& options) {
+  return std::ranges::any_of(options.given, [](const auto& given) { return given.has_value(); });
+}
+
 // Errors name their camera.
-std::vector<RigCamera> calibratedAlone(std::span<const Board> boards, const std::vector<RigViews>& cameras,
-                                       const RigOptions& options) {
-  std::vector<RigCamera> result(cameras.size());
+std::vector<Calibration> calibratedAlone(std::span<const Board> boards, const std::vector<RigViews>& cameras,
+                                         const RigOptions& options) {
+  std::vector<Calibration> result(cameras.size());
   const int num_threads = resolveJobs(options.camera.jobs);
   parallelFor(
       cameras.size(), num_threads,
       [&](std::size_t c) {
-        RigCamera& camera = result[c];
-        camera.name = cameras[c].name;
-        if (!options.given.empty()) camera.given = options.given[c];
         try {
           CalibratorOptions of_camera = optionsOf(c, options);
           of_camera.jobs = std::max(1, num_threads / static_cast<int>(cameras.size()));
-          camera.alone = calibrate(boards, cameras[c].views, of_camera);
+          result[c] = calibrate(boards, cameras[c].views, of_camera);
         } catch (const Error& error) {
-          throw Error(error.code(), {.where = camera.name, .found = error.what()});
+          throw Error(error.code(), {.where = cameras[c].name, .found = error.what()});
         }
-        camera.alone_rms_px = rms(camera.alone.fit);
       },
       options.camera.cancel);
   return result;
 }
 
-void requireOnePart(const std::vector<RigCamera>& cameras, const RigStart& start) {
+void requireOnePart(const std::vector<RigViews>& cameras, const RigStart& start) {
   if (start.num_parts == 1) return;
   std::vector<std::string> parts(start.num_parts);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
@@ -82,30 +83,79 @@ void requireCounts(std::size_t num_cameras, const RigOptions& options) {
   expect(isOneEach(options.models.size()) && isOneEach(options.given.size()), "one option for each camera");
 }
 
-// With the given lenses freed, to compare them with; nothing where their images alone give no rig.
+// The cameras calibrated alone, all of them linked.
+JointViews linkedViews(std::span<const Board> boards, const std::vector<RigViews>& cameras,
+                       const RigFrames& frames, const RigOptions& options) {
+  JointViews views = jointViews(boards, frames, cameras, calibratedAlone(boards, cameras, options));
+  requireOnePart(cameras, views.start);
+  return views;
+}
+
+RigLinks linksOf(const JointViews& views, const JointFit& joint, const std::vector<std::string>& frames) {
+  RigLinks links{.num_renumbered = static_cast<std::size_t>(
+                     std::ranges::count_if(views.start.turn_of, [](std::size_t turn) { return turn != 0; }))};
+  for (const std::size_t v : joint.unlinked) {
+    links.unlinked.push_back({.camera = joint.fit.views[v].camera,
+                              .image = joint.fit.views[v].image,
+                              .frame = frames[views.poses[v].frame]});
+  }
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> num_of_board;  // by frame and board
+  for (const PosedView& pose : views.poses) ++num_of_board[{pose.frame, pose.board}];
+  const std::vector<std::vector<std::size_t>> placements = viewsOfPlacements(joint.fit);
+  for (std::size_t v = 0; v < views.poses.size(); ++v) {
+    if (num_of_board[{views.poses[v].frame, views.poses[v].board}] < 2) continue;
+    ++links.num_common_views;
+    if (placements[joint.fit.views[v].placement].size() == 1) ++links.num_lone_views;
+  }
+  for (const auto& of_placement : placements) links.num_linked += of_placement.size() > 1 ? 1 : 0;
+  return links;
+}
+
+// Solves a rig of linked cameras.
+// @param freed  the same rig with the given lenses freed, to compare them with; null: there is none
+RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigViews>& cameras,
+                      const RigOptions& options, const RigCalibration* freed) {
+  std::vector<const Fit*> fits = mapped(views.alone, [](const Calibration& alone) { return &alone.fit; });
+  if (freed != nullptr) fits.push_back(&freed->fit);
+  const JointFit joint = jointFit(views, unevenBoards(fits), options.camera.cancel);
+  const RigCovariance covariance = rigCovariance(joint.fit, options.given);
+  RigCalibration rig{.fit = joint.fit,
+                     .links = linksOf(views, joint, frames.names),
+                     .covariance = covariance,
+                     .are_points_lost = joint.are_points_lost,
+                     .are_lenses_tested = !isAnyGiven(options) || (freed && freed->covariance.isKnown()),
+                     .motions = cameraMotions(views, joint, frames.names, covariance),
+                     .holdout = rigHoldout(joint.fit, options.camera.cancel)};
+  rig.frames = std::move(frames);
+  const std::vector<RigLink> links = rigLinks(rig.fit, covariance);
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    RigCamera camera{.name = cameras[c].name,
+                     .calibration = jointCamera(views.alone[c], rig.fit, covariance, c,
+                                                options.camera.tolerance_px, options.camera.distance_m),
+                     .rms_px = rmsOfCamera(rig.fit, c),
+                     .alone_rms_px = rms(views.alone[c].fit),
+                     .link = links[c]};
+    if (!options.given.empty()) camera.given = options.given[c];
+    if (camera.given && freed != nullptr) camera.misfit = givenLensMisfit(*camera.given, *freed, c);
+    camera.alone = std::move(views.alone[c]);
+    rig.cameras.push_back(std::move(camera));
+  }
+  rig.diagnoses = judgeRig(rig, options.camera.tolerance_px);
+  return rig;
+}
+
+// The rig with the given lenses freed; nothing where its images alone give no rig.
 std::optional<RigCalibration> freedRig(std::span<const Board> boards, const std::vector<RigViews>& cameras,
-                                       const RigOptions& options) {
+                                       const RigFrames& frames, const RigOptions& options) {
   RigOptions freed = options;
   freed.given.clear();
   freed.models.clear();
   for (std::size_t c = 0; c < cameras.size(); ++c) freed.models.push_back(optionsOf(c, options).model);
   try {
-    return calibrate(boards, cameras, freed);
+    return joined(linkedViews(boards, cameras, frames, freed), frames, cameras, freed, nullptr);
   } catch (const Error&) {
     return std::nullopt;
   }
-}
-
-void countCommonViews(const JointViews& views, RigCalibration& rig) {
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> num_of_board;  // by frame and board
-  for (const PosedView& pose : views.poses) ++num_of_board[{pose.frame, pose.board}];
-  const std::vector<std::vector<std::size_t>> placements = viewsOfPlacements(rig.fit);
-  for (std::size_t v = 0; v < views.poses.size(); ++v) {
-    if (num_of_board[{views.poses[v].frame, views.poses[v].board}] < 2) continue;
-    ++rig.num_common_views;
-    if (placements[rig.fit.views[v].placement].size() == 1) ++rig.num_lone_views;
-  }
-  for (const auto& of_placement : placements) rig.num_linked += of_placement.size() > 1 ? 1 : 0;
 }
 
 }  // namespace
@@ -114,42 +164,9 @@ RigCalibration calibrate(std::span<const Board> boards, std::vector<RigViews> ca
                          const RigOptions& options) {
   requireCounts(cameras.size(), options);
   const RigFrames frames = options.frames.empty() ? matchFrames(cameras) : framesOf(options.frames, cameras);
-  RigCalibration rig;
-  rig.frames = frames.names;
-  rig.unmatched = frames.unmatched;
-  rig.time_spread = frames.time_spread;
-  rig.cameras = calibratedAlone(boards, cameras, options);
-  const JointViews views = jointViews(boards, rig.cameras, FramesOfBoards(frames, cameras, rig.cameras));
-  requireOnePart(rig.cameras, views.start);
-  const bool is_any_given = std::ranges::any_of(rig.cameras, [](const RigCamera& c) { return !!c.given; });
-  const auto freed = is_any_given ? freedRig(boards, cameras, options) : std::nullopt;
-  rig.are_lenses_tested = !is_any_given || (freed && freed->covariance.rows() > 0);
-  rig.num_renumbered = static_cast<std::size_t>(
-      std::ranges::count_if(views.start.turn_of, [](std::size_t turn) { return turn != 0; }));
-  std::vector<const Fit*> fits;
-  for (const RigCamera& camera : rig.cameras) fits.push_back(&camera.alone.fit);
-  if (freed) fits.push_back(&freed->fit);
-  const JointFit joint = jointFit(rig.cameras, views, unevenBoards(fits), options.camera.cancel);
-  rig.fit = joint.fit;
-  rig.are_points_lost = joint.are_points_lost;
-  for (const std::size_t v : joint.unlinked) {
-    rig.unlinked.push_back({.camera = rig.fit.views[v].camera,
-                            .image = rig.fit.views[v].image,
-                            .frame = rig.frames[views.poses[v].frame]});
-  }
-  countCommonViews(views, rig);
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) rig.cameras[c].rms_px = rmsOfCamera(rig.fit, c);
-  setUncertainty(rig);
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
-    rig.cameras[c].calibration = jointCamera(rig, c, options.camera.tolerance_px, options.camera.distance_m);
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    RigCamera& camera = rig.cameras[c];
-    if (camera.given && freed) camera.misfit = givenLensMisfit(*camera.given, *freed, c);
-  }
-  rig.motions = cameraMotions(rig, views, joint);
-  rig.holdout = rigHoldout(rig.fit, options.camera.cancel);
-  rig.diagnoses = judgeRig(rig, options.camera.tolerance_px);
-  return rig;
+  JointViews views = linkedViews(boards, cameras, frames, options);
+  const auto freed = isAnyGiven(options) ? freedRig(boards, cameras, frames, options) : std::nullopt;
+  return joined(std::move(views), frames, cameras, options, freed ? &*freed : nullptr);
 }
 
 int numLinkedFrames(const RigCalibration& rig) {
@@ -177,29 +194,20 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
       record.findings.push_back(diagnosis.id);
   }
   const JointColumns columns = jointColumns(rig.fit);
-  if (rig.covariance.rows() > 0) {
+  if (rig.covariance.isKnown()) {
     const int num_kept = columns.pose.back() + 6;  // without the boards' bends
-    record.covariance = lowerTriangle(rig.covariance.view().topLeftCorner(num_kept, num_kept));
+    record.covariance = lowerTriangle(rig.covariance.matrix.view().topLeftCorner(num_kept, num_kept));
   }
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const RigCamera& camera = rig.cameras[c];
-    if (camera.given) {
-      record.cameras.push_back({.camera = *camera.given,
-                                .camera_from_rig = rig.fit.cameras[c].camera_from_rig,
-                                .translation_std_m = camera.translation_std_m,
-                                .rotation_std_rad = camera.rotation_std_rad});
-      record.cameras.back().camera.name.name = camera.name;
-      continue;
-    }
-    CameraName name;
-    name.name = camera.name;
-    CameraRecord of_camera = recordOf(camera.calibration, {.created_by = "", .name = std::move(name)});
-    if (of_camera.calibration && rig.covariance.rows() > 0)
-      of_camera.calibration->is_covariance_by_views = rig.is_by_frames;
+    CameraRecord of_camera = camera.given ? *camera.given : recordOf(camera.calibration, {.created_by = ""});
+    of_camera.name.name = camera.name;
+    if (!camera.given && of_camera.calibration && rig.covariance.isKnown())
+      of_camera.calibration->is_covariance_by_views = rig.covariance.is_by_frames;
     record.cameras.push_back({.camera = std::move(of_camera),
                               .camera_from_rig = rig.fit.cameras[c].camera_from_rig,
-                              .translation_std_m = camera.translation_std_m,
-                              .rotation_std_rad = camera.rotation_std_rad});
+                              .translation_std_m = camera.link.translation_std_m,
+                              .rotation_std_rad = camera.link.rotation_std_rad});
   }
   return record;
 }

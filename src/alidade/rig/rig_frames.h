@@ -6,11 +6,18 @@
 #include <string>
 #include <vector>
 
-#include "alidade/rig/rig_calibration.h"
 #include "alidade/target/frame_table.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
+
+/// An image of a camera.
+struct RigImage {
+  std::size_t camera = 0;
+  std::string image;
+  std::string frame;
+  friend bool operator==(const RigImage&, const RigImage&) = default;
+};
 
 /// The views of one camera of a rig.
 struct RigViews {

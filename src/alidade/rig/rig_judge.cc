@@ -42,7 +42,7 @@ void judgeFit(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
                          .id = "not_converged",
                          .cause = "the joint fit did not converge: " + rig.fit.summary.reason});
   }
-  if (rig.covariance.rows() == 0) {
+  if (!rig.covariance.isKnown()) {
     diagnoses.push_back(
         {.severity = Severity::kFailure,
          .id = "undetermined",
@@ -70,38 +70,39 @@ void judgeMotions(const RigCalibration& rig, double tolerance_px, std::vector<Di
 
 void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
   std::vector<RigImage> unlinked;  // by no motion
-  std::ranges::copy_if(rig.unlinked, std::back_inserter(unlinked), [&](const RigImage& image) {
+  std::ranges::copy_if(rig.links.unlinked, std::back_inserter(unlinked), [&](const RigImage& image) {
     return std::ranges::none_of(rig.motions, [&](const CameraMotion& motion) {
       return motion.camera == image.camera && motion.effect_px > tolerance_px;
     });
   });
   if (!unlinked.empty()) {
     // Of two views that contradict each other, either may be the wrong one.
-    const bool are_many = 5 * rig.num_lone_views > rig.num_common_views;
+    const bool are_many = 5 * rig.links.num_lone_views > rig.links.num_common_views;
     diagnoses.push_back(
         {.severity = are_many ? Severity::kFailure : Severity::kWarning,
          .id = "not_simultaneous",
          .cause = fmt::format("{} of {} common views of a board contradict the rig", unlinked.size(),
-                              rig.num_common_views),
+                              rig.links.num_common_views),
          .evidence = listedImages(rig, unlinked),
          .next_step = "hold the board still while the cameras take a frame, and check that names match"});
   }
-  if (rig.time_spread > 0) {
+  if (rig.frames.time_spread > 0) {
     diagnoses.push_back(
         {.severity = Severity::kNote,
          .id = "times_differ",
          .cause = fmt::format("images were matched by the nearest times in their names; those of one frame "
                               "differ by up to {:.6g} in the names' unit",
-                              rig.time_spread)});
+                              rig.frames.time_spread)});
   }
-  if (!rig.unmatched.empty()) {
+  if (!rig.frames.unmatched.empty()) {
     diagnoses.push_back(
         {.severity = Severity::kNote,
          .id = "unmatched_images",
-         .cause = fmt::format("{} image{} no other camera's image of the same instant; {} intrinsics only",
-                              rig.unmatched.size(), rig.unmatched.size() == 1 ? " has" : "s have",
-                              rig.unmatched.size() == 1 ? "it serves" : "they serve"),
-         .evidence = listedImages(rig, rig.unmatched)});
+         .cause =
+             fmt::format("{} image{} no other camera's image of the same instant; {} intrinsics only",
+                         rig.frames.unmatched.size(), rig.frames.unmatched.size() == 1 ? " has" : "s have",
+                         rig.frames.unmatched.size() == 1 ? "it serves" : "they serve"),
+         .evidence = listedImages(rig, rig.frames.unmatched)});
   }
   for (const RigCamera& camera : rig.cameras) {
     const double more = camera.rms_px * camera.rms_px - camera.alone_rms_px * camera.alone_rms_px;
@@ -119,24 +120,24 @@ void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Dia
 
 void judgeLinks(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
   for (const RigCamera& camera : rig.cameras) {
-    const Severity severity = severityOf(camera.transfer_px, tolerance_px);
+    const Severity severity = severityOf(camera.link.transfer_px, tolerance_px);
     if (severity == Severity::kNote) continue;
-    const bool are_grazing = 2 * camera.num_grazing > camera.num_linked;
+    const bool are_grazing = 2 * camera.link.num_grazing > camera.link.num_views;
     diagnoses.push_back(
         {.severity = severity,
          .id = "weak_link",
          .cause =
              fmt::format("mapping a point from '{}' to '{}' is uncertain by {:.2f} px (95 %) at the boards' "
                          "distance",
-                         rig.cameras[camera.partner].name, camera.name, camera.transfer_px),
-         .evidence =
-             are_grazing
-                 ? fmt::format("{} of its {} common views are grazing", camera.num_grazing, camera.num_linked)
-                 : "more than a quarter of the tolerance of " + numberText("%.3g", tolerance_px) + " px",
+                         rig.cameras[camera.link.partner].name, camera.name, camera.link.transfer_px),
+         .evidence = are_grazing ? fmt::format("{} of its {} common views are grazing",
+                                               camera.link.num_grazing, camera.link.num_views)
+                                 : "more than a quarter of the tolerance of " +
+                                       numberText("%.3g", tolerance_px) + " px",
          .next_step = are_grazing
                           ? "turn the board so that both cameras see it less obliquely"
                           : "take more frames that it shares with other cameras, near and far, tilted",
-         .effect_px = camera.transfer_px});
+         .effect_px = camera.link.transfer_px});
   }
 }
 

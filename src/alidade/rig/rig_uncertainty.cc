@@ -34,7 +34,8 @@ std::size_t partnerOf(const Fit& fit, std::size_t camera) {
   return static_cast<std::size_t>(std::ranges::max_element(counts) - counts.begin());
 }
 
-// A pixel of one camera, seen at a fixed distance, as a pixel of another one: its derivative by all unknowns.
+// A pixel of one camera, seen at a fixed distance, as a pixel of a second one: its derivative by all
+// unknowns.
 class Transfer {
  public:
   Transfer(const Fit& fit, const JointColumns& columns, std::size_t from, std::size_t to)
@@ -80,7 +81,7 @@ class Transfer {
   SE3 target_from_rig_;
 };
 
-// See RigCamera::transfer_px: the median over the boards that both cameras saw.
+// See RigLink::transfer_px: the median over the boards that both cameras saw.
 double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t camera, std::size_t partner,
                        const Eigen::MatrixXd& covariance) {
   constexpr double kChi95 = 5.991;  // 95 % of chi^2 with two degrees of freedom
@@ -99,8 +100,8 @@ double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t 
   return errors.empty() ? kNan : medianOf(std::move(errors));
 }
 
-void countCommonViews(RigCalibration& rig) {
-  const Fit& fit = rig.fit;
+// Counts the views of each camera that are linked with others.
+void countLinkedViews(const Fit& fit, std::vector<RigLink>& links) {
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
     if (of_placement.size() < 2) continue;
     for (const std::size_t v : of_placement) {
@@ -108,88 +109,94 @@ void countCommonViews(RigCalibration& rig) {
       const Eigen::Vector3d line_of_sight = camera_from_board * boardOf(fit, fit.views[v]).target.middle();
       const Eigen::Vector3d normal = camera_from_board.rotation * Eigen::Vector3d::UnitZ();
       const double cosine = std::abs(line_of_sight.normalized().dot(normal));
-      RigCamera& camera = rig.cameras[fit.views[v].camera];
-      ++camera.num_linked;
-      camera.num_grazing += cosine < std::cos(kGrazingRad) ? 1 : 0;
+      RigLink& link = links[fit.views[v].camera];
+      ++link.num_views;
+      link.num_grazing += cosine < std::cos(kGrazingRad) ? 1 : 0;
     }
   }
 }
 
-// By the corners' noise, or by frames where these disagree by more.
-void setCovariance(RigCalibration& rig, const JointColumns& columns) {
-  const std::vector<Reduced> frames = jointInformation(rig.fit, columns);
-  const std::vector<Eigen::Vector2d> errors = weightedErrors(rig.fit);
+// The information of all frames, with what is known of the lenses beforehand.
+Eigen::MatrixXd informationOf(const Fit& fit, const JointColumns& columns,
+                              const std::vector<Reduced>& frames) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.count, columns.count);
   for (const Reduced& frame : frames) information += frame.information;
-  for (std::size_t c = 0; c < rig.fit.cameras.size(); ++c) {
-    const std::vector<double>& precision = rig.fit.cameras[c].weak_prior.prior.precision;
+  for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
+    const std::vector<double>& precision = fit.cameras[c].weak_prior.prior.precision;
     for (std::size_t i = 0; i < precision.size(); ++i) {
       const Eigen::Index at = columns.params[c] + static_cast<Eigen::Index>(i);
       information(at, at) += precision[i];
     }
   }
-  const Eigen::MatrixXd directions = jointDirections(rig.fit, columns, information);
+  return information;
+}
+
+// The centre of C Exp([v, w]) is Exp(-[v, w]) c for the centre c of C, that is c - v + c x w.
+void setPoseStd(const Eigen::Matrix<double, 6, 6>& covariance, const SE3& camera_from_rig, RigLink& link) {
+  const auto stdOf = [](const Eigen::VectorXd& variances) {
+    return Eigen::Vector3d(variances.cwiseMax(0).cwiseSqrt());
+  };
+  link.translation_std_m = stdOf(covariance.diagonal().head<3>());
+  link.rotation_std_rad = stdOf(covariance.diagonal().tail<3>());
+  const Eigen::Vector3d centre = camera_from_rig.inverse().translation;
+  Eigen::Matrix<double, 3, 6> J;
+  J << -Eigen::Matrix3d::Identity(), hat(centre);
+  const Eigen::Matrix3d of_centre = J * covariance * J.transpose();
+  link.position_std_m = stdOf(of_centre.diagonal());
+  const Eigen::Vector3d direction = centre.stableNormalized();
+  link.distance_std_m = std::sqrt(std::max(0.0, direction.dot(of_centre * direction)));
+}
+
+}  // namespace
+
+RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<CameraRecord>> given) {
+  const JointColumns columns = jointColumns(fit);
+  const std::vector<Reduced> frames = jointInformation(fit, columns);
+  const std::vector<Eigen::Vector2d> errors = weightedErrors(fit);
+  const Eigen::MatrixXd information = informationOf(fit, columns, frames);
+  const Eigen::MatrixXd directions = jointDirections(fit, columns, information);
   const auto num_free =
-      static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(rig.fit.placements.size())) +
-      static_cast<int>(std::lround(numFreeOffsets(rig.fit)));
-  const double variance = coordinateVariance(errors, rig.fit.loss, num_free);
+      static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(fit.placements.size())) +
+      static_cast<int>(std::lround(numFreeOffsets(fit)));
+  const double variance = coordinateVariance(errors, fit.loss, num_free);
   const ScaledInverse inverse = scaledInverse(directions.transpose() * information * directions);
   const auto by_frames =
-      viewCovariance(frames, directions, columns.count, variance, meanSlope(errors, rig.fit.loss));
-  const auto offsets = offsetShare(rig.fit);
-  if (!inverse.inverse || !by_frames || !offsets) return;
-  rig.is_by_frames = by_frames->excess_sigmas > kBeyondChance;
-  rig.frame_variance = variance * std::max(1.0, by_frames->excess);
-  rig.covariance = variance * directions * *inverse.inverse * directions.transpose();
-  if (rig.is_by_frames) rig.covariance = by_frames->larger;
-  rig.covariance = rig.covariance.view() + rig.frame_variance * *offsets;
+      viewCovariance(frames, directions, columns.count, variance, meanSlope(errors, fit.loss));
+  const auto offsets = offsetShare(fit);
+  if (!inverse.inverse || !by_frames || !offsets) return {};
+  RigCovariance covariance{.matrix = variance * directions * *inverse.inverse * directions.transpose(),
+                           .is_by_frames = by_frames->excess_sigmas > kBeyondChance,
+                           .frame_variance = variance * std::max(1.0, by_frames->excess)};
+  if (covariance.is_by_frames) covariance.matrix = by_frames->larger;
+  covariance.matrix = covariance.matrix.view() + covariance.frame_variance * *offsets;
   // An error of a given lens moves all that is estimated.
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    const auto stated = rig.cameras[c].given ? statedCovariance(*rig.cameras[c].given) : std::nullopt;
+  for (std::size_t c = 0; c < given.size(); ++c) {
+    const auto stated = given[c] ? statedCovariance(*given[c]) : std::nullopt;
     if (!stated) continue;
     const Eigen::Index at = columns.params[c];
     Eigen::MatrixXd response = Eigen::MatrixXd::Zero(columns.count, stated->rows());
     response.middleRows(at, stated->rows()).setIdentity();
     response -= directions *
                 (*inverse.inverse * (directions.transpose() * information.middleCols(at, stated->rows())));
-    rig.covariance = rig.covariance.view() + response * stated->view() * response.transpose();
+    covariance.matrix = covariance.matrix.view() + response * stated->view() * response.transpose();
   }
+  return covariance;
 }
 
-// The centre of C Exp([v, w]) is Exp(-[v, w]) c for the centre c of C, that is c - v + c x w.
-void setPoseStd(const Eigen::Matrix<double, 6, 6>& covariance, const SE3& camera_from_rig,
-                RigCamera& camera) {
-  const auto stdOf = [](const Eigen::VectorXd& variances) {
-    return Eigen::Vector3d(variances.cwiseMax(0).cwiseSqrt());
-  };
-  camera.translation_std_m = stdOf(covariance.diagonal().head<3>());
-  camera.rotation_std_rad = stdOf(covariance.diagonal().tail<3>());
-  const Eigen::Vector3d centre = camera_from_rig.inverse().translation;
-  Eigen::Matrix<double, 3, 6> J;
-  J << -Eigen::Matrix3d::Identity(), hat(centre);
-  const Eigen::Matrix3d of_centre = J * covariance * J.transpose();
-  camera.position_std_m = stdOf(of_centre.diagonal());
-  const Eigen::Vector3d direction = centre.stableNormalized();
-  camera.distance_std_m = std::sqrt(std::max(0.0, direction.dot(of_centre * direction)));
-}
-
-}  // namespace
-
-void setUncertainty(RigCalibration& rig) {
-  const JointColumns columns = jointColumns(rig.fit);
-  countCommonViews(rig);
-  setCovariance(rig, columns);
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    if (columns.pose[c] < 0) setPoseStd(Eigen::Matrix<double, 6, 6>::Zero(), SE3(), rig.cameras[c]);
-  }
-  if (rig.covariance.rows() == 0) return;
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    rig.cameras[c].partner = partnerOf(rig.fit, c);
-    rig.cameras[c].transfer_px = transferErrorPx(rig.fit, columns, c, rig.cameras[c].partner, rig.covariance);
+std::vector<RigLink> rigLinks(const Fit& fit, const RigCovariance& covariance) {
+  const JointColumns columns = jointColumns(fit);
+  std::vector<RigLink> links(fit.cameras.size());
+  countLinkedViews(fit, links);
+  for (std::size_t c = 0; c < links.size(); ++c) {
+    if (columns.pose[c] < 0) setPoseStd(Eigen::Matrix<double, 6, 6>::Zero(), SE3(), links[c]);
+    if (!covariance.isKnown()) continue;
+    links[c].partner = partnerOf(fit, c);
+    links[c].transfer_px = transferErrorPx(fit, columns, c, links[c].partner, covariance.matrix);
     if (columns.pose[c] < 0) continue;
-    setPoseStd(rig.covariance.view().block<6, 6>(columns.pose[c], columns.pose[c]),
-               rig.fit.cameras[c].camera_from_rig, rig.cameras[c]);
+    setPoseStd(covariance.matrix.view().block<6, 6>(columns.pose[c], columns.pose[c]),
+               fit.cameras[c].camera_from_rig, links[c]);
   }
+  return links;
 }
 
 }  // namespace alidade

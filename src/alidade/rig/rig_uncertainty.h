@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
+#include <span>
+#include <vector>
+
 #include "alidade/rig/rig_calibration.h"
 
 namespace alidade {
 
-/// Sets the covariance of a solved rig and what follows from it for each camera: standard deviations of its
-/// pose, and RigCamera::transfer_px. Nothing is set if the frames do not determine the rig.
-void setUncertainty(RigCalibration& rig);
+/// The covariance of a solved rig: by the corners' noise, or by frames where these disagree by more.
+/// @param given  the cameras whose lenses were kept, or nothing for each that was calibrated; may be empty
+[[nodiscard]] RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<CameraRecord>> given);
+
+/// The links of each camera of a solved rig, and how well its pose is known.
+[[nodiscard]] std::vector<RigLink> rigLinks(const Fit& fit, const RigCovariance& covariance);
 
 }  // namespace alidade

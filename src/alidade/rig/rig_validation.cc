@@ -21,7 +21,6 @@
 #include "alidade/core/statistics.h"
 #include "alidade/geometry/symmetric_eigen.h"
 #include "alidade/rig/joint_fit.h"
-#include "alidade/rig/rig_uncertainty.h"
 
 namespace alidade {
 namespace {
@@ -90,11 +89,11 @@ Eigen::MatrixXd statedPoseCovariance(const RigRecord& rig, std::size_t camera) {
 
 double sigmasOf(const RigRecord& rig, const RigCalibration& freed, std::size_t camera) {
   const int at = jointColumns(freed.fit).pose[camera];
-  if (at < 0 || freed.covariance.rows() == 0) return 0;
+  if (at < 0 || !freed.covariance.isKnown()) return 0;
   const Eigen::VectorXd difference =
       (freed.fit.cameras[camera].camera_from_rig.inverse() * statedPose(rig, camera)).log();
   const Eigen::MatrixXd covariance =
-      freed.covariance.view().block(at, at, kTangent, kTangent) + statedPoseCovariance(rig, camera);
+      freed.covariance.matrix.view().block(at, at, kTangent, kTangent) + statedPoseCovariance(rig, camera);
   const ScaledInverse inverse = scaledInverse(covariance);
   if (!inverse.inverse) return 0;
   return std::max(0.0,

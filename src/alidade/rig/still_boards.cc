@@ -20,28 +20,27 @@ bool isToldApart(const Frames& frames, const Frames& of_camera) {
 
 }  // namespace
 
-FramesOfBoards::FramesOfBoards(const RigFrames& frames, std::span<const RigViews> given,
-                               std::span<const RigCamera> cameras)
-    : frame_of_(frames.frame_of) {
-  const std::size_t num_boards = cameras.front().alone.fit.boards.size();
-  first_of_.assign(num_boards, std::vector<std::size_t>(frames.names.size()));
-  for (std::size_t b = 0; b < num_boards; ++b) {
-    std::vector<std::size_t>& first_of = first_of_[b];
+std::vector<std::vector<std::size_t>> firstFrames(const RigFrames& frames, std::span<const RigViews> given,
+                                                  std::span<const Calibration> alone) {
+  std::vector<std::vector<std::size_t>> all(alone.front().fit.boards.size(),
+                                            std::vector<std::size_t>(frames.names.size()));
+  for (std::size_t b = 0; b < all.size(); ++b) {
+    std::vector<std::size_t>& first_of = all[b];
     std::iota(first_of.begin(), first_of.end(), 0);
     std::vector<Frames> together;  // of each frame that is a first one
     for (std::size_t frame = 0; frame < first_of.size(); ++frame) together.push_back({frame});
-    std::vector<Frames> of_camera(cameras.size());
-    for (std::size_t c = 0; c < cameras.size(); ++c) {
-      const Fit& alone = cameras[c].alone.fit;
-      for (const FitView& view : alone.views) {
-        if (boardIndex(alone, view) == b) of_camera[c].insert(frame_of_[c][view.source]);
+    std::vector<Frames> of_camera(alone.size());
+    for (std::size_t c = 0; c < alone.size(); ++c) {
+      const Fit& fit = alone[c].fit;
+      for (const FitView& view : fit.views) {
+        if (boardIndex(fit, view) == b) of_camera[c].insert(frames.frame_of[c][view.source]);
       }
     }
-    for (std::size_t c = 0; c < cameras.size(); ++c) {
+    for (std::size_t c = 0; c < alone.size(); ++c) {
       std::map<std::string, std::size_t> frame_of_image;
       for (std::size_t v = 0; v < given[c].views.size(); ++v)
-        frame_of_image[given[c].views[v].image] = frame_of_[c][v];
-      for (const RepeatedView& repeated : cameras[c].alone.dropped.repeated) {
+        frame_of_image[given[c].views[v].image] = frames.frame_of[c][v];
+      for (const RepeatedView& repeated : alone[c].dropped.repeated) {
         if (repeated.board != b) continue;
         const std::size_t one = first_of[frame_of_image.at(repeated.image)];
         const std::size_t other = first_of[frame_of_image.at(repeated.same_as)];
@@ -56,6 +55,7 @@ FramesOfBoards::FramesOfBoards(const RigFrames& frames, std::span<const RigViews
       }
     }
   }
+  return all;
 }
 
 }  // namespace alidade

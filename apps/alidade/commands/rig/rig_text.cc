@@ -23,12 +23,12 @@ constexpr double kMillimetres = 1000;
 std::string transferText(const RigCalibration& rig) {
   const RigCamera* worst = nullptr;
   for (const RigCamera& camera : rig.cameras) {
-    if (!std::isfinite(camera.transfer_px)) continue;
-    if (worst == nullptr || camera.transfer_px > worst->transfer_px) worst = &camera;
+    if (!std::isfinite(camera.link.transfer_px)) continue;
+    if (worst == nullptr || camera.link.transfer_px > worst->link.transfer_px) worst = &camera;
   }
   if (worst == nullptr) return "unknown: the frames do not determine the poses of the cameras";
   return fmt::format("within {} (95 %) from one camera to another at the boards' distance; worst {}",
-                     pixels(worst->transfer_px), worst->name);
+                     pixels(worst->link.transfer_px), worst->name);
 }
 
 std::string countText(std::size_t n, const std::string& one, const std::string& many) {
@@ -46,16 +46,16 @@ std::string fitTextOfRig(const RigCalibration& rig, int num_frames) {
   }
   return fmt::format(
              "{} cameras; {} board{} seen by two or more, in {} frame{}; RMS {:.3f} px, cross-validation {}",
-             rig.cameras.size(), rig.num_linked, rig.num_linked == 1 ? "" : "s", num_frames,
+             rig.cameras.size(), rig.links.num_linked, rig.links.num_linked == 1 ? "" : "s", num_frames,
              num_frames == 1 ? "" : "s", rms(rig.fit),
              rig.holdout.num_corners > 0 ? fmt::format("{:.3f} px", rig.holdout.rms_px) : "impossible") +
-         (rig.time_spread > 0 ? "; matched by nearest times" : "") +
-         countText(rig.unmatched.size(), "image without a partner", "images without a partner") +
-         countText(rig.unlinked.size(), "view contradicts its frame", "views contradict their frames") +
+         (rig.frames.time_spread > 0 ? "; matched by nearest times" : "") +
+         countText(rig.frames.unmatched.size(), "image without a partner", "images without a partner") +
+         countText(rig.links.unlinked.size(), "view contradicts its frame", "views contradict their frames") +
          countText(num_left_out, "view left out", "views left out") +
          countText(num_repeated, "repeated view averaged", "repeated views averaged") +
          countText(num_outliers, "outlier", "outliers") +
-         countText(rig.num_renumbered, "view of an ambiguous board renumbered",
+         countText(rig.links.num_renumbered, "view of an ambiguous board renumbered",
                    "views of an ambiguous board renumbered");
 }
 
@@ -69,9 +69,10 @@ std::string cameraText(const RigCalibration& rig, std::size_t index, const Given
   std::string text = fmt::format("{}: {}{}, {} px; {}; RMS {:.3f} px (alone {:.3f})", camera.name,
                                  fitted.model, camera.given ? " (fixed)" : "", sizeText(fitted.size),
                                  imagesText(camera, given), camera.rms_px, camera.alone_rms_px);
-  if (std::isfinite(camera.transfer_px)) text += "; from its neighbour within " + pixels(camera.transfer_px);
+  if (std::isfinite(camera.link.transfer_px))
+    text += "; from its neighbour within " + pixels(camera.link.transfer_px);
   if (index == 0) return text;
-  const double std_mm = camera.distance_std_m * kMillimetres;
+  const double std_mm = camera.link.distance_std_m * kMillimetres;
   const int decimals = decimalsFor(std_mm, 3);
   return text +
          fmt::format("; {:.{}f} mm from {}", fitted.camera_from_rig.translation.norm() * kMillimetres,
@@ -96,7 +97,7 @@ std::string poseText(const RigCamera& camera, const SE3& camera_from_rig) {
       "at ({:.1f}, {:.1f}, {:.1f}) mm, {:.2f} mm from the first camera, turned by {:.3f} degrees; standard "
       "deviation {:.2f} mm, {:.3f} degrees",
       origin.x(), origin.y(), origin.z(), origin.norm(), camera_from_rig.rotation.log().norm() * kDegPerRad,
-      camera.position_std_m.norm() * kMillimetres, camera.rotation_std_rad.norm() * kDegPerRad);
+      camera.link.position_std_m.norm() * kMillimetres, camera.link.rotation_std_rad.norm() * kDegPerRad);
 }
 
 std::string imageList(const RigCalibration& rig, const std::string& title,
@@ -157,8 +158,8 @@ std::string rigDetailsText(const RigCalibration& rig, const std::vector<GivenVie
     for (const std::string& note : given[c].notes) append(lines, wrapped("Note", note));
     text += join(lines, "\n") + "\n" + listed(given[c].reasons) + outliersText(camera.calibration);
   }
-  text += imageList(rig, "Images without one of another camera", rig.unmatched);
-  text += imageList(rig, "Views that contradict their frames", rig.unlinked);
+  text += imageList(rig, "Images without one of another camera", rig.frames.unmatched);
+  text += imageList(rig, "Views that contradict their frames", rig.links.unlinked);
   return text + diagnosesText(rig.diagnoses);
 }
 

@@ -33,13 +33,13 @@ json documentOfRig(const RigCalibration& rig) {
                        {"image_size", {{"width", fitted.size.width}, {"height", fitted.size.height}}},
                        {"parameters", parametersJson(parameterNames(fitted.model), fitted.params)},
                        {"camera_from_rig", fitted.camera_from_rig},
-                       {"translation_std_m", vectorJson(camera.translation_std_m)},
-                       {"rotation_std_rad", vectorJson(camera.rotation_std_rad)},
-                       {"position_std_m", vectorJson(camera.position_std_m)},
-                       {"distance_std_m", camera.distance_std_m},
+                       {"translation_std_m", vectorJson(camera.link.translation_std_m)},
+                       {"rotation_std_rad", vectorJson(camera.link.rotation_std_rad)},
+                       {"position_std_m", vectorJson(camera.link.position_std_m)},
+                       {"distance_std_m", camera.link.distance_std_m},
                        {"rms_px", camera.rms_px},
                        {"alone_rms_px", camera.alone_rms_px},
-                       {"transfer_px", camera.transfer_px}});
+                       {"transfer_px", camera.link.transfer_px}});
   }
   json motions = json::array();
   for (const CameraMotion& motion : rig.motions) {
@@ -52,12 +52,12 @@ json documentOfRig(const RigCalibration& rig) {
   return {{"verdict", verdictName(rig.verdict())},
           {"rms_px", rms(rig.fit)},
           {"num_frames", numLinkedFrames(rig)},
-          {"num_linked", rig.num_linked},
-          {"num_renumbered", rig.num_renumbered},
+          {"num_linked", rig.links.num_linked},
+          {"num_renumbered", rig.links.num_renumbered},
           {"holdout_rms_px", rig.holdout.rms_px},
-          {"time_spread", rig.time_spread},
-          {"unlinked", imagesJson(rig, rig.unlinked)},
-          {"unmatched", imagesJson(rig, rig.unmatched)},
+          {"time_spread", rig.frames.time_spread},
+          {"unlinked", imagesJson(rig, rig.links.unlinked)},
+          {"unmatched", imagesJson(rig, rig.frames.unmatched)},
           {"motions", std::move(motions)},
           {"cameras", std::move(cameras)},
           {"board_shape",
@@ -70,7 +70,7 @@ json evidenceOfRig(const RigCalibration& rig, double tolerance_px, const std::st
   document["kind"] = "rig";
   document["tolerance_px"] = tolerance_px;
   document["created_by"] = created_by;
-  document["frames"] = rig.frames;
+  document["frames"] = rig.frames.names;
   json& boards = document["boards"] = json::array();
   for (const FitBoard& board : rig.fit.boards) boards.push_back(board.target.spec());
   json& placements = document["placements"] = json::array();
