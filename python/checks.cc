@@ -154,7 +154,7 @@ void bindChecks(py::module_& module) {
           "values",
           [](const CheckResult& self) {
             py::dict values;
-            for (const CheckValue& value : self.check.values) values[py::str(value.name)] = value.value;
+            for (const auto& [name, value] : self.check.values) values[py::str(name)] = value;
             return values;
           },
           doc("Check.values"))

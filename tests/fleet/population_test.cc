@@ -126,10 +126,7 @@ TEST(Population, KeepsWhatIsTheSameInAllSamples) {
   EXPECT_EQ(found.mean(3), 0.25);
   EXPECT_EQ(found.between(3, 3), 0);
   EXPECT_NEAR(found.mean(0), 1000, 4);
-  const SampleDistance at_mean =
-      distanceTo(found, {.value = found.mean, .covariance = MatrixXd::Zero(kK, kK)});
-  EXPECT_NEAR(at_mean.squares, 0, 1e-12);
-  EXPECT_NEAR(at_mean.between_share, 1, 1e-6);
+  EXPECT_NEAR(betweenShare(found, {.value = found.mean, .covariance = MatrixXd::Zero(kK, kK)}), 1, 1e-6);
 }
 
 TEST(Population, KeepsTheMembersOfSmallPopulations) {

@@ -159,7 +159,7 @@ TEST(CheckCamera, SeesASwappedPrincipalPoint) {
 }
 
 TEST(CheckCamera, SaysWhichShareOfTheImageHasARay) {
-  const auto shareOf = [](const FileCheck& check) { return check.values.at(0).value; };
+  const auto shareOf = [](const FileCheck& check) { return check.values.at(0).second; };
   const FileCheck whole = bareCheck(kGood, "one_to_one");
   EXPECT_EQ(whole.severity, Severity::kPass);
   EXPECT_EQ(shareOf(whole), 1);

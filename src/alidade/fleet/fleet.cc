@@ -125,7 +125,8 @@ class SharedProgress {
   std::mutex mutex_;
 };
 
-void setTypical(const std::vector<FleetUnit>& units, FleetGroup& group) {
+// Nothing with too few units of one model.
+std::optional<TypicalCamera> typicalOf(const std::vector<FleetUnit>& units, const FleetGroup& group) {
   const std::string model = commonModel(units, group.units);
   std::vector<PopulationSample> samples;
   std::size_t num_without = 0;
@@ -134,24 +135,22 @@ void setTypical(const std::vector<FleetUnit>& units, FleetGroup& group) {
     samples.push_back(sampleOf(units[i]));
     num_without += units[i].covariance.empty() ? 1 : 0;
   }
-  if (samples.size() < kFewestUnits) return;
+  if (samples.size() < kFewestUnits) return std::nullopt;
   Population population = estimatePopulation(samples);
   const std::span<const double> mean(population.mean.data(),
                                      static_cast<std::size_t>(population.mean.size()));
-  group.typical = TypicalCamera{.camera = AnyCamera::make(model, mean),
-                                .population = population,
-                                .num_units = samples.size(),
-                                .num_without_covariance = num_without,
-                                .can_judge = samples.size() >= fewestForOutliers(mean.size())};
+  return TypicalCamera{.camera = AnyCamera::make(model, mean),
+                       .population = population,
+                       .num_units = samples.size(),
+                       .num_without_covariance = num_without,
+                       .can_judge = samples.size() >= fewestForOutliers(mean.size())};
 }
 
-void setMap(const FleetGroup& group, const std::vector<Comparison>& comparisons, FleetMap& map) {
-  const DifferenceOptions grid = differenceOptions(group.size, std::nullopt);
-  map.columns = grid.columns;
-  map.rows = grid.rows;
-  map.pixels =
-      matchedGrid(group.size, group.size, matchImages(group.size, group.size, 0), grid.columns, grid.rows)
-          .pixels;
+FleetMap mapOf(ImageSize size, const std::vector<Comparison>& comparisons) {
+  const DifferenceOptions grid = differenceOptions(size, std::nullopt);
+  FleetMap map{.columns = grid.columns,
+               .rows = grid.rows,
+               .pixels = matchedGrid(size, size, matchImages(size, size, 0), grid.columns, grid.rows).pixels};
   for (std::size_t p = 0; p < map.pixels.size(); ++p) {
     std::vector<double> lengths;
     for (const Comparison& comparison : comparisons)
@@ -160,12 +159,13 @@ void setMap(const FleetGroup& group, const std::vector<Comparison>& comparisons,
     map.median_px.push_back(lengths.empty() ? kFleetNan : medianOf(lengths));
     map.p95_px.push_back(lengths.empty() ? kFleetNan : quantile95(std::move(lengths)));
   }
+  return map;
 }
 
 void setTest(const TypicalCamera& typical, const FleetUnit& unit, bool is_of_model, bool is_member,
              Comparison& comparison) {
   if (!comparison.result.is_comparable || !comparison.significance || !typical.can_judge) return;
-  const double share = is_of_model ? distanceTo(typical.population, sampleOf(unit)).between_share : 1;
+  const double share = is_of_model ? betweenShare(typical.population, sampleOf(unit)) : 1;
   comparison.result.sigmas = normalOfSquares(
       comparison.significance->squares, std::max(1.0, comparison.significance->directions),
       static_cast<double>(std::min(typical.population.numMembers(), kMostForSpread)), share, is_member);
@@ -205,7 +205,7 @@ void compareWithTypical(const std::vector<FleetUnit>& units, const FleetOptions&
   if (distances.empty()) return;
   group.median_px = medianOf(distances);
   group.p95_px = quantile95(std::move(distances));
-  setMap(group, comparisons, group.map);
+  group.map = mapOf(group.size, comparisons);
 }
 
 // All units of the fleet are tested together.
@@ -288,7 +288,7 @@ Fleet analyseFleet(FleetFiles files, const std::optional<FleetFiles>& previous, 
   fleet.groups = groupsOf(fleet.files.units);
   SharedProgress progress(options, fleet.files.units.size() * (previous ? 2 : 1));
   for (FleetGroup& group : fleet.groups) {
-    setTypical(fleet.files.units, group);
+    group.typical = typicalOf(fleet.files.units, group);
     compareWithTypical(fleet.files.units, options, group, progress);
   }
   testDeviations(fleet.groups);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -10,20 +9,10 @@
 
 #include <Eigen/Core>
 
-#include "alidade/core/cancel.h"
 #include "alidade/fleet/fleet_unit.h"
 #include "alidade/fleet/population.h"
 
 namespace alidade {
-
-struct FleetOptions {
-  /// What is aligned before two cameras are compared, as for DifferenceOptions; empty: nothing.
-  std::optional<Freed> freed = Freed::kRotation;
-  double tolerance_px = 1;  ///< for a unit's distance from the typical camera
-  int jobs = 0;             ///< threads; 0: one per processor. The result does not depend on them.
-  const CancelFlag* cancel = nullptr;
-  std::function<void(std::size_t, std::size_t)> progress = {};  ///< (done, total); one call at a time
-};
 
 /// How two cameras differ. Lengths are in pixels, after the alignment.
 struct UnitDifference {

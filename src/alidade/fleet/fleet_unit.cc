@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/fleet/fleet_unit.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <mutex>
 #include <set>
 #include <utility>
@@ -13,13 +15,6 @@
 namespace alidade {
 namespace {
 
-// What one file gives.
-struct FileUnits {
-  std::vector<FleetUnit> units = {};
-  std::optional<UnreadableFile> unreadable = {};
-  bool is_camera_file = true;
-};
-
 // The path below the folder that was named; of a file that was named itself its own name.
 std::string placeOf(const std::string& path, const std::string& folder) {
   namespace fs = std::filesystem;
@@ -29,7 +24,7 @@ std::string placeOf(const std::string& path, const std::string& folder) {
   return fs::path(path).filename().string();
 }
 
-// A covariance that cannot be one would make nonsense of the whole fleet.
+// An invalid covariance would corrupt the statistics of the whole fleet.
 void requireCovariance(const CameraRecord& record, const std::string& where) {
   if (!record.calibration || record.calibration->covariance.empty()) return;
   const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
@@ -40,8 +35,8 @@ void requireCovariance(const CameraRecord& record, const std::string& where) {
                     .next_step = "run alidade validate " + where});
 }
 
-FileUnits unitsIn(const ListedFile& file, const std::string& place, const ReadOptions& options) {
-  FileUnits result;
+FleetFiles readFile(const ListedFile& file, const std::string& place, const ReadOptions& options) {
+  FleetFiles result{.num_files = 1};
   try {
     const CameraSource source = loadCameras(file.path, options);
     requireAll(source);
@@ -54,12 +49,12 @@ FileUnits unitsIn(const ListedFile& file, const std::string& place, const ReadOp
       result.units.push_back(unitOf(record, file.path + label, place + label));
     }
   } catch (const NotACameraFile& reason) {
-    // Among the files of a folder there may be others; one that was named is meant.
-    result.is_camera_file = !file.is_from_folder;
-    if (result.is_camera_file) result.unreadable = UnreadableFile{file.path, reason.what()};
+    // A folder may hold other files; a file that was named is meant to be a camera's.
+    if (file.is_from_folder) return {.other_files = {file.path}};
+    result.unreadable.push_back({file.path, reason.what()});
   } catch (const Error& reason) {
     result.units.clear();
-    result.unreadable = UnreadableFile{file.path, reason.what()};
+    result.unreadable.push_back({file.path, reason.what()});
   }
   return result;
 }
@@ -87,7 +82,7 @@ FleetUnit unitOf(const CameraRecord& record, std::string file, std::string place
   return unit;
 }
 
-FleetFiles readFleetFiles(std::span<const std::string> inputs, const ReadFleetOptions& options) {
+FleetFiles readFleetFiles(std::span<const std::string> inputs, const FleetOptions& options) {
   std::vector<ListedFile> listed;
   std::vector<std::string> places;
   std::set<std::string> known;
@@ -98,28 +93,24 @@ FleetFiles readFleetFiles(std::span<const std::string> inputs, const ReadFleetOp
       listed.push_back(std::move(file));
     }
   }
-  std::vector<FileUnits> read(listed.size());
+  std::vector<FleetFiles> read(listed.size());
   std::mutex mutex;
   std::size_t num_done = 0;
   parallelFor(
       listed.size(), options.jobs,
       [&](std::size_t i) {
-        read[i] = unitsIn(listed[i], places[i], options.read);
+        read[i] = readFile(listed[i], places[i], options.read);
         if (!options.progress) return;
         const std::lock_guard lock(mutex);
         options.progress(++num_done, listed.size());
       },
       options.cancel);
   FleetFiles files;
-  for (std::size_t i = 0; i < listed.size(); ++i) {
-    FileUnits& of_file = read[i];
-    if (!of_file.is_camera_file) {
-      files.other_files.push_back(listed[i].path);
-      continue;
-    }
-    ++files.num_files;
-    for (FleetUnit& unit : of_file.units) files.units.push_back(std::move(unit));
-    if (of_file.unreadable) files.unreadable.push_back(std::move(*of_file.unreadable));
+  for (FleetFiles& of_file : read) {
+    files.num_files += of_file.num_files;
+    std::ranges::move(of_file.units, std::back_inserter(files.units));
+    std::ranges::move(of_file.unreadable, std::back_inserter(files.unreadable));
+    std::ranges::move(of_file.other_files, std::back_inserter(files.other_files));
   }
   return files;
 }

@@ -49,9 +49,13 @@ struct FleetFiles {
   std::vector<std::string> other_files = {};    ///< no camera files
 };
 
-struct ReadFleetOptions {
+/// How a fleet is read and analysed.
+struct FleetOptions {
   ReadOptions read = {};
-  int jobs = 0;  ///< threads; 0: one per processor
+  /// What is aligned before two cameras are compared, as for DifferenceOptions; empty: nothing.
+  std::optional<Freed> freed = Freed::kRotation;
+  double tolerance_px = 1;  ///< for a unit's distance from the typical camera
+  int jobs = 0;             ///< threads; 0: one per processor. The result does not depend on them.
   const CancelFlag* cancel = nullptr;
   std::function<void(std::size_t, std::size_t)> progress = {};  ///< (done, total); one call at a time
 };
@@ -64,6 +68,6 @@ struct ReadFleetOptions {
 /// @param inputs  files, folders and patterns, see listCameraFiles()
 /// @throws Error (kInput) as listCameraFiles(); Cancelled
 [[nodiscard]] FleetFiles readFleetFiles(std::span<const std::string> inputs,
-                                        const ReadFleetOptions& options = {});
+                                        const FleetOptions& options = {});
 
 }  // namespace alidade

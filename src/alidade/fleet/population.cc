@@ -74,19 +74,13 @@ ScaledSamples scaled(std::span<const PopulationSample> samples) {
   return result;
 }
 
-struct Estimate {
-  VectorXd mean;
-  MatrixXd mean_covariance;
-  MatrixXd between;
-};
-
 MatrixXd inverseOf(const MatrixXd& covariance) {
   const Eigen::Index k = covariance.rows();
   return (covariance + kRidge * MatrixXd::Identity(k, k)).llt().solve(MatrixXd::Identity(k, k));
 }
 
 // The mean for a given spread: weighted least squares.
-void setMean(std::span<const PopulationSample> samples, const Subset& subset, Estimate& estimate) {
+void setMean(std::span<const PopulationSample> samples, const Subset& subset, Population& estimate) {
   const Eigen::Index k = estimate.between.rows();
   MatrixXd information = MatrixXd::Zero(k, k);
   VectorXd weighted = VectorXd::Zero(k);
@@ -132,10 +126,9 @@ MatrixXd momentEstimate(std::span<const PopulationSample> samples, const Subset&
 }
 
 // By moments alone: a single pass, for subsets that are still to change.
-Estimate roughEstimate(std::span<const PopulationSample> samples, const Subset& subset) {
-  Estimate estimate{.mean = {},
-                    .mean_covariance = {},
-                    .between = momentEstimate(samples, subset, meanError(samples, subset))};
+Population roughEstimate(std::span<const PopulationSample> samples, const Subset& subset) {
+  Population estimate;
+  estimate.between = momentEstimate(samples, subset, meanError(samples, subset));
   setMean(samples, subset, estimate);
   return estimate;
 }
@@ -150,7 +143,7 @@ Subset thinned(const Subset& subset, std::size_t most) {
 
 // One step of the EM algorithm. @returns the change, in shares of the whole variance
 double improve(std::span<const PopulationSample> samples, const Subset& subset, const MatrixXd& error,
-               Estimate& estimate) {
+               Population& estimate) {
   const Eigen::Index k = estimate.between.rows();
   const auto n = static_cast<double>(subset.size());
   MatrixXd next = MatrixXd::Zero(k, k);
@@ -169,11 +162,11 @@ double improve(std::span<const PopulationSample> samples, const Subset& subset, 
   return root.matrixL().solve(half.transpose()).norm();
 }
 
-Estimate estimateOf(std::span<const PopulationSample> samples, const Subset& subset) {
+Population estimateOf(std::span<const PopulationSample> samples, const Subset& subset) {
   constexpr int kMaxSteps = 100;
   constexpr double kSettled = 1e-4;
   const Subset part = thinned(subset, kMostForSpread);
-  Estimate estimate = roughEstimate(samples, part);
+  Population estimate = roughEstimate(samples, part);
   const MatrixXd error = meanError(samples, part);
   for (int step = 0; step < kMaxSteps && improve(samples, part, error, estimate) > kSettled; ++step) {
   }
@@ -181,7 +174,7 @@ Estimate estimateOf(std::span<const PopulationSample> samples, const Subset& sub
   return estimate;
 }
 
-double squaresOf(const Estimate& estimate, const PopulationSample& sample) {
+double squaresOf(const Population& estimate, const PopulationSample& sample) {
   const VectorXd off = sample.value - estimate.mean;
   return off.dot(inverseOf(estimate.between + sample.covariance) * off);
 }
@@ -196,7 +189,7 @@ Subset smallest(const std::vector<double>& values, std::size_t count) {
   return order;
 }
 
-std::vector<double> allSquares(const Estimate& estimate, std::span<const PopulationSample> samples) {
+std::vector<double> allSquares(const Population& estimate, std::span<const PopulationSample> samples) {
   std::vector<double> squares;
   for (const PopulationSample& sample : samples) squares.push_back(squaresOf(estimate, sample));
   return squares;
@@ -221,8 +214,8 @@ Subset centralSamples(std::span<const PopulationSample> samples) {
   return subset;
 }
 
-// What one more member exceeds once in a thousand cases, by an estimate from so many: Hotelling's
-// distribution.
+// The squared distance that a further member exceeds once in a thousand cases, by an estimate from so many:
+// Hotelling's distribution.
 double limitOfSquares(double k, std::size_t num_members) {
   const auto n = static_cast<double>(num_members);
   const double below = std::max(1.0, n - k);
@@ -230,11 +223,11 @@ double limitOfSquares(double k, std::size_t num_members) {
 }
 
 // The members, and the estimate from them.
-std::pair<Subset, Estimate> membersOf(std::span<const PopulationSample> samples) {
+std::pair<Subset, Population> membersOf(std::span<const PopulationSample> samples) {
   constexpr int kMaxSteps = 5;
   const auto k = static_cast<double>(samples.front().value.size());
   const Subset central = centralSamples(samples);
-  Estimate estimate = estimateOf(samples, central);
+  Population estimate = estimateOf(samples, central);
   double limit = limitOfSquares(k, central.size());
   std::vector<double> squares = allSquares(estimate, samples);
   // The core has lost its tails, so its covariance is too small: the median says by how much.
@@ -274,7 +267,7 @@ Population estimatePopulation(std::span<const PopulationSample> samples) {
                         .between = MatrixXd::Zero(k, k),
                         .is_member = std::vector<bool>(samples.size(), true)};
   if (in_units.active.empty()) return population;
-  Estimate estimate;
+  Population estimate;
   if (samples.size() >= fewestForOutliers(in_units.active.size())) {
     const auto [members, of_members] = membersOf(in_units.samples);
     estimate = of_members;
@@ -294,18 +287,16 @@ Population estimatePopulation(std::span<const PopulationSample> samples) {
   return population;
 }
 
-SampleDistance distanceTo(const Population& population, const PopulationSample& sample) {
+double betweenShare(const Population& population, const PopulationSample& sample) {
   const MatrixXd whole = population.between + sample.covariance;
   std::vector<Eigen::Index> active;
   for (Eigen::Index j = 0; j < whole.rows(); ++j)
     if (whole(j, j) > 0) active.push_back(j);
-  if (active.empty()) return {};
+  if (active.empty()) return 0;
   const VectorXd inverse = VectorXd(whole.diagonal()(active)).cwiseSqrt().cwiseInverse();
   const MatrixXd weight = inverseOf(inverse.asDiagonal() * whole(active, active) * inverse.asDiagonal());
-  const VectorXd off = VectorXd((sample.value - population.mean)(active)).cwiseProduct(inverse);
   const MatrixXd between = inverse.asDiagonal() * population.between(active, active) * inverse.asDiagonal();
-  return {.squares = off.dot(weight * off),
-          .between_share = (weight * between).trace() / static_cast<double>(active.size())};
+  return (weight * between).trace() / static_cast<double>(active.size());
 }
 
 }  // namespace alidade

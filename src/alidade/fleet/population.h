@@ -51,11 +51,7 @@ inline constexpr std::size_t kMostForSpread = 2000;
 /// @param samples  two or more, of one length, finite
 [[nodiscard]] Population estimatePopulation(std::span<const PopulationSample> samples);
 
-/// How a sample compares with a population of which it may be a member.
-struct SampleDistance {
-  double squares = 0;        ///< Mahalanobis' distance by the whole covariance, squared
-  double between_share = 0;  ///< of the whole covariance that is spread between members, 0 to 1
-};
-[[nodiscard]] SampleDistance distanceTo(const Population& population, const PopulationSample& sample);
+/// The share of a sample's whole covariance that is spread between members, 0 to 1.
+[[nodiscard]] double betweenShare(const Population& population, const PopulationSample& sample);
 
 }  // namespace alidade

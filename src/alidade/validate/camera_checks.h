@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,18 +16,16 @@
 
 namespace alidade {
 
-/// A number that a check computed or compared with. Its name ends in the unit: "fx_px"; shares have none.
-struct CheckValue {
-  std::string name;
-  double value = 0;
-};
+/// The numbers that a check computed or compared with, by name. Names end in the unit: "fx_px"; shares have
+/// none.
+using CheckValues = std::vector<std::pair<std::string, double>>;
 
 /// A question that was asked of a camera file, and the answer.
 struct FileCheck {
   Severity severity = Severity::kPass;
   std::string id;                        ///< stable, for scripts: "focal_length"
   std::string message;                   ///< the answer, with value and limit
-  std::vector<CheckValue> values = {};   ///< what the message says in numbers
+  CheckValues values = {};               ///< of the message
   std::string slip = {};                 ///< the id of the slip behind a misfit
   std::optional<AnyCamera> mended = {};  ///< the camera without the slip; nothing: none is known
 };

@@ -20,13 +20,12 @@ ComparedCamera compared(const CameraRecord& file) {
   return {.camera = &file.camera, .size = file.image_size, .covariance = statedCovariance(file)};
 }
 
-std::vector<CheckValue> valuesOf(const std::string& id, const HeldOutJudgement& judgement,
-                                 double tolerance_px) {
+CheckValues valuesOf(const std::string& id, const HeldOutJudgement& judgement, double tolerance_px) {
   if (id == "held_out_error") {
     return {{"rms_px", judgement.held_out_rms_px},
             {"noise_rms_px", judgement.noise_rms_px},
             {"tolerance_px", tolerance_px},
-            {"num_corners", static_cast<double>(judgement.num_corners)},
+            {"num_corners", static_cast<double>(judgement.numCorners())},
             {"num_views", static_cast<double>(judgement.views.size())}};
   }
   if (!judgement.difference) return {};
@@ -69,13 +68,13 @@ void testOnImages(const CameraRecord& record, const FileTests& tests, CameraJudg
   judgement.held_out = std::move(on_images);
 }
 
-std::vector<CheckValue> footageValues(const FootageJudgement& judgement) {
+CheckValues footageValues(const FootageJudgement& judgement) {
   const FootageCheck& check = judgement.check;
-  std::vector<CheckValue> values = {{"tolerance_px", check.tolerance_px},
-                                    {"blind_px", check.blind_px},
-                                    {"holdout_rms_px", check.holdout_rms_px},
-                                    {"num_frames", static_cast<double>(check.num_frames)},
-                                    {"num_points", static_cast<double>(check.num_points)}};
+  CheckValues values = {{"tolerance_px", check.tolerance_px},
+                        {"blind_px", check.blind_px},
+                        {"holdout_rms_px", check.holdout_rms_px},
+                        {"num_frames", static_cast<double>(check.num_frames)},
+                        {"num_points", static_cast<double>(check.num_points)}};
   if (check.explanation) {
     const CameraChange& change = check.changes.at(*check.explanation);
     values.push_back({"effect_px", change.effect_px});
@@ -162,7 +161,7 @@ std::optional<FileJudgement> judgeFile(const ListedFile& file, const ReadOptions
       judgement.cameras.push_back(judgeCamera(camera, file.path));
       addTests(camera, file.path, tests, judgement.cameras.back(), is_one);
     }
-    judgement.rig_checks = judgeRig(source);
+    judgement.rig_checks = checkRig(source);
     for (const RefusedCamera& camera : source.refused)
       judgement.cameras.push_back(judgeRefused(camera, file.path));
   } catch (const Error& e) {

@@ -122,7 +122,7 @@ std::vector<FileCheck> checkRig(const RigRecord& rig) {
   return checks;
 }
 
-std::vector<FileCheck> judgeRig(const CameraSource& source) {
+std::vector<FileCheck> checkRig(const CameraSource& source) {
   const bool is_rig =
       source.cameras.size() > 1 && source.refused.empty() &&
       std::all_of(source.cameras.begin(), source.cameras.end(),

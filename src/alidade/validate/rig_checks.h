@@ -15,6 +15,6 @@ namespace alidade {
 
 /// The same for the cameras of a file; nothing for a file that is no rig of supported cameras. A file of
 /// another tool needs no image size.
-[[nodiscard]] std::vector<FileCheck> judgeRig(const CameraSource& source);
+[[nodiscard]] std::vector<FileCheck> checkRig(const CameraSource& source);
 
 }  // namespace alidade

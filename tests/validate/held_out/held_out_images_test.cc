@@ -105,10 +105,10 @@ TEST(HeldOutImages, HeldOutErrorIsThatOfNoiseForTheTrueCamera) {
   const DrawnCamera drawn = ordinaryCamera();
   const UserSet set = viewsOf(drawn, 20, 6);
   const HeldOutJudgement judgement = judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views);
-  EXPECT_EQ(judgement.num_unseen, 0);
-  EXPECT_GE(judgement.num_corners, 20 * 18);
+  EXPECT_EQ(judgement.numUnseen(), 0);
+  EXPECT_GE(judgement.numCorners(), 20 * 18);
   EXPECT_NEAR(judgement.held_out_rms_px / judgement.noise_rms_px, 1, 0.05);
-  EXPECT_GE(judgement.fixed_rms_px, judgement.freed_rms_px * 0.999);
+  EXPECT_GE(judgement.fixed_rms_px, judgement.freedRmsPx() * 0.999);
   ASSERT_TRUE(judgement.overall);
   EXPECT_FALSE(judgement.overall->isSignificant());
   EXPECT_GT(judgement.covered_share, 0.5);
@@ -169,7 +169,7 @@ TEST(HeldOutImages, NameLargeChangesOnCornersWithoutNoise) {
     const AnyCamera tested = *changed(drawn.camera, c.change, c.amount);
     const HeldOutJudgement judgement = judgeOnImages({&tested, drawn.size}, set.board, set.views);
     const Diagnosis check = heldOutChecks(judgement, kDefaultTolerancePx)[1];
-    EXPECT_LT(judgement.freed_rms_px, 1e-6);
+    EXPECT_LT(judgement.freedRmsPx(), 1e-6);
     EXPECT_EQ(check.severity, Severity::kFailure) << c.complaint;
     EXPECT_THAT(check.cause, HasSubstr(c.complaint));
     ++num_named;
@@ -265,7 +265,7 @@ TEST(HeldOutImages, NameTheWholeOfAChangeThatIsLarge) {
           << c.complaint;
       // Two digits are what a message has.
       EXPECT_THAT(check.cause, HasSubstr(std::string(c.complaint).substr(0, 10)));
-      EXPECT_NEAR(change.refined->rms_px, judgement.freed_rms_px, 0.2 * judgement.freed_rms_px);
+      EXPECT_NEAR(change.refined->rms_px, judgement.freedRmsPx(), 0.2 * judgement.freedRmsPx());
       ++num_named;
     }
   }

@@ -14,7 +14,7 @@ json checksJson(const std::vector<FileCheck>& list) {
   json checks = json::array();
   for (const FileCheck& check : list) {
     json values = json::object();
-    for (const CheckValue& value : check.values) values[value.name] = value.value;
+    for (const auto& [name, value] : check.values) values[name] = value;
     checks.push_back({{"id", check.id},
                       {"status", severityName(check.severity)},
                       {"values", std::move(values)},
@@ -84,12 +84,12 @@ json heldOutJson(const HeldOutJudgement& judgement, const DocumentParts& parts) 
   for (const HeldOutView& view : judgement.views) views.push_back(heldOutViewJson(view, parts));
   return {{"boards", std::move(boards)},
           {"num_views_given", judgement.num_views_given},
-          {"num_corners", judgement.num_corners},
+          {"num_corners", judgement.numCorners()},
           {"rms_px", judgement.held_out_rms_px},
           {"noise_sigma_px", judgement.noise_sigma_px},
           {"noise_rms_px", judgement.noise_rms_px},
           {"fixed_rms_px", judgement.fixed_rms_px},
-          {"freed_rms_px", judgement.freed_rms_px},
+          {"freed_rms_px", judgement.freedRmsPx()},
           {"covered_share", judgement.covered_share},
           {"p95_px", judgement.difference ? json(judgement.difference->p95_px) : json(nullptr)},
           {"freed", judgement.freed ? freedJson(*judgement.freed) : json(nullptr)},

@@ -41,7 +41,7 @@ Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_
       .id = "held_out_error",
       .cause = {},
       .evidence = fmt::format("{:.3g} px RMS over {} corners of {} of {} views", judgement.held_out_rms_px,
-                              judgement.num_corners, judgement.views.size(), judgement.num_views_given),
+                              judgement.numCorners(), judgement.views.size(), judgement.num_views_given),
       .limit = fmt::format("{:.3g} px: noise of {:.3g} px and the tolerance of {} px",
                            std::hypot(noise_px, tolerance_px), noise_px, tolerance_px)};
   const auto end = [&](Severity severity, const std::string& cause) {
@@ -49,9 +49,9 @@ Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_
     check.cause = cause;
     return check;
   };
-  if (judgement.num_corners == 0) {
+  if (judgement.numCorners() == 0) {
     check.evidence = "no corner could be tested";
-    return judgement.num_unseen == 0
+    return judgement.numUnseen() == 0
                ? end(Severity::kWarning,
                      "the views have too few corners of either colour of the board to predict one from the "
                      "other (four, not in a line); show more of the board")
@@ -59,10 +59,10 @@ Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_
                      "the camera does not see the boards of these images from any pose; were the images "
                      "taken by this camera, and is the board's size right?");
   }
-  if (judgement.num_unseen > 0) {
+  if (judgement.numUnseen() > 0) {
     return end(
         Severity::kFailure,
-        fmt::format("{} corners in the images lie outside the domain of the camera", judgement.num_unseen));
+        fmt::format("{} corners in the images lie outside the domain of the camera", judgement.numUnseen()));
   }
   const std::string worst_view = worstViewText(judgement);
   if (beyond(judgement.held_out_rms_px, noise_px) <= tolerance_px) {
@@ -151,12 +151,12 @@ class ImagesAgree {
           "the images do not yield a camera to compare with: " + judgement_.freed_complaint + hintText();
       return;
     }
-    if (judgement_.num_corners == 0 && judgement_.num_unseen > 0) {
+    if (judgement_.numCorners() == 0 && judgement_.numUnseen() > 0) {
       check_.severity = isFreedWrong(*judgement_.freed) ? Severity::kWarning : Severity::kFailure;
       check_.cause = fmt::format(
           "the images do not match the camera, which does not see their boards from any pose; RMS {:.3g} px "
           "with its parameters refitted",
-          judgement_.freed_rms_px);
+          judgement_.freedRmsPx());
       if (const std::string reason = explanation(); !reason.empty()) check_.cause += "; " + reason;
       return;
     }
@@ -237,7 +237,7 @@ class ImagesAgree {
   // remains is larger than the images' own errors (in squares, so that together they are 1.4 times as long),
   // the camera is not the images' one after the change either, and whoever made it would have been misled.
   [[nodiscard]] bool isCloseToFreed(double rms_px) const {
-    const double freed_px = std::max(judgement_.freed_rms_px, std::numbers::sqrt2 * kFinestPx);
+    const double freed_px = std::max(judgement_.freedRmsPx(), std::numbers::sqrt2 * kFinestPx);
     return beyond(rms_px, freed_px) <= freed_px;
   }
 
@@ -251,14 +251,14 @@ class ImagesAgree {
     constexpr double kMost = 0.7;
     const auto square = [](double x) { return x * x; };
     const double fixed = square(judgement_.fixed_rms_px);
-    const double excess = fixed - square(judgement_.freed_rms_px);
+    const double excess = fixed - square(judgement_.freedRmsPx());
     // As in misfitSigmas(), a view brings two numbers, however many corners it has.
     const double count = 2.0 * static_cast<double>(judgement_.freed->fit.views.size());
     double best_score = std::numeric_limits<double>::infinity();
     const auto isBest = [&](double rms_px, int num_free) {
       // A camera that does not see all corners has no mean of all errors to take from.
       const double share =
-          judgement_.num_unseen > 0 ? 1.0 : (excess > 0 ? (fixed - square(rms_px)) / excess : 0.0);
+          judgement_.numUnseen() > 0 ? 1.0 : (excess > 0 ? (fixed - square(rms_px)) / excess : 0.0);
       const double score = count * std::log(square(std::max(rms_px, kFinestPx))) + num_free * std::log(count);
       if (!isCloseToFreed(rms_px) || !(share >= kMost) || !(score < best_score)) return false;
       best_score = score;
@@ -300,8 +300,8 @@ class ImagesAgree {
   [[nodiscard]] bool isFarOff() const {
     constexpr double kByFar = 3;
     return judgement_.misfit_sigmas > kNormalOneInThousand &&
-           judgement_.fixed_rms_px > kByFar * judgement_.freed_rms_px &&
-           beyond(judgement_.fixed_rms_px, judgement_.freed_rms_px) > tolerance_px_;
+           judgement_.fixed_rms_px > kByFar * judgement_.freedRmsPx() &&
+           beyond(judgement_.fixed_rms_px, judgement_.freedRmsPx()) > tolerance_px_;
   }
 
   [[nodiscard]] std::string evidenceText() const {
@@ -310,8 +310,8 @@ class ImagesAgree {
     if (judgement_.overall && !isFarOff())
       text = fmt::format("all parameters together {:.1f} sigma; ", std::max(0.0, judgement_.overall->sigmas));
     text += fmt::format("RMS {:.3g} px as it is", judgement_.fixed_rms_px);
-    if (std::isfinite(judgement_.freed_rms_px))
-      text += fmt::format(", {:.3g} px with its parameters refitted", judgement_.freed_rms_px);
+    if (std::isfinite(judgement_.freedRmsPx()))
+      text += fmt::format(", {:.3g} px with its parameters refitted", judgement_.freedRmsPx());
     return text;
   }
 

@@ -143,7 +143,7 @@ double rmsOf(const FitView& view) {
   return std::sqrt(sum / static_cast<double>(view.errors.size()));
 }
 
-// Asks what the camera predicts.
+// Tests whether the camera predicts corners.
 void predictCorners(const PosedViews& held, const PosedViews* freed, HuberLoss loss,
                     HeldOutJudgement& judgement) {
   const Fit& fit = held.fit;
@@ -172,11 +172,8 @@ void predictCorners(const PosedViews& held, const PosedViews* freed, HuberLoss l
     if (view.num_corners > 0) view.rms_px = std::sqrt(sum / view.num_corners);
     held_out_sum += sum;
   }
-  for (const HeldOutView& view : judgement.views) {
-    judgement.num_corners += view.num_corners;
-    judgement.num_unseen += view.num_unseen;
-  }
-  if (judgement.num_corners > 0) judgement.held_out_rms_px = std::sqrt(held_out_sum / judgement.num_corners);
+  const int count = judgement.numCorners();
+  if (count > 0) judgement.held_out_rms_px = std::sqrt(held_out_sum / count);
   if (numCorners(fit) == 0) return;
   judgement.fixed_rms_px = rms(fit);
   judgement.noise_sigma_px = localSigma(fit);
@@ -191,7 +188,6 @@ void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vec
                       double variance_ratio, HeldOutJudgement& judgement) {
   const Calibration& freed = *judgement.freed;
   const Uncertainty& known = freed.uncertainty;
-  judgement.freed_rms_px = rms(freed.fit);
   if (!known.covariance || covered.size() < kFewestPixels) return;
   const AnyCamera camera = freed.camera();
   const ComparedCamera other{&camera, freed.imageSize(),
@@ -203,7 +199,7 @@ void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vec
   judgement.significance = significanceOf(*judgement.difference, tested, other, options.freed);
 }
 
-// What a change would do, where it is worth mentioning.
+// The effect of a change, where it is worth mentioning.
 NeededChange measured(IntrinsicsChange change, const StepEstimate& estimate, const ComparedCamera& tested,
                       const PosedViews* freed, double noise_variance,
                       const std::vector<Eigen::Vector2d>& covered) {
@@ -239,6 +235,22 @@ void testAsItIs(const ComparedCamera& tested, const PosedViews& held, const Pose
 }
 
 }  // namespace
+
+int HeldOutJudgement::numCorners() const {
+  int sum = 0;
+  for (const HeldOutView& view : views) sum += view.num_corners;
+  return sum;
+}
+
+int HeldOutJudgement::numUnseen() const {
+  int sum = 0;
+  for (const HeldOutView& view : views) sum += view.num_unseen;
+  return sum;
+}
+
+double HeldOutJudgement::freedRmsPx() const {
+  return freed ? rms(freed->fit) : std::numeric_limits<double>::quiet_NaN();
+}
 
 HeldOutJudgement judgeOnImages(const ComparedCamera& camera, std::span<const Board> boards,
                                std::vector<View> views, const HeldOutOptions& options) {

@@ -66,8 +66,6 @@ struct NeededChange {
 struct HeldOutJudgement {
   int num_views_given = 0;
   std::vector<HeldOutView> views;  ///< those used, in order of image name
-  int num_corners = 0;             ///< with an error
-  int num_unseen = 0;
   /// sqrt(mean of dx^2 + dy^2) over corners that had no part in their view's pose, px. NaN if there are none.
   double held_out_rms_px = std::numeric_limits<double>::quiet_NaN();
   /// One standard deviation an axis of the noise by which neighbouring corners differ, of the camera as it is
@@ -79,9 +77,8 @@ struct HeldOutJudgement {
   /// The camera of the same model that these images give by themselves; nothing where they give none.
   std::optional<Calibration> freed;
   std::string freed_complaint;  ///< why there is none
-  /// RMS of all corners with the poses fitted to all of them, px: of the camera as it is, and of that one.
+  /// RMS of all corners with the poses fitted to all of them, px, of the camera as it is.
   double fixed_rms_px = std::numeric_limits<double>::quiet_NaN();
-  double freed_rms_px = std::numeric_limits<double>::quiet_NaN();
   /// From the camera to the freed one, the rotation taken out, where the boards were: nothing without a freed
   /// one, or without a covariance of it.
   std::optional<ProjectionDifference> difference;
@@ -95,6 +92,11 @@ struct HeldOutJudgement {
   /// One for each way to change the camera that the views say something of, the surest first.
   std::vector<NeededChange> changes;
   std::vector<Slip> slips;  ///< mended, see mendedSlips(); none without a freed camera
+
+  [[nodiscard]] int numCorners() const;  ///< with an error
+  [[nodiscard]] int numUnseen() const;
+  /// RMS of all corners with the poses fitted to all of them, px, of the freed camera; NaN without one.
+  [[nodiscard]] double freedRmsPx() const;
 };
 
 /// Judges a camera by views that it was not made from. The camera is held as it is throughout; two questions

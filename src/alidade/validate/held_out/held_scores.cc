@@ -78,6 +78,15 @@ Eigen::MatrixXd determinedDirections(const Eigen::MatrixXd& information) {
   return scale.asDiagonal() * solver.eigenvectors().rightCols(scale.size() - first);
 }
 
+// Sum of dx^2 + dy^2 over all corners, px^2.
+double squaresOf(const PosedViews& posed) {
+  double squares = 0;
+  for (const FitView& view : posed.fit.views) {
+    for (const Eigen::Vector2d& error : viewErrors(posed.fit, view)) squares += error.squaredNorm();
+  }
+  return squares;
+}
+
 // Two digits, and no exponent of ten for what people count.
 std::string figure(double value) {
   return value < 100 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);
@@ -85,14 +94,9 @@ std::string figure(double value) {
 
 }  // namespace
 
-Misfit misfitOf(const PosedViews& posed) {
-  Misfit misfit;
-  for (const FitView& view : posed.fit.views) {
-    for (const Eigen::Vector2d& error : viewErrors(posed.fit, view)) misfit.squares += error.squaredNorm();
-  }
+double misfitPx(const PosedViews& posed) {
   const std::size_t count = numCorners(posed.fit);
-  if (count > 0) misfit.rms_px = std::sqrt(misfit.squares / static_cast<double>(count));
-  return misfit;
+  return count > 0 ? std::sqrt(squaresOf(posed) / static_cast<double>(count)) : 0;
 }
 
 double misfitSigmas(const PosedViews& held, const PosedViews& freed) {
@@ -108,8 +112,8 @@ double misfitSigmas(const PosedViews& held, const PosedViews& freed) {
   const auto above = static_cast<double>(onlyCamera(held.fit).params.size());
   const double below = freedom - above;
   if (!(below > 0)) return 0;
-  const double as_it_is = misfitOf(held).squares;
-  const double once_freed = std::max(misfitOf(freed).squares, squares_of_finest);
+  const double as_it_is = squaresOf(held);
+  const double once_freed = std::max(squaresOf(freed), squares_of_finest);
   const double f = (as_it_is - once_freed) / above / (once_freed / below);
   return f > 0 ? normalOfF(f, above, below) : 0.0;
 }
@@ -351,7 +355,7 @@ std::optional<ChangeRefit> refitChange(const AnyCamera& tested, IntrinsicsChange
   if (!estimate) return std::nullopt;
   estimate->amount += amount;
   estimate->sigmas = normalOfStudentT(std::abs(estimate->amount) / estimate->std, estimate->freedom);
-  return ChangeRefit{*estimate, misfitOf(*posed).rms_px};
+  return ChangeRefit{*estimate, misfitPx(*posed)};
 }
 
 }  // namespace alidade

@@ -27,12 +27,8 @@ struct PosedViews {
 /// those is rounding, and how a change compares with it says nothing.
 inline constexpr double kFinestPx = 1e-3;
 
-/// How far views are from what a camera predicts at their poses.
-struct Misfit {
-  double rms_px = 0;   ///< sqrt(mean of dx^2 + dy^2) over all corners
-  double squares = 0;  ///< sum over the corners, px^2
-};
-[[nodiscard]] Misfit misfitOf(const PosedViews& posed);
+/// How far views are from what a camera predicts at their poses: sqrt(mean of dx^2 + dy^2) over all corners.
+[[nodiscard]] double misfitPx(const PosedViews& posed);
 
 /// Whether a camera is off by so much that the refitted poses cannot hide it: how improbable the ratio of its
 /// squared errors to those of the freed camera would be if it were right, as a normal variable.

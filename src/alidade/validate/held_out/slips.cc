@@ -124,7 +124,7 @@ std::vector<Slip> mendedSlips(const AnyCamera& tested, const PosedViews& freed) 
                      .text = textOf(kind, *camera, tested),
                      .mended = *camera,
                      .num_free = kind.numOpen(),
-                     .rms_px = misfitOf(*posed).rms_px});
+                     .rms_px = misfitPx(*posed)});
   }
   return slips;
 }
