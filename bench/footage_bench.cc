@@ -20,10 +20,10 @@ AnyCamera cameraOf(std::string_view model) {
 
 FootageScene sceneOf(std::string_view model, std::string_view kind) {
   FootageScene scene{.camera = cameraOf(model), .image_size = {640, 480}, .num_jobs = 1};
-  if (kind == "rolling") scene.rolling_shutter = 0.8;
+  if (kind == "rolling") scene.effects.rolling_shutter = 0.8;
   if (kind == "crowd") {
-    scene.moving_objects = 40;
-    scene.moving_share = 0.75;
+    scene.effects.moving_objects = 40;
+    scene.effects.moving_share = 0.75;
   }
   return scene;
 }

@@ -72,8 +72,8 @@ FootageScene sceneOf(int set) {
   FootageScene scene{.camera = cameraOf(set), .image_size = kSize};
   scene.num_frames = 30 + static_cast<int>(random.index(31));
   scene.flow_px = random.uniform(6, 14);
-  scene.blur_px = random.uniform(0.5, 1.1);
-  scene.read_noise = random.uniform(1, 3);
+  scene.effects.blur_px = random.uniform(0.5, 1.1);
+  scene.effects.read_noise = random.uniform(1, 3);
   scene.seed = streamSeed(78, static_cast<std::uint64_t>(set));
   scene.num_jobs = 1;
   return scene;
@@ -265,21 +265,21 @@ int runControls(int num_sets) {
       {"crowd, static", true,
        [](FootageScene& s) {
          s.path = FootagePath::kStatic;
-         s.moving_objects = 40;
-         s.moving_share = 0.75;
+         s.effects.moving_objects = 40;
+         s.effects.moving_share = 0.75;
        }},
       {"crowd, walk", true,
        [](FootageScene& s) {
-         s.moving_objects = 40;
-         s.moving_share = 0.6;
+         s.effects.moving_objects = 40;
+         s.effects.moving_share = 0.6;
        }},
-      {"rolling shutter", false, [](FootageScene& s) { s.rolling_shutter = 0.7; }},
+      {"rolling shutter", false, [](FootageScene& s) { s.effects.rolling_shutter = 0.7; }},
       {"stabilised", false,
        [](FootageScene& s) {
-         s.shake_px = 5;
-         s.stabilisation_frames = 5;
+         s.effects.shake_px = 5;
+         s.effects.stabilisation_frames = 5;
        }},
-      {"zoom", false, [](FootageScene& s) { s.zoom = 1.2; }}};
+      {"zoom", false, [](FootageScene& s) { s.effects.zoom = 1.2; }}};
   bool is_good = true;
   std::vector<std::pair<std::string, Row>> rows;
   for (const Control& control : controls) {

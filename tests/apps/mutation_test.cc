@@ -45,7 +45,7 @@ TEST(Mutations, OfACameraFileNeverSurprise) {
   const Counts counts =
       readMutations(readFile(dataPath("camera.yaml")) +
                         "calibration:\n  rms_px: 0.1\n  num_views: 3\n  num_corners: 162\n" +
-                        "  settings: {model: radtan, input: [a, b]}\n",
+                        "  board: checkerboard:9x6:25mm\n  findings: [a, b]\n",
                     1, [](const std::string& text) { (void)onlyCamera(parseCameras(text, "camera.yaml")); });
   EXPECT_GT(counts.read, kNumRuns / 30);
   EXPECT_GT(counts.refused, kNumRuns / 4);

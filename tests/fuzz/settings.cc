@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/files/settings_file.h"
 #include "fuzz.h"
+#include "memory_file.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace alidade;
-  const std::string text = fuzz::textOf(data, size);
-  fuzz::read([&] { (void)parseSettings(text, "settings.yaml"); });
+  const fuzz::MemoryFile file(data, size);
+  fuzz::read([&] { (void)readSettingsFile(file.path()); });
   return 0;
 }

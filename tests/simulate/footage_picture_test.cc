@@ -115,14 +115,14 @@ TEST(FootagePicture, AgreesWithTracksOfAFisheyeBeyondRightAngles) {
 
 TEST(FootagePicture, AgreesWithTracksWhereRowsAreTakenOneAfterAnother) {
   FootageScene scene = footageScene(footageRadtan());
-  scene.rolling_shutter = 0.9;
+  scene.effects.rolling_shutter = 0.9;
   const FlowErrors rolling = flowErrors(scene, 7);
   EXPECT_GT(rolling.count, 200);
   EXPECT_LT(rolling.mean_px, 0.1);
-  scene.stabilisation_frames = 6;
-  scene.shake_px = 3;
-  scene.zoom = 1.2;
-  scene.moving_objects = 6;
+  scene.effects.stabilisation_frames = 6;
+  scene.effects.shake_px = 3;
+  scene.effects.zoom = 1.2;
+  scene.effects.moving_objects = 6;
   const FlowErrors everything = flowErrors(scene, 7);
   EXPECT_GT(everything.count, 150);
   EXPECT_LT(everything.mean_px, 0.1);
@@ -133,11 +133,11 @@ TEST(FootagePicture, AgreesWithTracksWhereRowsAreTakenOneAfterAnother) {
 TEST(FootagePicture, HasPixelCentresWhereTheConventionsSay) {
   FootageScene scene = footageScene(footagePinhole());
   scene.path = FootagePath::kStatic;
-  scene.read_noise = 0;
+  scene.effects.read_noise = 0;
   const GrayImage small = FootageSimulator(scene).renderFrame(0);
   scene.camera = AnyCamera::make("pinhole", std::vector<double>{500, 504, 2 * 158.5 - 0.5, 2 * 121.5 - 0.5});
   scene.image_size = {640, 480};
-  scene.blur_px *= 2;
+  scene.effects.blur_px *= 2;
   const GrayImage large = FootageSimulator(scene).renderFrame(0);
   const auto mean = [&](int x, int y) {
     return 0.25 * (large.at(2 * x, 2 * y) + large.at(2 * x + 1, 2 * y) + large.at(2 * x, 2 * y + 1) +
@@ -170,8 +170,8 @@ TEST(FootagePicture, GivesDetectorsCornersEverywhere) {
       for (const int moving_objects : {0, 40}) {
         FootageScene scene = footageScene(camera);
         scene.surroundings = surroundings;
-        scene.moving_objects = moving_objects;
-        scene.moving_share = moving_objects > 0 ? 0.7 : 0;
+        scene.effects.moving_objects = moving_objects;
+        scene.effects.moving_share = moving_objects > 0 ? 0.7 : 0;
         std::vector<cv::Point2f> corners;
         constexpr double kQuality = 0.02;
         constexpr double kDistancePx = 4;
@@ -196,9 +196,9 @@ TEST(FootagePicture, GivesDetectorsCornersEverywhere) {
 
 TEST(FootagePicture, HasTheSameBytesForAnyNumberOfThreads) {
   FootageScene scene = footageScene(footageFisheye());
-  scene.rolling_shutter = 0.5;
-  scene.stabilisation_frames = 4;
-  scene.moving_objects = 4;
+  scene.effects.rolling_shutter = 0.5;
+  scene.effects.stabilisation_frames = 4;
+  scene.effects.moving_objects = 4;
   const GrayImage one = FootageSimulator(scene).renderFrame(3);
   scene.num_jobs = 3;
   const FootageSimulator simulator(scene);
@@ -212,7 +212,7 @@ TEST(FootagePicture, HasTheSameBytesForAnyNumberOfThreads) {
 TEST(FootagePicture, OfAStaticCameraDiffersByNoiseOnly) {
   FootageScene scene = footageScene(footagePinhole());
   scene.path = FootagePath::kStatic;
-  scene.read_noise = 4;
+  scene.effects.read_noise = 4;
   const FootageSimulator noisy(scene);
   const GrayImage first = noisy.renderFrame(0);
   const GrayImage second = noisy.renderFrame(1);
@@ -224,7 +224,7 @@ TEST(FootagePicture, OfAStaticCameraDiffersByNoiseOnly) {
   // Two draws, each rounded; five standard errors are 1 %.
   const double expected = std::sqrt(2 * (16 + 1.0 / 12));
   EXPECT_NEAR(std::sqrt(sum2 / static_cast<double>(first.pixels.size())), expected, 0.015 * expected);
-  scene.read_noise = 0;
+  scene.effects.read_noise = 0;
   const FootageSimulator clean(scene);
   EXPECT_EQ(clean.renderFrame(0).pixels, clean.renderFrame(1).pixels);
 }
@@ -232,7 +232,7 @@ TEST(FootagePicture, OfAStaticCameraDiffersByNoiseOnly) {
 TEST(FootagePicture, IsDarkWhereThereIsNoRay) {
   // The domain of this lens ends inside the image.
   FootageScene scene = footageScene(AnyCamera::make("ucm", std::vector<double>{100, 100, 159.5, 119.5, 0.7}));
-  scene.read_noise = 0;
+  scene.effects.read_noise = 0;
   ASSERT_FALSE(scene.camera.unproject({0, 0}).has_value());
   const GrayImage image = FootageSimulator(scene).renderFrame(0);
   EXPECT_EQ(image.at(0, 0), 0);

@@ -166,8 +166,8 @@ TEST(FootageFlow, IsAnEightiethOfTheWidthByDefault) {
 TEST(FootageTracks, AreWhereTheirPointsProject) {
   for (const AnyCamera& camera : {footageRadtan(), footageFisheye()}) {
     FootageScene scene = footageScene(camera);
-    scene.moving_objects = 5;
-    scene.zoom = 1.3;
+    scene.effects.moving_objects = 5;
+    scene.effects.zoom = 1.3;
     const FootageSimulator simulator(scene);
     const auto tracks = simulator.trackPoints();
     int num_pixels = 0;
@@ -196,7 +196,7 @@ TEST(FootageTracks, AreWhereTheirPointsProject) {
 TEST(FootageTracks, EndWhereSomethingHidesThePoint) {
   for (const AnyCamera& camera : {footagePinhole(), footageFisheye()}) {
     FootageScene scene = footageScene(camera);
-    scene.moving_objects = 8;
+    scene.effects.moving_objects = 8;
     const FootageSimulator simulator(scene);
     int num_seen = 0;
     int num_hidden = 0;
@@ -230,9 +230,9 @@ TEST(FootageTracks, EndWhereSomethingHidesThePoint) {
 
 TEST(FootageRollingShutter, TakesEachRowAtItsOwnTime) {
   FootageScene scene = footageScene(footageRadtan());
-  scene.moving_objects = 4;
+  scene.effects.moving_objects = 4;
   const FootageSimulator global(scene);
-  scene.rolling_shutter = 0.8;
+  scene.effects.rolling_shutter = 0.8;
   const FootageSimulator rolling(scene);
   int num_checked = 0;
   int num_right_way = 0;
@@ -273,9 +273,9 @@ double shakiness(const FootageSimulator& simulator) {
 
 TEST(FootageStabilisation, SmoothsTheOrientationAndBreaksOnlyDistortedModels) {
   FootageScene scene = footageScene(footagePinhole());
-  scene.shake_px = 4;
+  scene.effects.shake_px = 4;
   const double before = shakiness(FootageSimulator(scene));
-  scene.stabilisation_frames = 8;
+  scene.effects.stabilisation_frames = 8;
   const FootageSimulator pinhole(scene);
   EXPECT_LT(shakiness(pinhole), 0.2 * before);
   scene.camera = footageRadtan();
@@ -301,7 +301,7 @@ TEST(FootageStabilisation, SmoothsTheOrientationAndBreaksOnlyDistortedModels) {
 
 TEST(FootageZoom, ChangesTheFocalLengthOverTheFrames) {
   FootageScene scene = footageScene(footagePinhole());
-  scene.zoom = 1.5;
+  scene.effects.zoom = 1.5;
   const FootageSimulator simulator(scene);
   EXPECT_NEAR(simulator.cameraOf(0).parameter("fx"), 250, 1e-9);
   EXPECT_NEAR(simulator.cameraOf(19).parameter("fx"), 375, 1e-9);
@@ -315,8 +315,8 @@ TEST(FootageCrowd, CoversTheShareThatWasAskedFor) {
     for (const AnyCamera& camera : {footagePinhole(), footageFisheye()}) {
       FootageScene scene = footageScene(camera);
       scene.path = path;
-      scene.moving_objects = 40;
-      scene.moving_share = 0.75;
+      scene.effects.moving_objects = 40;
+      scene.effects.moving_share = 0.75;
       const FootageSimulator simulator(scene);
       int num_moving = 0;
       int num_seen = 0;
@@ -338,8 +338,8 @@ TEST(FootageCrowd, CoversTheShareThatWasAskedFor) {
   EXPECT_EQ(num_checked, 4);
 
   FootageScene scene = footageScene(footagePinhole());
-  scene.moving_objects = 1;
-  scene.moving_share = 0.95;
+  scene.effects.moving_objects = 1;
+  scene.effects.moving_share = 0.95;
   try {
     const FootageSimulator simulator(scene);
     FAIL() << "one object cannot cover so much";
@@ -351,7 +351,7 @@ TEST(FootageCrowd, CoversTheShareThatWasAskedFor) {
 TEST(FootageCrowd, MovesOnItsOwn) {
   FootageScene scene = footageScene(footagePinhole());
   scene.path = FootagePath::kStatic;
-  scene.moving_objects = 12;
+  scene.effects.moving_objects = 12;
   const FootageSimulator simulator(scene);
   double sum = 0;
   int num_steps = 0;
@@ -390,10 +390,11 @@ TEST(FootageScene, RefusesWhatMakesNoFootage) {
   EXPECT_EQ(complaint([](FootageScene&) {}), "");
   EXPECT_THAT(complaint([](FootageScene& s) { s.num_frames = 0; }), HasSubstr("frames"));
   EXPECT_THAT(complaint([](FootageScene& s) { s.flow_px = -1; }), HasSubstr("flow_px"));
-  EXPECT_THAT(complaint([](FootageScene& s) { s.zoom = std::numeric_limits<double>::quiet_NaN(); }),
+  EXPECT_THAT(complaint([](FootageScene& s) { s.effects.zoom = std::numeric_limits<double>::quiet_NaN(); }),
               HasSubstr("zoom"));
-  EXPECT_THAT(complaint([](FootageScene& s) { s.rolling_shutter = 1.5; }), HasSubstr("rolling_shutter"));
-  EXPECT_THAT(complaint([](FootageScene& s) { s.moving_share = 0.5; }), HasSubstr("moving_share"));
+  EXPECT_THAT(complaint([](FootageScene& s) { s.effects.rolling_shutter = 1.5; }),
+              HasSubstr("rolling_shutter"));
+  EXPECT_THAT(complaint([](FootageScene& s) { s.effects.moving_share = 0.5; }), HasSubstr("moving_share"));
   // A lens so long that it sees nothing but the end of the corridor.
   EXPECT_THAT(complaint([](FootageScene& s) {
                 s.camera = AnyCamera::make("pinhole", std::vector<double>{1e6, 1e6, 159.5, 119.5});

@@ -37,10 +37,6 @@ Board boardFrom(const detail::YamlNode& root) {
 
 }  // namespace
 
-Board parseBoard(const std::string& text, const std::string& name) {
-  return boardFrom(detail::YamlNode::parse(text, name));
-}
-
 Board readBoard(const std::string& source) {
   std::error_code ignored;  // what cannot be looked at is no file
   const bool is_file = source.ends_with(".yaml") || source.ends_with(".yml") ||

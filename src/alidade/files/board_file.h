@@ -12,7 +12,4 @@ namespace alidade {
 /// @throws Error (kUsage for a SPEC, kInput for a file)
 [[nodiscard]] Board readBoard(const std::string& spec_or_path);
 
-/// A board file from text; messages use `name` as the file name. @throws Error (kInput)
-[[nodiscard]] Board parseBoard(const std::string& text, const std::string& name);
-
 }  // namespace alidade

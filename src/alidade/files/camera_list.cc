@@ -36,7 +36,7 @@ class Lister {
   void addInput(const std::string& input) {
     std::error_code ignored;
     if (fs::is_directory(input, ignored)) return addNamedFolder(input);
-    // What cannot be told (no permission) is left to the reader of the file.
+    // The reader of the file complains where nothing can be told (no permission).
     const bool is_missing = fs::status(cameraFilePath(input), ignored).type() == fs::file_type::not_found;
     if (!is_missing) return add(input, false);
     if (input.find_first_of("*?[") == std::string::npos) throw missingPathError(cameraFilePath(input));

@@ -19,7 +19,7 @@
 namespace alidade {
 namespace {
 
-// What a file of R and T without lenses says; nothing for any other file.
+// The document of a file with R and T but without lenses; nothing for any other file.
 std::optional<detail::CameraDocument> pairDocument(const std::string& path) {
   constexpr std::size_t kMaxBytes = 1U << 20U;
   try {

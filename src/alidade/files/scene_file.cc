@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <utility>
 
 #include "alidade/core/size_groups.h"
@@ -18,42 +19,6 @@ namespace {
 using detail::withPlace;
 using detail::YamlNode;
 
-// Fields of an options struct by their names in the file, which are their names in the code.
-template <class Options>
-struct Field {
-  const char* key;
-  double Options::*value;
-};
-
-constexpr Field<RandomViewOptions> kRandomFields[] = {{"max_tilt_deg", &RandomViewOptions::max_tilt_deg},
-                                                      {"max_roll_deg", &RandomViewOptions::max_roll_deg},
-                                                      {"min_fill", &RandomViewOptions::min_fill},
-                                                      {"max_fill", &RandomViewOptions::max_fill},
-                                                      {"margin_px", &RandomViewOptions::margin_px}};
-
-constexpr Field<RenderOptions> kRenderFields[] = {
-    {"blur_px", &RenderOptions::blur_px},
-    {"dark_level", &RenderOptions::dark_level},
-    {"bright_level", &RenderOptions::bright_level},
-    {"background_level", &RenderOptions::background_level},
-    {"border_square", &RenderOptions::border_square},
-    {"falloff", &RenderOptions::falloff},
-    {"vignetting_exponent", &RenderOptions::vignetting_exponent},
-    {"read_noise", &RenderOptions::read_noise},
-    {"full_well_electrons", &RenderOptions::full_well_electrons}};
-
-constexpr Field<FootageScene> kFootageFields[] = {
-    {"frame_rate_hz", &FootageScene::frame_rate_hz},
-    {"flow_px", &FootageScene::flow_px},
-    {"shake_px", &FootageScene::shake_px},
-    {"moving_share", &FootageScene::moving_share},
-    {"rolling_shutter", &FootageScene::rolling_shutter},
-    {"stabilisation_frames", &FootageScene::stabilisation_frames},
-    {"zoom", &FootageScene::zoom}};
-
-constexpr Field<FootageScene> kFootageRenderFields[] = {{"blur_px", &FootageScene::blur_px},
-                                                        {"read_noise", &FootageScene::read_noise}};
-
 constexpr std::pair<const char*, FootageSurroundings> kSurroundings[] = {
     {"room", FootageSurroundings::kRoom},
     {"plane", FootageSurroundings::kPlane},
@@ -64,14 +29,13 @@ constexpr std::pair<const char*, FootagePath> kPaths[] = {{"walk", FootagePath::
                                                           {"static", FootagePath::kStatic},
                                                           {"straight", FootagePath::kStraight}};
 
-template <class Options, std::size_t kCount>
-void readFields(const YamlNode& node, const Field<Options> (&fields)[kCount],
-                std::vector<std::string> other_keys, Options& options) {
-  std::vector<std::string> keys = std::move(other_keys);
-  for (const auto& field : fields) keys.emplace_back(field.key);
-  node.allowKeys(keys);
-  for (const auto& field : fields) {
-    if (const auto value = node.find(field.key)) options.*(field.value) = value->number();
+// Reads the numbers that a map of no other keys states. Keys are the names in the code.
+void readNumbers(const YamlNode& map, std::vector<std::string> other_keys,
+                 std::initializer_list<std::pair<const char*, double*>> numbers) {
+  for (const auto& [key, number] : numbers) other_keys.emplace_back(key);
+  map.allowKeys(other_keys);
+  for (const auto& [key, number] : numbers) {
+    if (const auto value = map.find(key)) *number = value->number();
   }
 }
 
@@ -86,7 +50,7 @@ Board readSceneBoard(const YamlNode& node, const std::filesystem::path& folder,
   return withPlace(node.where(), [&] { return readBoard(source); });
 }
 
-// `node` is the one that says how large the images are. Rendering takes memory for several of them.
+// `node` states the size of the images. Rendering takes memory for several of them.
 void checkRenderSize(const YamlNode& node, const ImageSize& size) {
   constexpr std::int64_t kMaxPixels = 100'000'000;
   if (std::int64_t{size.width} * size.height <= kMaxPixels) return;
@@ -94,7 +58,7 @@ void checkRenderSize(const YamlNode& node, const ImageSize& size) {
                    "at most " + std::to_string(kMaxPixels) + " pixels in total for a scene");
 }
 
-// The camera of a scene, and what is known of the file that it comes from.
+// The camera of a scene with the remarks on its file.
 struct SceneCamera {
   AnyCamera camera;
   ImageSize image_size;
@@ -161,13 +125,29 @@ Scene boardSceneFrom(const YamlNode& root, const std::filesystem::path& folder) 
   readViews(root.at("views"), scene);
   scene.seed = readSeed(root, scene.seed);
   if (const auto n = root.find("random")) {
-    readFields(*n, kRandomFields, {}, scene.random_views);
-    withPlace(n->where(), [&] { scene.random_views.validate(); });
+    RandomViewOptions& views = scene.random_views;
+    readNumbers(*n, {},
+                {{"max_tilt_deg", &views.max_tilt_deg},
+                 {"max_roll_deg", &views.max_roll_deg},
+                 {"min_fill", &views.min_fill},
+                 {"max_fill", &views.max_fill},
+                 {"margin_px", &views.margin_px}});
+    withPlace(n->where(), [&] { views.validate(); });
   }
   if (const auto n = root.find("render")) {
-    readFields(*n, kRenderFields, {"samples"}, scene.render);
-    if (const auto samples = n->find("samples")) scene.render.samples = samples->integer();
-    withPlace(n->where(), [&] { scene.render.validate(); });
+    RenderOptions& render = scene.render;
+    readNumbers(*n, {"samples"},
+                {{"blur_px", &render.blur_px},
+                 {"dark_level", &render.dark_level},
+                 {"bright_level", &render.bright_level},
+                 {"background_level", &render.background_level},
+                 {"border_square", &render.border_square},
+                 {"falloff", &render.falloff},
+                 {"vignetting_exponent", &render.vignetting_exponent},
+                 {"read_noise", &render.read_noise},
+                 {"full_well_electrons", &render.full_well_electrons}});
+    if (const auto samples = n->find("samples")) render.samples = samples->integer();
+    withPlace(n->where(), [&] { render.validate(); });
   }
   if (const auto n = root.find("corner_noise_px")) {
     scene.corner_noise_px = n->number();
@@ -201,12 +181,21 @@ FootageScene footageSceneFrom(const YamlNode& root, const std::filesystem::path&
                      .camera_remarks = camera.remarks,
                      .files = camera.files};
   const YamlNode footage = root.at("footage");
-  readFields(footage, kFootageFields, {"surroundings", "path", "frames", "moving_objects"}, scene);
+  FootageEffects& effects = scene.effects;
+  readNumbers(footage, {"surroundings", "path", "frames", "moving_objects"},
+              {{"frame_rate_hz", &scene.frame_rate_hz},
+               {"flow_px", &scene.flow_px},
+               {"shake_px", &effects.shake_px},
+               {"moving_share", &effects.moving_share},
+               {"rolling_shutter", &effects.rolling_shutter},
+               {"stabilisation_frames", &effects.stabilisation_frames},
+               {"zoom", &effects.zoom}});
   readChoice(footage, "surroundings", kSurroundings, scene.surroundings);
   readChoice(footage, "path", kPaths, scene.path);
   if (const auto n = footage.find("frames")) scene.num_frames = n->integer();
-  if (const auto n = footage.find("moving_objects")) scene.moving_objects = n->integer();
-  if (const auto n = root.find("render")) readFields(*n, kFootageRenderFields, {}, scene);
+  if (const auto n = footage.find("moving_objects")) effects.moving_objects = n->integer();
+  if (const auto n = root.find("render"))
+    readNumbers(*n, {}, {{"blur_px", &effects.blur_px}, {"read_noise", &effects.read_noise}});
   scene.seed = readSeed(root, scene.seed);
   withPlace(footage.where(), [&] { scene.validate(); });
   return scene;

@@ -4,9 +4,9 @@
 #include "alidade/files/text/yaml_node.h"
 
 namespace alidade {
-namespace {
 
-std::vector<SettingEntry> settingsFrom(const detail::YamlNode& root) {
+std::vector<SettingEntry> readSettingsFile(const std::string& path) {
+  const detail::YamlNode root = detail::YamlNode::readFile(path);
   if (!root.isMap())
     throw root.error("no map", "a map with flags as keys, for example\n  board: checkerboard:9x6:25mm");
   std::vector<SettingEntry> entries;
@@ -16,16 +16,6 @@ std::vector<SettingEntry> settingsFrom(const detail::YamlNode& root) {
     entries.push_back({.key = key, .values = value.texts(), .where = value.where()});
   }
   return entries;
-}
-
-}  // namespace
-
-std::vector<SettingEntry> readSettingsFile(const std::string& path) {
-  return settingsFrom(detail::YamlNode::readFile(path));
-}
-
-std::vector<SettingEntry> parseSettings(const std::string& text, const std::string& name) {
-  return settingsFrom(detail::YamlNode::parse(text, name));
 }
 
 }  // namespace alidade

@@ -18,7 +18,4 @@ struct SettingEntry {
 /// @throws Error (kInput)
 [[nodiscard]] std::vector<SettingEntry> readSettingsFile(const std::string& path);
 
-/// The same from text; `name` stands for the file in messages.
-[[nodiscard]] std::vector<SettingEntry> parseSettings(const std::string& text, const std::string& name);
-
 }  // namespace alidade

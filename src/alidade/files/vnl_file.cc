@@ -122,7 +122,7 @@ class VnlParser {
     ++num_rows_;
   }
 
-  // Nothing for one that was not found.
+  // Nothing for a corner that was not found.
   [[nodiscard]] std::optional<Corner> corner(const std::vector<std::string>& values) const {
     if (std::ranges::find(values.begin() + 1, values.end(), kMissing) != values.end()) return std::nullopt;
     const Eigen::Vector2d pixel(number(values[1], "x"), number(values[2], "y"));
@@ -214,7 +214,7 @@ class VnlParser {
   CornersFile file_;
 };
 
-// Whether the board's points are those of mrcal's board, which has one spacing.
+// Tells whether the board's points are those of mrcal's board, which has one spacing.
 bool isEvenlySpaced(const Board& board) {
   for (int id = 0; id < board.numCorners(); ++id) {
     const Eigen::Vector3d even =

@@ -87,7 +87,7 @@ struct Fleet {
   [[nodiscard]] std::size_t count(std::optional<Verdict> verdict) const;
 };
 
-/// What a population of cameras says.
+/// Analyses a population of cameras.
 ///
 /// Units are grouped by their image size. Those of the most frequent model of a group are treated as a sample
 /// of a normal population of parameters (estimatePopulation()); its mean is the typical camera. Each unit of

@@ -40,7 +40,7 @@ double deviationOf(std::vector<double> values, double centre) {
   }
   const double rms = std::sqrt(squares / static_cast<double>(values.size()));
   const double mad = kNormalOfMad * medianOf(std::move(values));
-  // Where most samples share one value, the others tell the scale.
+  // The others tell the scale where most samples share one value.
   return mad > 0 ? mad : rms;
 }
 
@@ -148,7 +148,7 @@ double improve(std::span<const PopulationSample> samples, const Subset& subset, 
   const auto n = static_cast<double>(subset.size());
   MatrixXd next = MatrixXd::Zero(k, k);
   for (const std::size_t i : subset) {
-    // Of each member's own deviation: how much of it is real, what it is, and what remains unknown.
+    // Each member's own deviation: how much of it is real, its size, and how much remains unknown.
     const MatrixXd share = estimate.between * inverseOf(estimate.between + samples[i].covariance);
     const VectorXd deviation = share * (samples[i].value - estimate.mean);
     next += deviation * deviation.transpose() + estimate.between - share * estimate.between +

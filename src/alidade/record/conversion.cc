@@ -30,7 +30,7 @@ std::vector<double> carriedStd(const std::vector<double>& std, const Eigen::Matr
   return {result.begin(), result.end()};
 }
 
-// What a calibration says of the camera of an edited image. Covariances follow the edit exactly; lengths in
+// The calibration of the camera of an edited image. Covariances follow the edit exactly; lengths in
 // pixels are of the new size, and where the axes were resized unequally take the geometric mean of both
 // scales. Counts, board and findings stay. The images are others.
 // @param edit  from the calibrated camera to the new one, all steps in one

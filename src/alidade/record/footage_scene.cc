@@ -14,14 +14,14 @@ void FootageScene::validate() const {
   detail::checkOption("frames", num_frames, 1, kMaxFrames);
   detail::checkOption("frame_rate_hz", frame_rate_hz, 1e-3, 1e6);
   detail::checkOption("flow_px", flow_px, 0, 100);
-  detail::checkOption("shake_px", shake_px, 0, 100);
-  detail::checkOption("moving_objects", moving_objects, 0, kMaxObjects);
-  detail::checkOption("moving_share", moving_share, 0, moving_objects > 0 ? kMaxShare : 0);
-  detail::checkOption("rolling_shutter", rolling_shutter, 0, 1);
-  detail::checkOption("stabilisation_frames", stabilisation_frames, 0, 1000);
-  detail::checkOption("zoom", zoom, 0.1, 10);
-  detail::checkOption("blur_px", blur_px, 0, 10);
-  detail::checkOption("read_noise", read_noise, 0, 255);
+  detail::checkOption("shake_px", effects.shake_px, 0, 100);
+  detail::checkOption("moving_objects", effects.moving_objects, 0, kMaxObjects);
+  detail::checkOption("moving_share", effects.moving_share, 0, effects.moving_objects > 0 ? kMaxShare : 0);
+  detail::checkOption("rolling_shutter", effects.rolling_shutter, 0, 1);
+  detail::checkOption("stabilisation_frames", effects.stabilisation_frames, 0, 1000);
+  detail::checkOption("zoom", effects.zoom, 0.1, 10);
+  detail::checkOption("blur_px", effects.blur_px, 0, 10);
+  detail::checkOption("read_noise", effects.read_noise, 0, 255);
   if (surroundings == FootageSurroundings::kFar && path == FootagePath::kStraight) {
     throw inputError({.where = "path",
                       .found = "'straight' in surroundings that are far away, which shows no motion",

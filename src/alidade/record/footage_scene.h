@@ -25,6 +25,23 @@ enum class FootagePath {
   kStraight,  ///< drives along its optical axis at a constant speed
 };
 
+/// What makes footage differ from sharp pictures of a rigid scene by a camera with a global shutter.
+struct FootageEffects {
+  double shake_px = 0;     ///< RMS displacement at the image centre by a shaking hand, per axis of rotation
+  int moving_objects = 0;  ///< textured boxes that move on their own
+  /// Share of the image that they cover on average; 0 = whatever they happen to cover.
+  double moving_share = 0;
+  /// Time from the first row to the last one, relative to the time between frames; 0 = global shutter. The
+  /// middle of the image is taken at the time of the frame.
+  double rolling_shutter = 0;
+  /// Standard deviation, in frames, of the Gaussian over time by which stabilisation smooths the orientation;
+  /// 0 = no stabilisation.
+  double stabilisation_frames = 0;
+  double zoom = 1;          ///< focal length of the last frame relative to the first, linear in between
+  double blur_px = 0.7;     ///< standard deviation of the lens' Gaussian blur, besides the pixel's own square
+  double read_noise = 1.5;  ///< standard deviation of the noise, grey levels
+};
+
 /// Simulated footage: ordinary pictures of textured surfaces by one camera that moves.
 struct FootageScene {
   AnyCamera camera;
@@ -36,21 +53,9 @@ struct FootageScene {
   /// Mean displacement from frame to frame of what does not move, over image and footage; sets the speed of
   /// the path. It does not include `shake_px`. 0 = an eightieth of the image's width.
   double flow_px = 0;
-  double shake_px = 0;     ///< RMS displacement at the image centre by a shaking hand, per axis of rotation
-  int moving_objects = 0;  ///< textured boxes that move on their own
-  double moving_share =
-      0;  ///< share of the image that they cover on average; 0 = whatever they happen to cover
-  /// Time from the first row to the last one, relative to the time between frames; 0 = global shutter. The
-  /// middle of the image is taken at the time of the frame.
-  double rolling_shutter = 0;
-  /// Standard deviation, in frames, of the Gaussian over time by which stabilisation smooths the orientation;
-  /// 0 = no stabilisation.
-  double stabilisation_frames = 0;
-  double zoom = 1;          ///< focal length of the last frame relative to the first, linear in between
-  double blur_px = 0.7;     ///< standard deviation of the lens' Gaussian blur, besides the pixel's own square
-  double read_noise = 1.5;  ///< standard deviation of the noise, grey levels
-  std::uint64_t seed = 1;   ///< of surfaces, path, objects and noise
-  int num_jobs = 0;         ///< threads; 0: one a processor. The pictures do not depend on it.
+  FootageEffects effects = {};
+  std::uint64_t seed = 1;  ///< of surfaces, path, objects and noise
+  int num_jobs = 0;        ///< threads; 0: one a processor. The pictures do not depend on it.
   /// What was passed over or assumed in reading the camera's file, a sentence each.
   std::vector<std::string> camera_remarks = {};
   std::vector<std::string> files = {};  ///< that the scene's file names: the camera's

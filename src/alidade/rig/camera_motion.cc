@@ -25,7 +25,7 @@ struct CommonView {
   SE3 rig_from_rig = {};  // from where the camera is in the fit to where this view has it, in the rig's frame
 };
 
-// Of each camera, in the order of frames.
+// The common views of each camera, in the order of frames.
 std::vector<std::vector<CommonView>> commonViews(const JointViews& views, const JointFit& joint) {
   std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> of_board;  // by frame and board
   for (std::size_t v = 0; v < views.poses.size(); ++v)

@@ -122,7 +122,8 @@ double transferRms(const Fit& fit, const FitView& view, const SE3& rig_from_boar
   return std::isfinite(square) ? std::sqrt(square) : std::numeric_limits<double>::max();
 }
 
-// Of each view, from whichever other view of its placement makes it least; 0 where it is the only one.
+// The error of each view by that other view of its placement which makes it least; 0 where it is the only
+// one.
 using Transfers = std::vector<double>;
 
 void updateTransfers(const Fit& fit, const std::vector<std::size_t>& of_placement,
@@ -185,7 +186,7 @@ void unlinkGrossContradictions(const JointViews& views, JointFit& joint) {
   const auto excess = [&](std::size_t v) { return transfers[v] / limits[joint.fit.views[v].camera]; };
   for (std::vector<std::size_t>& of_placement : placements) {
     while (of_placement.size() > 1) {
-      // Of two that are alike, the later one.
+      // The later one of two that are alike.
       const auto worst =
           std::ranges::max_element(of_placement, {}, [&](std::size_t v) { return std::pair(excess(v), v); });
       if (excess(*worst) <= 1) break;
@@ -316,7 +317,7 @@ JointViews jointViews(std::span<const Board> boards, const RigFrames& frames, st
     }
   }
   for (const Board& board : boards) all.turns.push_back(boardTurns(board));
-  all.start = findRigStart(all.alone.size(), boards, all.poses);
+  all.start = findRigStart(all.alone.size(), all.turns, all.poses);
   return all;
 }
 

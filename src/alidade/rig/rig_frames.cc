@@ -87,7 +87,7 @@ std::size_t numShared(const Keys& keys) {
   return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
 }
 
-// Whether fewer than half of the images of some camera have an equal key elsewhere.
+// Tells whether fewer than half of the images of some camera have an equal key elsewhere.
 bool isAnyMostlyAlone(const Keys& keys) {
   const std::vector<std::size_t> counts = numSharedByCamera(keys);
   for (std::size_t c = 0; c < keys.size(); ++c) {
@@ -222,7 +222,7 @@ TimedKeys byNearestTime(const Keys& times) {
   return result;
 }
 
-// Whether all images are known, those without a board too.
+// Tells whether all images are known, those without a board too.
 bool areKnown(std::span<const RigViews> cameras) {
   return std::ranges::none_of(cameras, [](const RigViews& camera) { return camera.images.empty(); });
 }
@@ -291,7 +291,7 @@ bool isTail(const std::string& whole, const std::string& tail) {
   return whole == tail || whole.ends_with("/" + tail);
 }
 
-// Where an image of a camera is, or its name if that is unknown.
+// The path of each image of a camera, or its name if the path is unknown.
 std::map<std::string, std::string> placesOfImages(const RigViews& camera,
                                                   const std::vector<std::string>& images) {
   std::map<std::string, std::string> places;
@@ -364,7 +364,7 @@ ColumnMatch matchColumn(const FrameTable& table, const RigViews& camera,
   return match;
 }
 
-// Of cameras whose images are all known, a table may name no others; of the rest, not only others.
+// A table may name no other images of a camera whose images are all known, and not only others of the rest.
 void requireImages(const FrameTable& table, const RigViews& camera, const std::vector<std::string>& images,
                    const ColumnMatch& match) {
   if (match.absent.empty()) return;

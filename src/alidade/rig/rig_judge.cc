@@ -141,7 +141,7 @@ void judgeLinks(const RigCalibration& rig, double tolerance_px, std::vector<Diag
   }
 }
 
-// What the fit tells of the images that were used is not what the rig does with others.
+// Errors of the images that were used do not tell how the rig does on others.
 void judgeHoldout(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
   if (rig.holdout.num_corners == 0) {
     diagnoses.push_back({.severity = Severity::kNote,

@@ -37,7 +37,7 @@ PoseDistance between(const SE3& a, const SE3& b) {
   return {.rotation_rad = difference.rotation.log().norm(), .translation_m = difference.translation.norm()};
 }
 
-// All that one frame says of the pose of camera b from a: one candidate for each turn of the board.
+// The poses of camera b from a by one frame: a candidate for each turn of the board.
 struct FramePoses {
   std::vector<SE3> b_from_a;
   double distance_m = 0;  // to the board
@@ -227,10 +227,8 @@ std::vector<BoardTurn> boardTurns(const Board& board) {
   return turns;
 }
 
-RigStart findRigStart(std::size_t num_cameras, std::span<const Board> boards,
+RigStart findRigStart(std::size_t num_cameras, const std::vector<std::vector<BoardTurn>>& turns,
                       std::span<const PosedView> views) {
-  std::vector<std::vector<BoardTurn>> turns;
-  for (const Board& board : boards) turns.push_back(boardTurns(board));
   const Placements placements = placementsOf(views);
   RigStart start;
   start.turn_of.resize(views.size());

@@ -44,7 +44,8 @@ struct RigStart {
 /// Finds the poses of cameras from frames in which two of them see the same board, by the pose on which most
 /// of these frames agree, over all turns of ambiguous boards. Cameras that never see a board together are
 /// linked through others.
-[[nodiscard]] RigStart findRigStart(std::size_t num_cameras, std::span<const Board> boards,
+/// @param turns  boardTurns() of each board
+[[nodiscard]] RigStart findRigStart(std::size_t num_cameras, const std::vector<std::vector<BoardTurn>>& turns,
                                     std::span<const PosedView> views);
 
 }  // namespace alidade

@@ -131,7 +131,7 @@ struct CommonPoint {
   Eigen::Vector3d on_board;
 };
 
-// Of each placement; none of boards of discs, whose centroids are no images of points.
+// The common points of each placement; none on boards of discs, whose centroids are no images of points.
 std::vector<std::vector<CommonPoint>> commonPoints(const Fit& fit) {
   std::vector<std::vector<CommonPoint>> points;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {

@@ -41,13 +41,13 @@ FootageFrame::FootageFrame(const FootageScene& scene, const AnyCamera& camera, c
       motion_(motion),
       bodies_(bodies),
       index_(index),
-      is_stabilised_(scene.stabilisation_frames > 0),
+      is_stabilised_(scene.effects.stabilisation_frames > 0),
       picture_from_sensor_(Matrix3d::Identity()),
       sensor_from_picture_(Matrix3d::Identity()),
       views_(viewsAt(index)) {
   if (!is_stabilised_) return;
-  correction_ =
-      motion.smoothRotation(index, scene.stabilisation_frames) * motion.pose(index).rotation.inverse();
+  correction_ = motion.smoothRotation(index, scene.effects.stabilisation_frames) *
+                motion.pose(index).rotation.inverse();
   const Vector2d focal = focalAtCentre(camera_);
   Matrix3d K;
   K << focal.x(), 0, camera_.parameter("cx"),  //
@@ -59,7 +59,7 @@ FootageFrame::FootageFrame(const FootageScene& scene, const AnyCamera& camera, c
 
 double FootageFrame::timeOfRow(double sensor_row) const {
   const double height = scene_.image_size.height;
-  return index_ + scene_.rolling_shutter * (sensor_row - 0.5 * (height - 1)) / height;
+  return index_ + scene_.effects.rolling_shutter * (sensor_row - 0.5 * (height - 1)) / height;
 }
 
 Vector2d FootageFrame::toSensor(const Vector2d& picture) const {
@@ -79,7 +79,7 @@ SurfaceHit FootageFrame::look(const Vector2d& picture) const {
   if (!sensor.allFinite()) return {};
   const auto ray = camera_.unproject(sensor);
   if (!ray) return {};
-  if (scene_.rolling_shutter == 0) return castRay(bodies_, views_, views_, 0, *ray);
+  if (scene_.effects.rolling_shutter == 0) return castRay(bodies_, views_, views_, 0, *ray);
   const auto views = viewsAt(timeOfRow(sensor.y()));
   return castRay(bodies_, views, views, 0, *ray);
 }
@@ -98,7 +98,7 @@ std::optional<FootageFrame::Sighting> FootageFrame::sight(int body, const Vector
     if (!projection.ok()) return std::nullopt;
     const double change = std::abs(projection.pixel.y() - row);
     row = projection.pixel.y();
-    if (scene_.rolling_shutter == 0 || change < kTolerancePx)
+    if (scene_.effects.rolling_shutter == 0 || change < kTolerancePx)
       return Sighting{projection.pixel, in_camera, time};
   }
   return std::nullopt;
@@ -122,7 +122,8 @@ std::optional<Vector2d> FootageFrame::see(int body, const Vector3d& in_body) con
   const double distance = sighting->in_camera.norm();
   const Vector3d ray = sighting->in_camera / distance;
   const auto hit = [&](const std::vector<BodyView>& views) { return castRay(bodies_, views, views, 0, ray); };
-  const SurfaceHit first = scene_.rolling_shutter == 0 ? hit(views_) : hit(viewsAt(sighting->time_frames));
+  const SurfaceHit first =
+      scene_.effects.rolling_shutter == 0 ? hit(views_) : hit(viewsAt(sighting->time_frames));
   if (first.distance_m < (1 - kRounding) * distance) return std::nullopt;
   return picture;
 }

@@ -24,7 +24,7 @@ class FootageFrame {
   [[nodiscard]] const AnyCamera& camera() const { return camera_; }
   /// In frames; `sensor_row` may lie outside the image.
   [[nodiscard]] double timeOfRow(double sensor_row) const;
-  [[nodiscard]] bool hasRollingShutter() const { return scene_.rolling_shutter > 0; }
+  [[nodiscard]] bool hasRollingShutter() const { return scene_.effects.rolling_shutter > 0; }
   /// The place on the sensor of a place in the picture; not finite if there is none.
   [[nodiscard]] Eigen::Vector2d toSensor(const Eigen::Vector2d& picture) const;
   /// The rotation virtual_from_camera by which the picture is stabilised.

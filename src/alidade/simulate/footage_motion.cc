@@ -55,7 +55,7 @@ FootageMotion::FootageMotion(const FootageScene& scene, double focal_px) : path_
   double variance = 0;
   for (const Vector3d& amplitude : shake_.amplitudes) variance += 0.5 * amplitude.x() * amplitude.x();
   for (Vector3d& amplitude : shake_.amplitudes)
-    amplitude *= scene.shake_px / (focal_px * std::sqrt(variance));
+    amplitude *= scene.effects.shake_px / (focal_px * std::sqrt(variance));
 }
 
 SE3 FootageMotion::steadyPose(double time_frames) const {

@@ -80,11 +80,11 @@ class FineRows {
   FineRows(const FootageScene& scene, const std::vector<SceneBody>& bodies, const FootageFrame& frame)
       : size_(scene.image_size), bodies_(bodies), frame_(frame), views_(frame, size_) {
     constexpr double kNumSigmas = 4;
-    const int half = static_cast<int>(std::ceil(2 * (0.5 + kNumSigmas * scene.blur_px)));
+    const int half = static_cast<int>(std::ceil(2 * (0.5 + kNumSigmas * scene.effects.blur_px)));
     // Sample k covers [k / 2, (k + 1) / 2] pixels from a pixel's centre.
     for (int k = -half; k < half; ++k)
-      kernel_.push_back(pointSpreadShare(0.5 * (k + 1), scene.blur_px) -
-                        pointSpreadShare(0.5 * k, scene.blur_px));
+      kernel_.push_back(pointSpreadShare(0.5 * (k + 1), scene.effects.blur_px) -
+                        pointSpreadShare(0.5 * k, scene.effects.blur_px));
     double sum = 0;
     for (const double weight : kernel_) sum += weight;
     for (double& weight : kernel_) weight /= sum;
@@ -210,7 +210,7 @@ GrayImage renderFootageFrame(const FootageScene& scene, const std::vector<SceneB
       }
       Random random(streamSeed(noise_seed, y));  // noise belongs to a row, not to a thread
       for (std::size_t x = 0; x < width; ++x)
-        image.pixels[y * width + x] = noisyLevel(sums[x], scene.read_noise, random);
+        image.pixels[y * width + x] = noisyLevel(sums[x], scene.effects.read_noise, random);
     }
   });
   return image;

@@ -30,22 +30,22 @@ FootageScene checked(FootageScene scene) {
 
 // What tells measured numbers apart from the scene's: nothing but motion and bodies.
 FootageScene withoutEffects(FootageScene scene) {
-  scene.shake_px = 0;
-  scene.rolling_shutter = 0;
-  scene.stabilisation_frames = 0;
-  scene.zoom = 1;
+  scene.effects.shake_px = 0;
+  scene.effects.rolling_shutter = 0;
+  scene.effects.stabilisation_frames = 0;
+  scene.effects.zoom = 1;
   return scene;
 }
 
 // Cameras of all frames of footage with zoom, or the one of all frames.
 std::vector<AnyCamera> zoomedCameras(const FootageScene& scene) {
-  if (scene.zoom == 1 || scene.num_frames == 1) return {scene.camera};
+  if (scene.effects.zoom == 1 || scene.num_frames == 1) return {scene.camera};
   std::vector<AnyCamera> cameras;
   const auto given = scene.camera.parameters();
   for (int frame = 0; frame < scene.num_frames; ++frame) {
     std::vector<double> params(given.begin(), given.end());
     const double focal_scale =
-        std::lerp(1.0, scene.zoom, static_cast<double>(frame) / (scene.num_frames - 1));
+        std::lerp(1.0, scene.effects.zoom, static_cast<double>(frame) / (scene.num_frames - 1));
     params[0] *= focal_scale;
     params[1] *= focal_scale;
     cameras.push_back(AnyCamera::make(scene.camera.modelId(), params));
@@ -179,7 +179,7 @@ double FootageSimulator::movingShare() const {
 }
 
 void FootageSimulator::addMovingBodies() {
-  if (scene_.moving_objects == 0) return;
+  if (scene_.effects.moving_objects == 0) return;
   const std::vector<SceneBody> still = bodies_;
   const auto shareAt = [&](double scale) {
     bodies_ = still;
@@ -188,16 +188,17 @@ void FootageSimulator::addMovingBodies() {
     return movingShare();
   };
   constexpr double kLargestScale = 20;
-  if (scene_.moving_share == 0) {
+  if (scene_.effects.moving_share == 0) {
     shareAt(1);
     return;
   }
   const double most = shareAt(kLargestScale);
-  if (most < scene_.moving_share) {
+  if (most < scene_.effects.moving_share) {
     throw inputError({.where = "moving_share",
-                      .found = exactText(scene_.moving_share) + ", but " +
-                               std::to_string(scene_.moving_objects) + " moving objects cover at most " +
-                               exactText(std::floor(100 * most) / 100) + " of the image",
+                      .found = exactText(scene_.effects.moving_share) + ", but " +
+                               std::to_string(scene_.effects.moving_objects) +
+                               " moving objects cover at most " + exactText(std::floor(100 * most) / 100) +
+                               " of the image",
                       .next_step = "raise moving_objects, or reduce moving_share"});
   }
   double low = 0.01;
@@ -205,7 +206,7 @@ void FootageSimulator::addMovingBodies() {
   constexpr int kNumBisections = 10;
   for (int i = 0; i < kNumBisections; ++i) {
     const double middle = std::sqrt(low * high);
-    (shareAt(middle) < scene_.moving_share ? low : high) = middle;
+    (shareAt(middle) < scene_.effects.moving_share ? low : high) = middle;
   }
   shareAt(high);
 }

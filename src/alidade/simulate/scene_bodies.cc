@@ -271,7 +271,7 @@ std::vector<SceneBody> movingBodies(const FootageScene& scene, const FootageMoti
   const double swing = std::clamp(scene.flow_px / (focal_px * kMaxFrequency), 0.12, 0.5);
   const double frequency = std::min(kMaxFrequency, scene.flow_px / (0.9 * swing * focal_px));
   std::vector<SceneBody> bodies;
-  for (int i = 0; i < scene.moving_objects; ++i) {
+  for (int i = 0; i < scene.effects.moving_objects; ++i) {
     Random random(streamSeed(streamSeed(scene.seed, 5), static_cast<std::uint64_t>(i)));
     // A sequence that fills the image evenly however many of it are used (Roberts 2018, R2).
     const double n = i + 1;

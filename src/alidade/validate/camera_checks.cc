@@ -19,7 +19,7 @@ namespace {
 // Focal lengths as a share of the image's long side: a perspective field of view of 170 degrees, and of 0.2.
 constexpr double kMinFocalShare = 0.04;
 constexpr double kMaxFocalShare = 300;
-// Of a file without an image size: focal lengths in mm, or relative to the image, are below.
+// For a file without an image size: focal lengths in mm, or relative to the image, are smaller.
 constexpr double kMinFocalPx = 5;
 constexpr double kAspectWarn = 1.1;  // analogue video: 1.09
 constexpr double kAspectFail = 1.5;
@@ -92,7 +92,7 @@ double rayShare(const AnyCamera& camera, ImageSize size) {
   return static_cast<double>(num_seen) / (kColumns * kRows);
 }
 
-// Whether the focal lengths are possible for the image size: a field of view between 0.2 and 170 degrees.
+// Checks that the focal lengths are possible for the image size: a field of view between 0.2 and 170 degrees.
 FileCheck checkFocalLength(const CheckedNumbers& numbers) {
   const auto params = numbers.camera.parameters();
   const double side = std::max(numbers.size.width, numbers.size.height);
@@ -113,7 +113,7 @@ FileCheck checkFocalLength(const CheckedNumbers& numbers) {
           .values = {{"fx_px", params[0]}, {"fy_px", params[1]}, {"min_px", min_px}, {"max_px", max_px}}};
 }
 
-// Whether pixels are about square.
+// Checks that pixels are about square.
 FileCheck checkAspect(const CheckedNumbers& numbers) {
   const auto params = numbers.camera.parameters();
   const double aspect = std::max(params[0] / params[1], params[1] / params[0]);
@@ -132,8 +132,8 @@ FileCheck checkAspect(const CheckedNumbers& numbers) {
               {"fx_over_fy", params[0] / params[1]}, {"warning_limit", kAspectWarn}, {"limit", kAspectFail}}};
 }
 
-// Whether the principal point fits the image. It does not if it fits only with cx and cy swapped, or only an
-// image of another size, or if it lies outside the image.
+// Checks that the principal point fits the image. It does not if it fits only with cx and cy swapped, or only
+// an image of another size, or if it lies outside the image.
 FileCheck checkPrincipalPoint(const CheckedNumbers& numbers) {
   const auto params = numbers.camera.parameters();
   const ImageSize size = numbers.size;
@@ -174,7 +174,7 @@ FileCheck checkPrincipalPoint(const CheckedNumbers& numbers) {
   return check;
 }
 
-// Whether the principal point fits that of the rectified images, px, which ROS files state too.
+// Checks that the principal point fits that of the rectified images, px, which ROS files state too.
 FileCheck checkProjectionMatrix(const CheckedNumbers& numbers, const Eigen::Vector2d& rectified_center) {
   constexpr double kFarShare = 0.05;  // of the long side
   const auto params = numbers.camera.parameters();
@@ -198,7 +198,7 @@ FileCheck checkProjectionMatrix(const CheckedNumbers& numbers, const Eigen::Vect
                      {"difference_swapped_px", swapped}}};
 }
 
-// Whether p1 and p2 are possible; std::nullopt for models without them.
+// Checks that p1 and p2 are possible; std::nullopt for models without them.
 std::optional<FileCheck> checkTangential(const CheckedNumbers& numbers) {
   const auto names = numbers.camera.parameterNames();
   const std::span<const double> params = numbers.camera.parameters();
@@ -303,7 +303,7 @@ FileCheck checkSelfCheck(const CameraRecord& record, const SelfCheckOutcome& out
   return check;
 }
 
-// Of a record that states one.
+// Checks the covariance of a record that states one.
 FileCheck checkCovariance(const CameraRecord& record) {
   constexpr double kStdShare = 1e-6;
   const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
@@ -333,7 +333,7 @@ FileCheck checkVerdict(const CalibrationRecord& stated) {
                      (is_rejected ? ": the camera must not be used" : "")};
 }
 
-// What the file says of the camera, with the size to check it by.
+// The record of the camera, with the size to check it by.
 CameraRecord recordToCheck(const StatedCamera& stated) {
   if (stated.own) return *stated.own;
   return {.camera = stated.camera, .image_size = stated.image_size.value_or(sizeAround(stated.camera))};

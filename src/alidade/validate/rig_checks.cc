@@ -16,7 +16,7 @@
 namespace alidade {
 namespace {
 
-// Of the cameras that are farthest apart.
+// The largest distance between two cameras.
 struct Extent {
   double distance_m = 0;
   std::size_t first = 0;
@@ -88,7 +88,7 @@ FileCheck checkRigVerdict(const RigRecord& rig) {
           .message = std::move(message)};
 }
 
-// Of a rig that states one: its last rows are the poses of all cameras but the first.
+// Checks a stated covariance, whose last rows are the poses of all cameras but the first.
 FileCheck checkJointCovariance(const RigRecord& rig) {
   constexpr double kStdShare = 1e-6;
   Eigen::Index at = 0;

@@ -26,7 +26,7 @@ void dropEndOfDocument(std::string& text) {
   text.resize(last - 2);
 }
 
-// What a message says besides its header (time and count).
+// A message without its header (time and count).
 std::string withoutHeader(std::string_view message) {
   std::string said;
   bool is_in_header = false;
@@ -189,7 +189,7 @@ class XmlWriter {
     }
   }
 
-  // One value is a scalar. Whoever wants a list of one takes it from a scalar too.
+  // One value is a scalar, which serves as a list of one too.
   void writeValues(const std::vector<std::string>& values) {
     if (values.size() == 1) {
       out_ += quoted(values.front());

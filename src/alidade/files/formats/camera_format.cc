@@ -269,7 +269,7 @@ bool isNearly(std::string_view key, std::string_view mark) {
   return prefix >= kMinPrefix && prefix + suffix + kMaxSlip >= size;
 }
 
-// What the keys tell of one format.
+// How near the keys come to those of one format.
 FormatGuess guessOf(const CameraFormat& format, const std::vector<PlacedKey>& keys) {
   FormatGuess guess{.format = &format};
   for (const std::string_view mark : format.marks) {

@@ -126,7 +126,7 @@ void checkLine(const Line& line) {
   try {
     const Statement stated = parseLine(line);
     for (std::size_t i = 0; i < stated.parameters.size(); ++i) {
-      // Whoever made a camera of it would say so with its place.
+      // Making the camera throws the complaint with its place.
       if (parameterComplaint(stated.model, i, stated.parameters[i].value)) static_cast<void>(readLine(line));
     }
   } catch (const UnsupportedCamera&) {
@@ -134,7 +134,7 @@ void checkLine(const Line& line) {
   }
 }
 
-// What "# Number of cameras: 2" among the comments says, with its place.
+// The count in the comment "# Number of cameras: 2", with its place.
 struct StatedCount {
   std::string place;
   int count = 0;

@@ -26,7 +26,7 @@ constexpr LensLayout kLens = {"cameraIntrinsics", "radtan", "fx fy cx cy k1 k2 k
 constexpr std::array kTelling = {"FocalLength", "IntrinsicMatrix", "RadialDistortion", "MappingCoefficients"};
 constexpr std::array kStereo = {"CameraParameters1", "CameraParameters2"};
 const std::string kPoses = "RotationOfCamera2 TranslationOfCamera2 PoseCamera2 ";
-// Of the calibration, not of the camera.
+// Properties of the calibration, not of the camera.
 const std::string kOtherKeys =
     "FocalLength PrincipalPoint ImageSize RadialDistortion TangentialDistortion Skew K IntrinsicMatrix "
     "Intrinsics CameraParameters1 CameraParameters2 FundamentalMatrix EssentialMatrix RectificationParams "

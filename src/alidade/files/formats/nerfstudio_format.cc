@@ -33,7 +33,7 @@ const std::string kPerspective = "OPENCV PINHOLE SIMPLE_PINHOLE SIMPLE_RADIAL RA
 // Lenses that instant-ngp knows by a key of their own, beside whatever else the file says.
 constexpr std::array kOtherLenses = {"ftheta_p0", "latlong", "equirectangular", "orthographic"};
 
-// What a frame may say of its camera.
+// Keys of a frame's camera.
 const std::string kCameraKeys =
     "camera_model fl_x fl_y cx cy w h k1 k2 k3 k4 p1 p2 is_fisheye camera_angle_x camera_angle_y ";
 // Poses, images and how to train: not of the camera.
@@ -48,7 +48,7 @@ bool recognises(const CameraDocument& document) {
 
 constexpr std::array kTopCoefficients = {"k1", "k2", "k3", "p1", "p2"};
 
-// What the top says of all frames goes before what one of them says. Coefficients come from one of the two.
+// Keys at the top count before those of a frame. Coefficients come from one of the two.
 struct Intrinsics {
   YamlNode top;
   YamlNode frame;
@@ -69,7 +69,7 @@ struct Intrinsics {
   }
 };
 
-// What camera_model says: fisheye or not.
+// Tells by camera_model whether the lens is a fisheye.
 bool isFisheyeModel(const YamlNode& model) {
   const std::string name = model.text();
   const std::vector<std::string> known = words(kPerspective + kFisheye);
@@ -105,7 +105,7 @@ void refuseOtherLenses(const Intrinsics& intrinsics) {
   }
 }
 
-// Where nothing tells the focal length, other names of it may.
+// Names the key that may mean the focal length where no known key states it.
 void refuseNoFocalLength(const Intrinsics& intrinsics) {
   if (intrinsics.find("fl_x") || intrinsics.find("camera_angle_x")) return;
   for (const char* key : {"fx", "focal_x", "focal", "focal_length", "fl", "f"}) {
@@ -260,7 +260,7 @@ bool isSame(const StatedCamera& a, const StatedCamera& b) {
                     b.camera.parameters().begin());
 }
 
-// What a frame says of its camera. Frames that say the same have the same camera, which is made once.
+// All that a frame states of its camera. Frames that state the same have the same camera, which is made once.
 std::string statementOf(const YamlNode& frame) {
   std::string statement;
   for (const std::string& key : words(kCameraKeys)) {

@@ -129,7 +129,7 @@ bool saysFisheye(const YamlNode& flag) {
                    "correct it, or remove it and add --read-as radtan or --read-as kannala_brandt");
 }
 
-// What the file says of its lens: "" where it does not.
+// The model that the file names; "" where it names none.
 std::string namedModel(const YamlNode& root) {
   const auto name = root.find("distortion_model");
   if (!name) return "";

@@ -35,7 +35,7 @@ const std::string kTransforms =
 // Camera matrices of the images as they were taken, where those of the cameras are of rectified ones.
 const std::string kRawMatrices =
     "LEFT.K RIGHT.K StereoRectifier StereoRectifier.K_left StereoRectifier.K_right";
-// What else such files hold: not of the camera, by the start of the key.
+// Settings beside the camera's, by the start of the key.
 const std::string kOtherSettings =
     "File. ORBextractor. Viewer. IMU. Stereo. RGBD. System. LEFT. RIGHT. ThDepth DepthMapFactor thFarPoints "
     "Tbc loopClosing Initializer. Feature. StereoRectifier PangolinViewer. Mapping. Tracking. "

@@ -127,7 +127,7 @@ ImageSize sizeOf(const YamlNode& root, const Names& names, const ReadOptions& op
   return given;
 }
 
-// The projection matrix is that of the rectified image, whose camera is another one.
+// The projection matrix is that of the rectified image, which has a different camera.
 void remarkProjection(const YamlNode& root, const char* key, std::span<const StatedNumber> pinhole,
                       StatedCamera& camera) {
   const auto node = root.find(key);

@@ -26,7 +26,7 @@ std::string unitSymbol(const std::string& text) {
   return "";
 }
 
-// What follows the column's name in a header's field: nothing, or a unit in brackets or after a blank or '_'.
+// The rest of a header's field after the column's name: empty, or a unit in brackets or after a blank or '_'.
 // Nothing at all for a field that is another name.
 std::optional<std::string> unitBehind(std::string_view field, const std::string& column) {
   const std::string text = lowerCase(trim(field));

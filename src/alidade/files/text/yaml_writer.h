@@ -21,7 +21,7 @@ namespace alidade::detail {
 
 /// Writes a text, a number, a list of these in brackets, or what a function of the emitter writes. Numbers go
 /// out as text in their shortest exact form; the emitter's own 17 digits would turn 0.1 into
-/// 0.10000000000000001. One that is not there is null.
+/// 0.10000000000000001. A missing number is written as null.
 template <class T>
 void writeValue(YAML::Emitter& out, const T& value) {
   if constexpr (std::is_same_v<T, std::optional<double>>) {
@@ -61,7 +61,7 @@ template <class... Entries>
   };
 }
 
-/// A list, a line an item, of the values that `valueOf` makes of the items.
+/// A list of the values that `valueOf` makes of the items, one item per line.
 template <class Items, class ValueOf>
 [[nodiscard]] auto listOf(const Items& items, const ValueOf& valueOf) {
   return [&items, valueOf](YAML::Emitter& out) {
@@ -71,7 +71,7 @@ template <class Items, class ValueOf>
   };
 }
 
-/// A value with a lower triangle, a line a row. @pre `triangle` has n (n + 1) / 2 numbers and lives until it
+/// A lower triangle, one row per line. @pre `triangle` has n (n + 1) / 2 numbers and lives until it
 /// is written
 [[nodiscard]] inline auto triangleRows(const std::vector<double>& triangle) {
   return [&triangle](YAML::Emitter& out) {

@@ -13,7 +13,7 @@
 namespace alidade {
 namespace {
 
-// What is left of an RMS once another is taken out of it.
+// The rest of an RMS once a smaller one is taken out of it.
 double beyond(double rms_px, double explained_px) {
   return std::sqrt(std::max(0.0, rms_px * rms_px - explained_px * explained_px));
 }
@@ -26,8 +26,8 @@ std::string worstViewText(const HeldOutJudgement& judgement) {
   return fmt::format("the worst view is {} with {:.3g} px", worst->image, worst->rms_px);
 }
 
-// Whether the calibration by the images alone failed as such, and not only for want of views of the whole
-// image: what they do not determine is in its covariance.
+// Tells whether the calibration by the images alone failed as such, and not only for want of views of the
+// whole image: its covariance contains all that they do not determine.
 bool isFreedWrong(const Calibration& freed) {
   return std::any_of(freed.diagnoses.begin(), freed.diagnoses.end(), [](const Diagnosis& diagnosis) {
     return diagnosis.severity == Severity::kFailure && !diagnosis.is_undecided;
@@ -93,7 +93,7 @@ std::string textOf(const NeededChange& change) {
                      complaintOf(change.change, estimate.amount, estimate.effectiveStd()), estimate.sigmas);
 }
 
-// Whether the principal point is off by what it is between the two conventions of where pixels begin, and by
+// The change by which the principal point moves between the two conventions of where pixels begin, and by
 // nothing else: both coordinates together surest of all, and either by half a pixel as far as it is known.
 const NeededChange* otherPixelOrigin(const std::vector<NeededChange>& changes) {
   constexpr double kHalf = 0.5;
@@ -233,9 +233,9 @@ class ImagesAgree {
                        [&](const NeededChange& change) { return isNeeded(change); });
   }
 
-  // Whether errors of this size, px, are about those that are left with all parameters free. Where what
+  // Tells whether errors of this size, px, are about those that are left with all parameters free. Where what
   // remains is larger than the images' own errors (in squares, so that together they are 1.4 times as long),
-  // the camera is not the images' one after the change either, and whoever made it would have been misled.
+  // the camera is not that of the images after the change either, and making it would mislead.
   [[nodiscard]] bool isCloseToFreed(double rms_px) const {
     const double freed_px = std::max(judgement_.freedRmsPx(), std::numbers::sqrt2 * kFinestPx);
     return beyond(rms_px, freed_px) <= freed_px;
@@ -280,7 +280,7 @@ class ImagesAgree {
     return best.empty() ? best : "if nothing else is wrong, " + best;
   }
 
-  // What is beyond chance but not beyond the tolerance, and what may be.
+  // Names a change that is beyond chance but not beyond the tolerance, or that may be.
   [[nodiscard]] std::string hintText() const {
     for (const NeededChange& change : judgement_.changes) {
       if (!change.isHint() || change.change == IntrinsicsChange::kPixelOrigin) continue;
@@ -293,10 +293,10 @@ class ImagesAgree {
     return "";
   }
 
-  // Whether the errors as the camera is exceed those with its parameters free by far: three times as long, by
-  // more than the tolerance, and more than what views share by chance explains (once in 1000). The covariance
-  // and the difference between both cameras, which may be lost where one is nonsense, are not needed for
-  // that.
+  // Tells whether the errors as the camera is exceed those with its parameters free by far: three times as
+  // long, by more than the tolerance, and more than what views share by chance explains (once in 1000). The
+  // covariance and the difference between both cameras, which may be lost where one is nonsense, are not
+  // needed for that.
   [[nodiscard]] bool isFarOff() const {
     constexpr double kByFar = 3;
     return judgement_.misfit_sigmas > kNormalOneInThousand &&

@@ -49,7 +49,7 @@ double heldOutNoise(double sigma_px, const Fit& fit) {
   return std::sqrt(sum / static_cast<double>(numCorners(fit)));
 }
 
-// Whether either colour of the board's corners in this view tells a pose, from which the other colour can be
+// Tells whether either colour of the board's corners in this view gives a pose, from which the other can be
 // predicted: four corners or more, not all in one row or column.
 bool isTestable(const Board& board, const View& view) {
   constexpr std::size_t kFewestCorners = 4;

@@ -47,7 +47,7 @@ struct HeldOutView {
   std::vector<HeldOutCorner> corners = {};  ///< with an error, in ascending order of id
 };
 
-/// What one number of the camera would have to be changed by.
+/// A change of one number that the images ask for.
 struct NeededChange {
   IntrinsicsChange change;
   StepEstimate estimate;
@@ -62,7 +62,7 @@ struct NeededChange {
   [[nodiscard]] bool isHint() const { return estimate.sigmas > 2; }
 };
 
-/// What images that a camera was not made from say of it.
+/// The result of a test on images that the camera was not made from.
 struct HeldOutJudgement {
   int num_views_given = 0;
   std::vector<HeldOutView> views;  ///< those used, in order of image name
@@ -72,7 +72,7 @@ struct HeldOutJudgement {
   /// or of the freed one, whose errors differ less: a camera that is far off is no measure of noise. NaN
   /// without neighbours.
   double noise_sigma_px = std::numeric_limits<double>::quiet_NaN();
-  /// What held_out_rms_px would be for that noise alone.
+  /// held_out_rms_px for that noise alone.
   double noise_rms_px = std::numeric_limits<double>::quiet_NaN();
   /// The camera of the same model that these images give by themselves; nothing where they give none.
   std::optional<Calibration> freed;
@@ -87,7 +87,7 @@ struct HeldOutJudgement {
   double misfit_sigmas = std::numeric_limits<double>::quiet_NaN();
   std::optional<DifferenceSignificance> significance;  ///< for what the images would notice
   double covered_share = 0;                            ///< of the image
-  /// Whether the images ask for another camera at all; nothing where they are too few to tell.
+  /// Whether the images ask for a different camera at all; nothing where they are too few to tell.
   std::optional<OverallTest> overall;
   /// One for each way to change the camera that the views say something of, the surest first.
   std::vector<NeededChange> changes;

@@ -20,7 +20,7 @@
 namespace alidade {
 namespace {
 
-// Of 400 normal variables one exceeds this in size.
+// One of 400 normal variables exceeds this in size.
 constexpr double kOneIn400OfSize = 3.0233414397391377;
 
 std::vector<Reduced> weightedPulls(const PosedViews& posed) {
@@ -32,7 +32,7 @@ std::vector<Reduced> weightedPulls(const PosedViews& posed) {
   return pulls;
 }
 
-// Whether no direction has a negative variance, rounding aside. Held parameters have none.
+// Tells whether no direction has a negative variance, rounding aside. Held parameters have none.
 bool isCovariance(const Eigen::MatrixXd& matrix) {
   constexpr double kRounding = 1e-9;
   if (!matrix.allFinite() || !(matrix.diagonal().minCoeff() >= 0)) return false;
@@ -42,8 +42,8 @@ bool isCovariance(const Eigen::MatrixXd& matrix) {
   return solver.eigenvalues()(0) >= -kRounding * static_cast<double>(matrix.rows());
 }
 
-// Of few views one may know nearly all of a change: only the jackknife's lift makes its disagreement with the
-// others large enough then. Of more views it would accuse hardly any camera, right or wrong.
+// One of few views may know nearly all of a change: only the jackknife's lift makes its disagreement with the
+// others large enough then. With more views it would accuse hardly any camera, right or wrong.
 PullLift liftFor(std::size_t num_views) {
   constexpr std::size_t kFew = 8;
   return num_views < kFew ? PullLift::kLeaveOneOut : PullLift::kForNoise;
@@ -55,7 +55,7 @@ std::vector<Reduced> pullsAfter(std::vector<Reduced> pulls, const Eigen::VectorX
   return pulls;
 }
 
-// What the views say beside what all say together, once the camera suits them all best.
+// The pulls of the single views, once the camera suits all of them best.
 std::optional<ViewShares> sharesOf(const std::vector<Reduced>& pulls, const Eigen::MatrixXd& directions) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(directions.cols(), directions.cols());
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(directions.cols());
@@ -305,7 +305,8 @@ std::string complaintOf(IntrinsicsChange change, double amount, double std) {
     return fmt::format("{} {} +- {} px too {}", what, figure(size), figure(std),
                        is_too_large ? "large" : "small");
   };
-  // What has to be multiplied is off by a share of the right value, which is that of the file by this factor.
+  // A number that has to be multiplied is off by a share of the right value: that of the file times this
+  // factor.
   const double factor = 1 + amount;
   const auto share = [&](const char* what, const char* large, const char* little) {
     constexpr double kLeastFactor = 0.1;  // less has no such share, or the other sign

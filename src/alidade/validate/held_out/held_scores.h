@@ -35,9 +35,9 @@ inline constexpr double kFinestPx = 1e-3;
 ///
 /// An F test in which corners do not count, only views: what the corners of a view have in common (blur,
 /// motion, a rolling shutter) shears and stretches it as a whole, which is four numbers, of which its pose
-/// takes most. Two each view brings, however many corners it has; the freed parameters take theirs away from
-/// them. Of few views nothing is left: 0 then. With noise alone, which is far more numbers a view, the
-/// test is far on the safe side.
+/// takes most. Each view adds two degrees of freedom, however many corners it has; the freed parameters
+/// take theirs away. With few views none remain, and the result is 0. With noise alone, which is far more
+/// numbers a view, the test is far on the safe side.
 /// @param held   posed for the camera as it is
 /// @param freed  the same views, posed for the camera that they give
 [[nodiscard]] double misfitSigmas(const PosedViews& held, const PosedViews& freed);
