@@ -6,6 +6,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 
@@ -37,7 +38,7 @@ RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size, ImageS
         for (std::size_t x = 0; x < width; ++x)
           rays[x] = ray_of({x, y}).value_or(Eigen::Vector3d::Constant(kNoRay));
         std::vector<Projection> sources(width);
-        camera.project(rays, sources);
+        projectBatch(camera, rays, sources);
         for (std::size_t x = 0; x < width; ++x) {
           const Eigen::Array2d place = sources[x].pixel.array();
           if (!sources[x].ok() || !(place >= low && place < high).all()) continue;
