@@ -159,7 +159,7 @@ TEST(RigData, AnUnknownUncertaintyIsNotZero) {
   EXPECT_GT(rig.cameras[1].link.position_std_m.minCoeff(), 0);
   EXPECT_GT(rig.cameras[1].link.distance_std_m, 0);
   EXPECT_LT(rig.cameras[1].link.distance_std_m, 1.001 * rig.cameras[1].link.position_std_m.norm());
-  EXPECT_TRUE(RigLink().position_std_m.array().isNaN().all());
+  EXPECT_TRUE(CameraLink().position_std_m.array().isNaN().all());
 }
 
 // Lenses from few frames are not contradicted by many others beyond what their files state.

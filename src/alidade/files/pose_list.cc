@@ -164,18 +164,17 @@ PoseList readYaml(const YamlNode& root, std::optional<PoseDirection> direction) 
   PoseList list;
   std::set<std::string> ids;
   for (const YamlNode& item : items) {
-    const detail::FramedPose pose = detail::readFramedPose(item, {"id", "image"});
+    const std::vector<std::string> names = {"id", "image"};
+    const auto framed = detail::readFramedPose(item, names);
+    const SE3 pose = framed ? *framed
+                            : cameraFromWorld(detail::readPose(item, names),
+                                              direction.value_or(PoseDirection::kCameraFromWorld));
     const auto id = item.has("id") ? item.find("id") : item.find("image");
-    if (pose.is_framed && direction) {
+    if (framed && direction) {
       throw item.error("a key that names the frames, together with --poses-are", "only one of them",
                        "remove --poses-are: the key already states the direction of the pose");
     }
-    list.poses.push_back(
-        {.id = id ? id->text() : std::to_string(list.poses.size()),
-         .camera_from_x =
-             pose.is_framed
-                 ? pose.camera_from_x
-                 : cameraFromWorld(pose.camera_from_x, direction.value_or(PoseDirection::kCameraFromWorld))});
+    list.poses.push_back({.id = id ? id->text() : std::to_string(list.poses.size()), .camera_from_x = pose});
     if (!ids.insert(list.poses.back().id).second)
       throw item.error("the pose '" + list.poses.back().id + "' twice",
                        "each id (or image, without an id) only once");
@@ -211,7 +210,8 @@ SE3 readPoseSource(const std::string& source) {
                      "one pose: a map with a rotation and translation_m",
                      "for a list or table of poses, use --poses");
   }
-  return detail::readFramedPose(root).camera_from_x;
+  const auto framed = detail::readFramedPose(root);
+  return framed ? *framed : detail::readPose(root);
 }
 
 PoseList parsePoseList(const std::string& text, const std::string& name,

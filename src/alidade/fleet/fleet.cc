@@ -107,24 +107,6 @@ std::vector<FleetGroup> groupsOf(const std::vector<FleetUnit>& units) {
   return groups;
 }
 
-// Progress of work that is done in several parts.
-class SharedProgress {
- public:
-  SharedProgress(const FleetOptions& options, std::size_t total) : report_(options.progress), total_(total) {}
-
-  void count() {
-    if (!report_) return;
-    const std::lock_guard lock(mutex_);
-    report_(++done_, total_);
-  }
-
- private:
-  const std::function<void(std::size_t, std::size_t)>& report_;
-  std::size_t total_;
-  std::size_t done_ = 0;
-  std::mutex mutex_;
-};
-
 // Nothing with too few units of one model.
 std::optional<TypicalCamera> typicalOf(const std::vector<FleetUnit>& units, const FleetGroup& group) {
   const std::string model = commonModel(units, group.units);
@@ -172,7 +154,7 @@ void setTest(const TypicalCamera& typical, const FleetUnit& unit, bool is_of_mod
 }
 
 void compareWithTypical(const std::vector<FleetUnit>& units, const FleetOptions& options, FleetGroup& group,
-                        SharedProgress& progress) {
+                        const std::function<void()>& countOne) {
   if (!group.typical) return;
   const TypicalCamera& typical = *group.typical;
   const ComparedCamera centre{
@@ -192,7 +174,7 @@ void compareWithTypical(const std::vector<FleetUnit>& units, const FleetOptions&
         const FleetUnit& unit = units[group.units[i]];
         comparisons[i] = compared(centre, unit.compared(), options.freed);
         setTest(typical, unit, is_of_model[i], is_member[i], comparisons[i]);
-        progress.count();
+        countOne();
       },
       options.cancel);
   std::vector<double> distances;
@@ -235,7 +217,7 @@ UnitDrift driftOf(const FleetUnit& unit, const FleetUnit& previous, std::optiona
 }
 
 void setDrifts(const FleetFiles& previous, const FleetOptions& options, Fleet& fleet,
-               SharedProgress& progress) {
+               const std::function<void()>& countOne) {
   fleet.has_previous = true;
   fleet.unreadable_previous = previous.unreadable;
   const auto pairs = pairedUnits(fleet.files.units, previous.units);
@@ -252,7 +234,7 @@ void setDrifts(const FleetFiles& previous, const FleetOptions& options, Fleet& f
         const std::size_t unit = fleet.drifts[d].unit;
         fleet.drifts[d] = driftOf(fleet.files.units[unit], previous.units[*pairs[unit]], options.freed);
         fleet.drifts[d].unit = unit;
-        progress.count();
+        countOne();
       },
       options.cancel);
   const std::vector<bool> positive = falseDiscoveryTest(
@@ -286,13 +268,20 @@ std::size_t Fleet::count(std::optional<Verdict> verdict) const {
 Fleet analyseFleet(FleetFiles files, const std::optional<FleetFiles>& previous, const FleetOptions& options) {
   Fleet fleet{.files = std::move(files), .groups = {}, .tolerance_px = options.tolerance_px};
   fleet.groups = groupsOf(fleet.files.units);
-  SharedProgress progress(options, fleet.files.units.size() * (previous ? 2 : 1));
+  const std::size_t total = fleet.files.units.size() * (previous ? 2 : 1);
+  std::mutex mutex;
+  std::size_t num_done = 0;
+  const auto countOne = [&] {
+    if (!options.progress) return;
+    const std::lock_guard lock(mutex);
+    options.progress(++num_done, total);
+  };
   for (FleetGroup& group : fleet.groups) {
     group.typical = typicalOf(fleet.files.units, group);
-    compareWithTypical(fleet.files.units, options, group, progress);
+    compareWithTypical(fleet.files.units, options, group, countOne);
   }
   testDeviations(fleet.groups);
-  if (previous) setDrifts(*previous, options, fleet, progress);
+  if (previous) setDrifts(*previous, options, fleet, countOne);
   return fleet;
 }
 

@@ -27,7 +27,7 @@ struct LensMisfit {
 
 /// How a camera hangs together with the others of its rig, and how well its pose is known. NaN if the frames
 /// do not determine the rig.
-struct RigLink {
+struct CameraLink {
   std::size_t num_views = 0;    ///< of boards that another camera saw at the same time
   std::size_t num_grazing = 0;  ///< of these: with the board turned by more than kGrazingRad
   std::size_t partner = 0;      ///< the camera that shares most boards with this one
@@ -54,7 +54,7 @@ struct RigCamera {
   Calibration alone = {};  ///< from its own views alone: where the joint fit began
   double rms_px = 0;       ///< in the joint fit
   double alone_rms_px = 0;
-  RigLink link = {};
+  CameraLink link = {};
 };
 
 /// The angle between the line of sight and a board's normal from which a view is grazing.

@@ -127,7 +127,7 @@ RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigV
                      .motions = cameraMotions(views, joint, frames.names, covariance),
                      .holdout = rigHoldout(joint.fit, options.camera.cancel)};
   rig.frames = std::move(frames);
-  const std::vector<RigLink> links = rigLinks(rig.fit, covariance);
+  const std::vector<CameraLink> links = cameraLinks(rig.fit, covariance);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     RigCamera camera{.name = cameras[c].name,
                      .calibration = jointCamera(views.alone[c], rig.fit, covariance, c,

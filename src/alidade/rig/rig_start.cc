@@ -14,27 +14,24 @@
 namespace alidade {
 namespace {
 
-// How far apart two poses may be: views alone know a pose roughly, grazing ones very roughly.
-struct PoseLimit {
-  double rotation_rad;
-  double translation_share;  // of the distance to the board
-};
-constexpr PoseLimit kSame = {0.05, 0.05};
-constexpr PoseLimit kPossible = {0.4, 0.3};  // the joint fit tells whether they are the same
-
 struct PoseDistance {
   double rotation_rad = 0;
-  double translation_m = 0;
+  double translation = 0;  // m
 
-  [[nodiscard]] bool isWithin(const PoseLimit& limit, double distance_m) const {
-    return rotation_rad < limit.rotation_rad && translation_m < limit.translation_share * distance_m;
+  // The translation of a limit is a share of the distance to the board.
+  [[nodiscard]] bool isWithin(const PoseDistance& limit, double distance_m) const {
+    return rotation_rad < limit.rotation_rad && translation < limit.translation * distance_m;
   }
-  [[nodiscard]] double cost(double distance_m) const { return rotation_rad + translation_m / distance_m; }
+  [[nodiscard]] double cost(double distance_m) const { return rotation_rad + translation / distance_m; }
 };
+
+// How far apart two poses may be: views alone know a pose roughly, grazing ones very roughly.
+constexpr PoseDistance kSame = {0.05, 0.05};
+constexpr PoseDistance kPossible = {0.4, 0.3};  // the joint fit tells whether they are the same
 
 PoseDistance between(const SE3& a, const SE3& b) {
   const SE3 difference = a.inverse() * b;
-  return {.rotation_rad = difference.rotation.log().norm(), .translation_m = difference.translation.norm()};
+  return {.rotation_rad = difference.rotation.log().norm(), .translation = difference.translation.norm()};
 }
 
 // The poses of camera b from a by one frame: a candidate for each turn of the board.

@@ -81,7 +81,7 @@ class Transfer {
   SE3 target_from_rig_;
 };
 
-// See RigLink::transfer_px: the median over the boards that both cameras saw.
+// See CameraLink::transfer_px: the median over the boards that both cameras saw.
 double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t camera, std::size_t partner,
                        const Eigen::MatrixXd& covariance) {
   constexpr double kChi95 = 5.991;  // 95 % of chi^2 with two degrees of freedom
@@ -101,7 +101,7 @@ double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t 
 }
 
 // Counts the views of each camera that are linked with others.
-void countLinkedViews(const Fit& fit, std::vector<RigLink>& links) {
+void countLinkedViews(const Fit& fit, std::vector<CameraLink>& links) {
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
     if (of_placement.size() < 2) continue;
     for (const std::size_t v : of_placement) {
@@ -109,7 +109,7 @@ void countLinkedViews(const Fit& fit, std::vector<RigLink>& links) {
       const Eigen::Vector3d line_of_sight = camera_from_board * boardOf(fit, fit.views[v]).target.middle();
       const Eigen::Vector3d normal = camera_from_board.rotation * Eigen::Vector3d::UnitZ();
       const double cosine = std::abs(line_of_sight.normalized().dot(normal));
-      RigLink& link = links[fit.views[v].camera];
+      CameraLink& link = links[fit.views[v].camera];
       ++link.num_views;
       link.num_grazing += cosine < std::cos(kGrazingRad) ? 1 : 0;
     }
@@ -132,7 +132,7 @@ Eigen::MatrixXd informationOf(const Fit& fit, const JointColumns& columns,
 }
 
 // The centre of C Exp([v, w]) is Exp(-[v, w]) c for the centre c of C, that is c - v + c x w.
-void setPoseStd(const Eigen::Matrix<double, 6, 6>& covariance, const SE3& camera_from_rig, RigLink& link) {
+void setPoseStd(const Eigen::Matrix<double, 6, 6>& covariance, const SE3& camera_from_rig, CameraLink& link) {
   const auto stdOf = [](const Eigen::VectorXd& variances) {
     return Eigen::Vector3d(variances.cwiseMax(0).cwiseSqrt());
   };
@@ -183,9 +183,9 @@ RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<Camera
   return covariance;
 }
 
-std::vector<RigLink> rigLinks(const Fit& fit, const RigCovariance& covariance) {
+std::vector<CameraLink> cameraLinks(const Fit& fit, const RigCovariance& covariance) {
   const JointColumns columns = jointColumns(fit);
-  std::vector<RigLink> links(fit.cameras.size());
+  std::vector<CameraLink> links(fit.cameras.size());
   countLinkedViews(fit, links);
   for (std::size_t c = 0; c < links.size(); ++c) {
     if (columns.pose[c] < 0) setPoseStd(Eigen::Matrix<double, 6, 6>::Zero(), SE3(), links[c]);

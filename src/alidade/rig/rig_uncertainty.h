@@ -14,6 +14,6 @@ namespace alidade {
 [[nodiscard]] RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<CameraRecord>> given);
 
 /// The links of each camera of a solved rig, and how well its pose is known.
-[[nodiscard]] std::vector<RigLink> rigLinks(const Fit& fit, const RigCovariance& covariance);
+[[nodiscard]] std::vector<CameraLink> cameraLinks(const Fit& fit, const RigCovariance& covariance);
 
 }  // namespace alidade

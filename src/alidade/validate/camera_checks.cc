@@ -35,16 +35,6 @@ constexpr double kTangentialUsual = 0.005;
 // Share of the pixels that may lie beyond a fold: the corners of an image where no board was.
 constexpr double kMaxFolded = 0.01;
 
-// A camera and the image size in pixels to check it by.
-struct CheckedNumbers {
-  const AnyCamera& camera;
-  ImageSize size;
-  bool is_size_guessed = false;  // the file does not state the size
-  // The numbers are those that Alidade wrote: the self-check proves it. A principal point far from the
-  // centre is then the camera of a part of an image.
-  bool is_proven = false;
-};
-
 // From the image centre, as shares of the sides.
 Eigen::Vector2d offsetOf(double cx, double cy, ImageSize size) {
   return {(cx + 0.5) / size.width - 0.5, (cy + 0.5) / size.height - 0.5};
@@ -93,15 +83,15 @@ double rayShare(const AnyCamera& camera, ImageSize size) {
 }
 
 // Checks that the focal lengths are possible for the image size: a field of view between 0.2 and 170 degrees.
-FileCheck checkFocalLength(const CheckedNumbers& numbers) {
-  const auto params = numbers.camera.parameters();
-  const double side = std::max(numbers.size.width, numbers.size.height);
+FileCheck checkFocalLength(const CameraRecord& record, bool is_size_guessed) {
+  const auto params = record.camera.parameters();
+  const double side = std::max(record.image_size.width, record.image_size.height);
   const double min_px =
-      numbers.is_size_guessed ? std::max(kMinFocalPx, kMinFocalShare * side) : kMinFocalShare * side;
+      is_size_guessed ? std::max(kMinFocalPx, kMinFocalShare * side) : kMinFocalShare * side;
   const double max_px = kMaxFocalShare * side;
   const bool is_possible =
       std::min(params[0], params[1]) >= min_px && std::max(params[0], params[1]) <= max_px;
-  const std::string image = numbers.is_size_guessed ? "any image" : sizeText(numbers.size) + " px";
+  const std::string image = is_size_guessed ? "any image" : sizeText(record.image_size) + " px";
   std::string message = fmt::format("fx {:.6g}, fy {:.6g} px", params[0], params[1]);
   if (!is_possible) {
     message += fmt::format(": impossible for {}; limits {:.4g} to {:.4g} px. Are the numbers in pixels?",
@@ -114,8 +104,8 @@ FileCheck checkFocalLength(const CheckedNumbers& numbers) {
 }
 
 // Checks that pixels are about square.
-FileCheck checkAspect(const CheckedNumbers& numbers) {
-  const auto params = numbers.camera.parameters();
+FileCheck checkAspect(const CameraRecord& record) {
+  const auto params = record.camera.parameters();
   const double aspect = std::max(params[0] / params[1], params[1] / params[0]);
   const Severity severity = aspect <= kAspectWarn   ? Severity::kPass
                             : aspect <= kAspectFail ? Severity::kWarning
@@ -134,9 +124,9 @@ FileCheck checkAspect(const CheckedNumbers& numbers) {
 
 // Checks that the principal point fits the image. It does not if it fits only with cx and cy swapped, or only
 // an image of another size, or if it lies outside the image.
-FileCheck checkPrincipalPoint(const CheckedNumbers& numbers) {
-  const auto params = numbers.camera.parameters();
-  const ImageSize size = numbers.size;
+FileCheck checkPrincipalPoint(const CameraRecord& record, bool is_proven) {
+  const auto params = record.camera.parameters();
+  const ImageSize size = record.image_size;
   const Eigen::Vector2d offset = offsetOf(params[2], params[3], size);
   const double off = worstOf(offset);
   FileCheck check{
@@ -152,33 +142,33 @@ FileCheck checkPrincipalPoint(const CheckedNumbers& numbers) {
   };
   if (fitsOnlySwapped({params[2], params[3]}, size))
     return end(Severity::kFailure, ": fits only if cx and cy, or width and height, are swapped");
-  if (!numbers.is_proven && fitsOtherSize(offset)) {
+  if (!is_proven && fitsOtherSize(offset)) {
     return end(Severity::kFailure,
                fmt::format(": fits an image of about {:.0f}x{:.0f}. Was the image resized?",
                            std::abs(2 * params[2] + 1), std::abs(2 * params[3] + 1)));
   }
   const std::string percent = fmt::format("{:.0f} % of the side", 100 * kOffCentre);
   if (off > 0.5) {
-    return end(numbers.is_proven ? Severity::kNote : Severity::kFailure,
+    return end(is_proven ? Severity::kNote : Severity::kFailure,
                ": outside the image. Was the image cropped?");
   }
   if (offset.cwiseAbs().minCoeff() > kOffCentre) {
     return end(
-        numbers.is_proven ? Severity::kNote : Severity::kFailure,
+        is_proven ? Severity::kNote : Severity::kFailure,
         ": too far from the centre in both directions; limit " + percent + ". Is the image size right?");
   }
   if (off > kOffCentre) {
-    return end(numbers.is_proven ? Severity::kNote : Severity::kWarning,
+    return end(is_proven ? Severity::kNote : Severity::kWarning,
                ": far from the centre; limit " + percent + ". Was the image cropped?");
   }
   return check;
 }
 
 // Checks that the principal point fits that of the rectified images, px, which ROS files state too.
-FileCheck checkProjectionMatrix(const CheckedNumbers& numbers, const Eigen::Vector2d& rectified_center) {
+FileCheck checkProjectionMatrix(const CameraRecord& record, const Eigen::Vector2d& rectified_center) {
   constexpr double kFarShare = 0.05;  // of the long side
-  const auto params = numbers.camera.parameters();
-  const double side = std::max(numbers.size.width, numbers.size.height);
+  const auto params = record.camera.parameters();
+  const double side = std::max(record.image_size.width, record.image_size.height);
   const double here = (Eigen::Vector2d(params[2], params[3]) - rectified_center).norm();
   const double swapped = (Eigen::Vector2d(params[3], params[2]) - rectified_center).norm();
   const bool is_swapped = here > kFarShare * side && swapped < 0.25 * here;
@@ -199,20 +189,20 @@ FileCheck checkProjectionMatrix(const CheckedNumbers& numbers, const Eigen::Vect
 }
 
 // Checks that p1 and p2 are possible; std::nullopt for models without them.
-std::optional<FileCheck> checkTangential(const CheckedNumbers& numbers) {
-  const auto names = numbers.camera.parameterNames();
-  const std::span<const double> params = numbers.camera.parameters();
-  const bool is_perspective = modelTraits(numbers.camera.modelId()).family == LensFamily::kPerspective;
+std::optional<FileCheck> checkTangential(const CameraRecord& record) {
+  const auto names = record.camera.parameterNames();
+  const std::span<const double> params = record.camera.parameters();
+  const bool is_perspective = modelTraits(record.camera.modelId()).family == LensFamily::kPerspective;
   if (!is_perspective || !parameterIndex(names, "p1")) return std::nullopt;
   const auto named = [&](std::string_view name) {
     const auto i = parameterIndex(names, name);
     return i ? params[*i] : 0.0;
   };
-  const double share = decentringShare(params, named("p1"), named("p2"), numbers.size);
+  const double share = decentringShare(params, named("p1"), named("p2"), record.image_size);
   // As k1 k2 k3 p1 p2 would have it.
   const bool is_reordered =
       share > kTangentialWarn && named("k3") != 0 &&
-      decentringShare(params, named("p2"), named("k3"), numbers.size) <= kTangentialUsual;
+      decentringShare(params, named("p2"), named("k3"), record.image_size) <= kTangentialUsual;
   const Severity severity = share <= kTangentialWarn                  ? Severity::kPass
                             : share > kTangentialFail || is_reordered ? Severity::kFailure
                                                                       : Severity::kWarning;
@@ -232,8 +222,8 @@ std::optional<FileCheck> checkTangential(const CheckedNumbers& numbers) {
 }
 
 // Which share of the image has a ray.
-FileCheck checkOneToOne(const CheckedNumbers& numbers, const DomainCertificate& domain) {
-  const double share = domain.full_image ? 1.0 : rayShare(numbers.camera, numbers.size);
+FileCheck checkOneToOne(const CameraRecord& record, const DomainCertificate& domain, bool is_size_guessed) {
+  const double share = domain.full_image ? 1.0 : rayShare(record.camera, record.image_size);
   const double degrees = domain.cone.max_angle_rad * 180 / std::numbers::pi;
   FileCheck check{
       .severity = Severity::kPass,
@@ -244,8 +234,8 @@ FileCheck checkOneToOne(const CheckedNumbers& numbers, const DomainCertificate& 
   if (domain.full_image) return check;
   const std::string percent = fmt::format(
       "{:.2f} % of {} has a ray", 100 * share,
-      numbers.is_size_guessed ? "an image of " + sizeText(numbers.size) + " px around the principal point"
-                              : "the image");
+      is_size_guessed ? "an image of " + sizeText(record.image_size) + " px around the principal point"
+                      : "the image");
   if (!foldsInsideImage(domain)) {
     // A wide lens leaves the corners of the image dark.
     check.severity = Severity::kNote;
@@ -255,7 +245,7 @@ FileCheck checkOneToOne(const CheckedNumbers& numbers, const DomainCertificate& 
   check.message = fmt::format("the distortion folds over inside the image: only {}; limit {:.0f} %", percent,
                               100 * (1 - kMaxFolded));
   // A size that was guessed proves nothing.
-  const Severity severity = numbers.is_size_guessed ? Severity::kWarning : Severity::kFailure;
+  const Severity severity = is_size_guessed ? Severity::kWarning : Severity::kFailure;
   check.severity = 1 - share > kMaxFolded ? severity : Severity::kNote;
   return check;
 }
@@ -372,15 +362,15 @@ std::string calibrationText(const CalibrationRecord& stated) {
 std::vector<FileCheck> checkCamera(const CameraRecord& record, const RecordContext& context) {
   const DomainCertificate domain = certifyDomain(record.camera, record.image_size);
   const SelfCheckOutcome self_check = runSelfCheck(record.camera, record.image_size, record.self_check);
-  const CheckedNumbers numbers{.camera = record.camera,
-                               .size = record.image_size,
-                               .is_size_guessed = context.is_size_guessed,
-                               .is_proven = !record.self_check.empty() && self_check.isPassed()};
-  std::vector<FileCheck> checks = {checkFocalLength(numbers), checkAspect(numbers)};
-  if (!context.is_size_guessed) checks.push_back(checkPrincipalPoint(numbers));
-  if (context.rectified_center) checks.push_back(checkProjectionMatrix(numbers, *context.rectified_center));
-  if (auto check = checkTangential(numbers)) checks.push_back(*std::move(check));
-  checks.push_back(checkOneToOne(numbers, domain));
+  std::vector<FileCheck> checks = {checkFocalLength(record, context.is_size_guessed), checkAspect(record)};
+  if (!context.is_size_guessed) {
+    // The self-check proves that the numbers are those that Alidade wrote. A principal point far from the
+    // centre is then that of a part of an image.
+    checks.push_back(checkPrincipalPoint(record, !record.self_check.empty() && self_check.isPassed()));
+  }
+  if (context.rectified_center) checks.push_back(checkProjectionMatrix(record, *context.rectified_center));
+  if (auto check = checkTangential(record)) checks.push_back(*std::move(check));
+  checks.push_back(checkOneToOne(record, domain, context.is_size_guessed));
   if (!record.self_check.empty()) checks.push_back(checkSelfCheck(record, self_check));
   if (record.domain) checks.push_back(checkDomainClaim(*record.domain, domain));
   if (!record.calibration) return checks;

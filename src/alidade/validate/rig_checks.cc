@@ -16,25 +16,6 @@
 namespace alidade {
 namespace {
 
-// The largest distance between two cameras.
-struct Extent {
-  double distance_m = 0;
-  std::size_t first = 0;
-  std::size_t second = 0;
-};
-
-Extent extentOf(const RigRecord& rig) {
-  Extent extent;
-  for (std::size_t a = 0; a < rig.cameras.size(); ++a) {
-    const SE3 rig_from_a = rig.cameras[a].camera_from_rig.inverse();
-    for (std::size_t b = 0; b < a; ++b) {
-      const double distance = (rig.cameras[b].camera_from_rig * rig_from_a).translation.norm();
-      if (distance > extent.distance_m) extent = {.distance_m = distance, .first = b, .second = a};
-    }
-  }
-  return extent;
-}
-
 const std::string& nameOf(const RigRecord& rig, std::size_t camera) {
   return rig.cameras[camera].camera.name.name;
 }
@@ -42,18 +23,26 @@ const std::string& nameOf(const RigRecord& rig, std::size_t camera) {
 // Lengths in millimetres are the commonest slip: no rig is as large as a street.
 FileCheck checkExtent(const RigRecord& rig) {
   constexpr double kLargest = 30;  // m
-  const Extent extent = extentOf(rig);
-  const bool is_huge = !(extent.distance_m <= kLargest);
-  std::string message = extent.distance_m == 0
-                            ? "all cameras are at one place"
-                            : fmt::format("{} and {} are {:.5g} m apart", nameOf(rig, extent.first),
-                                          nameOf(rig, extent.second), extent.distance_m);
-  if (rig.cameras.size() > 2 && extent.distance_m > 0) message += ", farther than all others";
+  double extent_m = 0;
+  std::string pair;
+  for (std::size_t a = 0; a < rig.cameras.size(); ++a) {
+    const SE3 rig_from_a = rig.cameras[a].camera_from_rig.inverse();
+    for (std::size_t b = 0; b < a; ++b) {
+      const double distance_m = (rig.cameras[b].camera_from_rig * rig_from_a).translation.norm();
+      if (!(distance_m > extent_m)) continue;
+      extent_m = distance_m;
+      pair = nameOf(rig, b) + " and " + nameOf(rig, a);
+    }
+  }
+  const bool is_huge = !(extent_m <= kLargest);
+  std::string message =
+      extent_m == 0 ? "all cameras are at one place" : fmt::format("{} are {:.5g} m apart", pair, extent_m);
+  if (rig.cameras.size() > 2 && extent_m > 0) message += ", farther than all others";
   if (is_huge) message += fmt::format("; limit: {} m (are the lengths in metres?)", kLargest);
   return {.severity = is_huge ? Severity::kWarning : Severity::kPass,
           .id = "extent",
           .message = std::move(message),
-          .values = {{"extent_m", extent.distance_m}}};
+          .values = {{"extent_m", extent_m}}};
 }
 
 // Two cameras that look alike from one place show that a pose was copied, or never filled in.

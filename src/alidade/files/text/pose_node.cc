@@ -77,7 +77,7 @@ SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside) {
   return pose;
 }
 
-FramedPose readFramedPose(const YamlNode& node, const std::vector<std::string>& beside) {
+std::optional<SE3> readFramedPose(const YamlNode& node, const std::vector<std::string>& beside) {
   for (const char* frame : {"world", "board", "rig"}) {
     const std::string forward = std::string("camera_from_") + frame;
     const std::string backward = std::string(frame) + "_from_camera";
@@ -87,10 +87,10 @@ FramedPose readFramedPose(const YamlNode& node, const std::vector<std::string>& 
       allowed.push_back(key);
       node.allowKeys(allowed);
       const SE3 pose = readPose(node.at(key));
-      return {key == forward ? pose : pose.inverse(), true};
+      return key == forward ? pose : pose.inverse();
     }
   }
-  return {readPose(node, beside), false};
+  return std::nullopt;
 }
 
 void writePose(YAML::Emitter& out, const SE3& pose) {

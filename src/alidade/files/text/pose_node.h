@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,12 +14,10 @@ namespace alidade::detail {
 /// beside them.
 [[nodiscard]] SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside = {});
 
-/// The same, or under a key that names the frames, as pose_list.h says. @returns camera_from_X
-struct FramedPose {
-  SE3 camera_from_x;
-  bool is_framed = false;  ///< it stood under such a key
-};
-[[nodiscard]] FramedPose readFramedPose(const YamlNode& node, const std::vector<std::string>& beside = {});
+/// Reads a pose under a key that names the frames, as pose_list.h says: camera_from_X. Nothing without such a
+/// key.
+[[nodiscard]] std::optional<SE3> readFramedPose(const YamlNode& node,
+                                                const std::vector<std::string>& beside = {});
 
 /// Writes {quaternion_xyzw: [...], translation_m: [...]} with w >= 0.
 void writePose(YAML::Emitter& out, const SE3& pose);
