@@ -18,7 +18,7 @@ namespace {
 // A few steps tell whether there is anything to gain.
 constexpr int kGlance = 5;
 
-// On the same corners, with the same loss and boards and without a prior.
+// The larger model on the same corners, with the same loss and boards and without a prior.
 Fit enlarged(const Fit& fit, std::string_view id) {
   Fit larger = fit;
   FitCamera& camera = onlyCamera(larger);
@@ -36,10 +36,10 @@ Fit solvedLarger(Fit larger, int max_iterations, const CancelFlag* cancel) {
       {.max_iterations = max_iterations, .function_tolerance = kFunctionTolerance, .cancel = cancel});
 }
 
-// Is the gain real? F test of the further parameters: the drop of the sum of squares for each of them over
-// the variance that the larger model leaves; 1 on average if they are not needed. A lens without distortion
-// is a strong claim, and that decides it. Among distortions nobody's lens follows any formula to the last
-// digit, and with corners enough that shows: there the gain must be worth the trouble as well.
+// Whether the gain is real, by an F test of the further parameters: the drop of the sum of squares for each
+// of them over the variance that the larger model leaves; 1 on average if they are not needed. A lens without
+// distortion is a strong claim, and that decides it. Among distortions nobody's lens follows any formula to
+// the last digit, and with corners enough that shows: there the gain must be worth the trouble as well.
 bool isGain(const Fit& lean, const Fit& larger) {
   constexpr double kNeededF = 10;           // chance alone exceeds this once in a billion times
   constexpr double kWorthwhileShare = 0.1;  // of the sum of squares: 5 % of the RMS
@@ -72,7 +72,7 @@ std::optional<Fit> largerFit(const Fit& fit, const CancelFlag* cancel) {
   return larger;
 }
 
-// Both by the weights of the model in use, as the comparison was.
+// Both RMS values use the weights of the model in use, as the comparison does.
 BetterModel betterModelOf(const Fit& fit, const Fit& larger) {
   return {.id = onlyCamera(larger).model,
           .rms_px = weightedRms(larger),

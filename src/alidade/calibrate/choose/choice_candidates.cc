@@ -22,8 +22,8 @@ namespace {
 // radtan; beyond the second always.
 constexpr double kWideFieldRad = 100 * std::numbers::pi / 180;
 constexpr double kVeryWideFieldRad = 110 * std::numbers::pi / 180;
-// What a larger model must take off the cost to come into question. Less than what three parameters, the
-// fewest that one has, must take off the RMS.
+// Share of the cost that a larger model must remove to be a candidate: less than three parameters, the fewest
+// that one has, must remove of the RMS.
 constexpr double kNeededDrop = 0.02;
 static_assert(kNeededDrop < 2 * 3 * kShareOfParameter);
 
@@ -88,7 +88,7 @@ double fieldOf(const Fit& fit) {
   return fromAxis(*a) + fromAxis(*b);
 }
 
-// Does a camera see any corner that no plane in front of it has?
+// Whether a camera sees a corner beside it or behind, where perspective models have no pixel.
 bool seesSideways(const Fit& fit) {
   for (const FitView& view : fit.views) {
     const SE3 pose = cameraFromBoard(fit, view);
@@ -114,7 +114,7 @@ void requireAny(const Candidates& candidates) {
                     .next_step = "check the board's size, and name a model with --model"});
 }
 
-// Is a model on the right way, so that a few steps of a larger one start from something?
+// Whether a model fits well enough for a few steps of a larger one to start from it.
 bool fitsRoughly(const Candidate& candidate, const Candidates& candidates) {
   constexpr double kRoughly = 2;  // times the noise that the best one leaves
   if (!candidate.solution) return false;
@@ -176,7 +176,7 @@ bool foldsInsideImage(const Fit& fit) {
 
 Candidates fitCandidates(Lenses lenses, const PreparedViews& given, const CalibratorOptions& options,
                          ModelChoice& choice) {
-  // Two lenses that stand for all: one of them explains the views of any, at least roughly, and tells how
+  // The leads of the families: one of them explains the views of any lens, at least roughly, and tells how
   // wide it is. Where radtan would have to fold, the polynomial in the angle fits better.
   Candidates candidates;
   const std::string_view perspective = leadTraits(LensFamily::kPerspective).id;

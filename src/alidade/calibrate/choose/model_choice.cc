@@ -185,7 +185,7 @@ ModelCandidate report(const Candidate& c, const Candidates& candidates, const Ca
   return entry;
 }
 
-// Of the corners of the views in use.
+// Share of the corners of the views in use.
 double shareLeftOut(const Fit& fit, const PreparedViews& given) {
   std::size_t num_given = 0;
   for (const FitView& view : fit.views) num_given += given.views[view.source].corners.size();

@@ -24,7 +24,7 @@ struct StartCandidate : PosedCamera {
   double cost = 0;  ///< with what is charged for views without a pose
 };
 
-// Views without a pose for fewer than this: they say nothing.
+// Fewer views with a pose say nothing.
 constexpr std::size_t kMinPosedViews = 3;
 
 // Relative change of the cost at which to stop on the way to another solve.
@@ -87,7 +87,7 @@ class StartSolver {
     return true;
   }
 
-  // Once, with parameters held or under a prior. False if the candidate is none.
+  // Solves once, with parameters held or under a prior. False if the candidate is none.
   bool solve(std::string_view model_id, StartCandidate& candidate, double tolerance, std::vector<int> held,
              const LensPrior& prior = {}) const {
     // All boards are flat here, and the corners know their places on them.

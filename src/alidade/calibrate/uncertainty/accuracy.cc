@@ -22,8 +22,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// What the views leave open with the flexible model at the same lens, under no more than what is known of
-// lenses in general.
+// The same lens in the flexible model, with the covariance that the views leave under no more than what is
+// known of lenses in general.
 struct Flexible {
   AnyCamera camera;
   Eigen::MatrixXd covariance;
@@ -35,7 +35,7 @@ std::optional<Flexible> flexibleOf(const Fit& fit, double variance) {
   const FitCamera& of = onlyCamera(*flexible);
   AnyCamera camera = AnyCamera::make(of.model, of.params);
   Eigen::MatrixXd information = intrinsicsInformation(*flexible).information;
-  // Of LensScale: how far a lens may deviate from a stiff model in the corner of the image, 5 % of its
+  // Width for LensScale: how far a lens may deviate from a stiff model in the corner of the image, 5 % of its
   // diagonal, or a tenth of that where the model has a polynomial of its own.
   const double deviation = modelTraits(onlyCamera(fit).model).is_polynomial ? 0.01 : 0.1;
   const LensPrior prior = lensScale(of.model, camera, of.size).prior(deviation, variance);
@@ -140,7 +140,7 @@ double displacedRadius95(double offset, double radius) {
   return kAlong * radius + std::hypot(offset, (1 - kAlong) * radius);
 }
 
-// To cameras that explain the corners as well, px; 0 where they see nothing.
+// Largest differences to cameras that explain the corners as well, px; 0 where they see nothing.
 std::vector<double> largestDifferences(const AnyCamera& camera, std::span<const AnyCamera> alternatives,
                                        const std::vector<Eigen::Vector2d>& pixels,
                                        const std::vector<bool>& is_covered, double distance_m) {
@@ -179,7 +179,7 @@ Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const An
   const std::vector<double> open_px =
       largestDifferences(AnyCamera::make(camera.model, camera.params), alternatives, accuracy.pixels,
                          accuracy.is_covered, distance_m);
-  // Of a deviation whose two coordinates are normal variables over the image.
+  // The 95 % radius of a deviation whose two coordinates are normal variables over the image.
   constexpr double kPlanar95 = 2.4477;
   if (known.hasBias()) accuracy.deviation_px = kPlanar95 / std::sqrt(2.0) * known.image_bias.rms_px;
   std::size_t num_rays = 0;
