@@ -12,6 +12,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/covariance.h"
+#include "alidade/adjust/noise/joint_information.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/triangulation.h"
 #include "alidade/core/diagnosis_order.h"
