@@ -88,7 +88,7 @@ class Solver {
   }
 
  private:
-  const ViewKernel& kernel_ = viewKernel("radtan");
+  ViewKernel kernel_ = viewKernel("radtan");
   std::vector<CornerGroups> corners_;
   HuberLoss loss_;
 };

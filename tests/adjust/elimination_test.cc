@@ -19,7 +19,7 @@ using Gram = Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>;
 // R^T R with the rows that are left when first the columns before kSplit are eliminated and then the others.
 template <std::size_t kSplit>
 Gram factorizedAndMultiplied(const Gram& gram) {
-  detail::EliminationEquations<kSize> equations;
+  detail::EliminationEquations equations(kSize);
   std::array<double, kSize> diagonal;
   for (std::size_t i = 0; i < kSize; ++i) {
     for (std::size_t j = 0; j < kSize; ++j)
@@ -27,12 +27,9 @@ Gram factorizedAndMultiplied(const Gram& gram) {
     diagonal[i] = equations.at(i, i);
   }
   Gram R = Gram::Zero();
-  equations.eliminate<0, kSplit>(diagonal, R.data(), kSize);
-  // The Schur complement is left in the upper triangle.
-  for (std::size_t i = kSplit; i < kSize; ++i) {
-    for (std::size_t j = kSplit; j < i; ++j) equations.at(i, j) = equations.at(j, i);
-  }
-  equations.eliminate<kSplit, kSize - 1>(diagonal, R.row(kSplit).data(), kSize);
+  equations.eliminate(0, kSplit, diagonal.data(), R.data());
+  equations.mirror(kSplit, kSize);  // the Schur complement is left in the upper triangle
+  equations.eliminate(kSplit, kSize - 1, diagonal.data(), R.row(kSplit).data());
   R(kLast, kLast) = std::sqrt(std::max(equations.at(kLast, kLast), 0.0));
   return R.transpose() * R;
 }

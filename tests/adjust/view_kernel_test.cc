@@ -65,7 +65,7 @@ TYPED_TEST_SUITE(ViewKernelOf, AllModelTypes, ModelName);
 
 TYPED_TEST(ViewKernelOf, SumsWhatCornersGiveOneByOne) {
   using M = TypeParam;
-  const ViewKernel& kernel = viewKernel(M::kId);
+  const ViewKernel kernel = viewKernel(M::kId);
   ASSERT_EQ(kernel.numParams(), kNumParams<M>);
   int num_checked = 0;
   int num_far = 0;
@@ -119,7 +119,7 @@ TYPED_TEST(ViewKernelOf, RefusesCornersBehindTheCamera) {
     EXPECT_FALSE(sees_all);
   }
   const CornerGroups corners(view);
-  const ViewKernel& kernel = viewKernel(M::kId);
+  const ViewKernel kernel = viewKernel(M::kId);
   withAndWithoutAvx2([&] {
     EXPECT_EQ(viewFactor(kernel, params, pose, corners.view(0), kLoss, Unseen::kRefuse).has_value(),
               sees_all);
@@ -136,7 +136,7 @@ TEST(ViewKernel, LeavesOutTheCornersThatCannotBeProjected) {
   pose.rotation = SO3::exp({0, 1.2, 0});
   pose.translation = {-0.05, -0.05, 0.1};
   const CornerGroups corners(view);
-  const ViewKernel& kernel = viewKernel("radtan");
+  const ViewKernel kernel = viewKernel("radtan");
   std::size_t num_seen = 0;
   Reprojection<Radtan> corner;
   for (const Observation& o : view)
@@ -164,7 +164,7 @@ TEST(ViewKernel, RefusesAFoldedLens) {
   std::vector<double>& params = fit.cameras.front().params;
   const CornerGroups corners(fit.views[0].corners);
   const SE3 pose = cameraFromBoard(fit, fit.views[0]);
-  const ViewKernel& kernel = viewKernel("radtan");
+  const ViewKernel kernel = viewKernel("radtan");
   EXPECT_TRUE(viewFactor(kernel, params, pose, corners.view(0), kLoss, Unseen::kRefuse));
   params[4] = -30;  // folds at six degrees from the axis
   EXPECT_FALSE(viewFactor(kernel, params, pose, corners.view(0), kLoss, Unseen::kRefuse));

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 
-#include "alidade/adjust/board/elimination.h"
 #include "alidade/geometry/curve_centroid.h"
 
 namespace alidade::detail {
@@ -46,7 +45,7 @@ Eigen::Vector2d DiscRows::error(const CornerGroup& group, std::size_t lane) cons
 
 bool DiscRows::write(const CornerGroup& group, std::size_t lane, double* rows) const {
   constexpr auto kRows = static_cast<int>(2 * kRimPoints);
-  const int size = points_.numParams() + 7;
+  const auto size = static_cast<int>(points_.layout().size);
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kRows,
                                  static_cast<int>(kMaxColumns)>;
   RowMajor of_rim(kRows, size);

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "alidade/adjust/board/corner_groups.h"
-#include "alidade/adjust/board/view_kernel.h"
+#include "alidade/adjust/board/view_rows.h"
 #include "alidade/geometry/se3.h"
 
 namespace alidade::detail {
@@ -21,19 +21,18 @@ namespace alidade::detail {
 /// from the images of some points of its rim, see centroidWithin().
 class DiscRows {
  public:
-  /// @param points  of the model; its functions are called for points only
-  DiscRows(const ViewKernel& points, const double* params, const SE3& camera_from_board)
+  DiscRows(const ViewRows& points, const double* params, const SE3& camera_from_board)
       : points_(points), params_(params), camera_from_board_(camera_from_board) {}
 
   /// Projected minus observed, px; NaN where a point of the rim does not project.
   [[nodiscard]] Eigen::Vector2d error(const CornerGroup& group, std::size_t lane) const;
 
-  /// The rows of u and v as ViewKernel::rows() has them, but without the corner's weight; zero, and false,
+  /// The rows of u and v as ViewRows::rows() has them, but without the corner's weight; zero, and false,
   /// where a point of the rim does not project.
   bool write(const CornerGroup& group, std::size_t lane, double* rows) const;
 
  private:
-  const ViewKernel& points_;
+  const ViewRows& points_;
   const double* params_;
   const SE3& camera_from_board_;
 };

@@ -20,80 +20,88 @@ namespace alidade::detail {
 /// corners.
 inline constexpr double kMinPivot = 1e-14;
 
-inline constexpr std::size_t kMaxColumns = 64;
+/// Room for the pose, kMostParams parameters and the error, in whole lanes.
+inline constexpr std::size_t kMaxColumns = 40;
 
 /// Normal equations [J r]^T [J r] of up to kMaxColumns columns, of which the last belongs to r: symmetric,
 /// with rows that are filled up to whole lanes.
-template <std::size_t kSize>
 class EliminationEquations {
  public:
-  static_assert(kSize <= kMaxColumns);
-  static constexpr std::size_t kStride = (kSize + kNumLanes - 1) / kNumLanes * kNumLanes;
-
-  ALIDADE_ALWAYS_INLINE double& at(std::size_t i, std::size_t j) { return elements_[i * kStride + j]; }
-  [[nodiscard]] ALIDADE_ALWAYS_INLINE double at(std::size_t i, std::size_t j) const {
-    return elements_[i * kStride + j];
+  ALIDADE_ALWAYS_INLINE explicit EliminationEquations(std::size_t size)
+      : size_(size), stride_((size + kNumLanes - 1) / kNumLanes * kNumLanes) {
+    std::fill_n(elements_.begin(), size_ * stride_, 0.0);
   }
 
-  /// Eliminates the columns from kFrom up to kTo, those before being eliminated already. Leaves their Schur
-  /// complement in the columns from kTo on (upper triangle only) and writes one row of Cholesky's factor for
-  /// each to `rows`, kSize numbers every `stride`: R^T R and the Schur complement make up what was there
-  /// before.
+  ALIDADE_ALWAYS_INLINE double& at(std::size_t i, std::size_t j) { return elements_[i * stride_ + j]; }
+
+  /// Copies what is above the diagonal of rows and columns `from` to `to` below it.
+  ALIDADE_ALWAYS_INLINE void mirror(std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) {
+      for (std::size_t j = from; j < i; ++j) at(i, j) = at(j, i);
+    }
+  }
+
+  /// Eliminates the columns from `from` up to `to`, those before being eliminated already. Leaves their Schur
+  /// complement in the columns from `to` on (upper triangle only) and writes one row of Cholesky's factor for
+  /// each to `rows`, row by row: R^T R and the Schur complement make up what was there before.
   ///
   /// Pivots fall, relative to `diagonal`, the columns' sums of squares before anything was eliminated. So
-  /// those that have sunk into rounding, because other columns determine theirs, come where nothing but
-  /// rounding is left to divide by them, and many of them do no harm. Each is replaced by a tiny positive
-  /// one, which keeps R^T times the last column exact where dropping the row would not.
-  template <std::size_t kFrom, std::size_t kTo>
-  ALIDADE_ALWAYS_INLINE void eliminate(const std::array<double, kSize>& diagonal, double* rows,
-                                       std::size_t stride) {
-    constexpr std::size_t kLast = kSize - 1;
-    std::array<bool, kTo> is_done{};
-    std::array<double, kTo> inverse_diagonal{};
-    for (std::size_t j = kFrom; j < kTo; ++j) inverse_diagonal[j] = diagonal[j] > 0 ? 1 / diagonal[j] : 0.0;
-    for (std::size_t row = 0; row < kTo - kFrom; ++row, rows += stride) {
-      std::size_t k = kTo;
+  /// pivots lost to rounding, because other columns determine theirs, come last, where they can do no harm.
+  /// Each is replaced by a tiny positive one, which keeps R^T times the last column exact where dropping the
+  /// row would not.
+  ALIDADE_ALWAYS_INLINE void eliminate(std::size_t from, std::size_t to, const double* diagonal,
+                                       double* rows) {
+    const std::size_t last = size_ - 1;
+    const std::size_t stride = stride_;  // not read again after each number is written
+    std::array<bool, kMaxColumns> is_done{};
+    std::array<double, kMaxColumns> inverse_diagonal;
+    for (std::size_t j = from; j < to; ++j) inverse_diagonal[j] = diagonal[j] > 0 ? 1 / diagonal[j] : 0.0;
+    for (std::size_t row = from; row < to; ++row, rows += size_) {
+      std::size_t k = to;
       double largest = 0;
-      for (std::size_t j = kFrom; j < kTo; ++j) {
+      for (std::size_t j = from; j < to; ++j) {
         const double share = at(j, j) * inverse_diagonal[j];
-        if (is_done[j] || (k != kTo && share <= largest)) continue;
+        if (is_done[j] || (k != to && share <= largest)) continue;
         k = j;
         largest = share;
       }
       is_done[k] = true;
-      std::array<double, kStride> factor{};
+      alignas(Lanes) std::array<double, kMaxColumns> factor;
       if (largest > kMinPivot) {
         const double inverse = 1 / std::sqrt(at(k, k));
-        for (std::size_t j = kFrom; j < kSize; ++j) factor[j] = at(k, j) * inverse;
-        for (std::size_t j = kFrom; j < kTo; ++j) {
-          if (is_done[j] && j != k) factor[j] = 0;
+        for (std::size_t j = 0; j < stride; j += kNumLanes)
+          lane::store(lane::load(&at(k, j)) * inverse, factor.data() + j);
+        for (std::size_t j = 0; j < to; ++j) {
+          if (j < from || (is_done[j] && j != k)) factor[j] = 0;
         }
-        for (std::size_t i = kFrom; i < kSize; ++i) {
-          if (i < kTo && is_done[i]) continue;
+        for (std::size_t i = from; i < size_; ++i) {
+          if (i < to && is_done[i]) continue;
           // The pivot's row is read whole, the others from their diagonal on.
-          const std::size_t first = i < kTo ? kFrom : i;
-          subtract(factor, factor[i], first / kNumLanes * kNumLanes, i);
+          const std::size_t first = i < to ? from : i;
+          subtract(factor, factor[i], first / kNumLanes * kNumLanes, stride, elements_.data() + i * stride);
         }
       } else {
+        std::fill_n(factor.begin(), stride, 0.0);
         const double root = std::sqrt(kMinPivot * std::max(diagonal[k], 0.0));
         factor[k] = root;
-        factor[kLast] = root > 0 ? at(k, kLast) / root : 0.0;
-        at(kLast, kLast) -= factor[kLast] * factor[kLast];
+        factor[last] = root > 0 ? at(k, last) / root : 0.0;
+        at(last, last) -= factor[last] * factor[last];
       }
-      std::copy_n(factor.begin(), kSize, rows);
+      std::copy_n(factor.begin(), size_, rows);
     }
   }
 
  private:
-  // Row i less f times the factor. In lanes, as a compiler left to itself turns the matrix about.
-  ALIDADE_ALWAYS_INLINE void subtract(const std::array<double, kStride>& factor, double f, std::size_t first,
-                                      std::size_t i) {
-    double* row = elements_.data() + i * kStride;
-    for (std::size_t j = first; j < kStride; j += kNumLanes)
+  // The row less f times the factor. In lanes, as a compiler left to itself turns the matrix about.
+  ALIDADE_ALWAYS_INLINE static void subtract(const std::array<double, kMaxColumns>& factor, double f,
+                                             std::size_t first, std::size_t stride, double* row) {
+    for (std::size_t j = first; j < stride; j += kNumLanes)
       lane::store(lane::load(row + j) - f * lane::load(factor.data() + j), row + j);
   }
 
-  alignas(Lanes) std::array<double, kSize * kStride> elements_{};
+  std::size_t size_;
+  std::size_t stride_;
+  alignas(Lanes) std::array<double, kMaxColumns * kMaxColumns> elements_;
 };
 
 #if defined(ALIDADE_HAS_VECTORS)

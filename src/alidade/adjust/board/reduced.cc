@@ -8,7 +8,7 @@ namespace alidade::detail {
 
 WeightedRows weightedRows(std::string_view model_id, std::span<const double> params,
                           const SE3& camera_from_board, std::span<const Observation> view, HuberLoss loss) {
-  const ViewKernel& kernel = viewKernel(model_id);
+  const ViewKernel kernel = viewKernel(model_id);
   const CornerGroups groups(view);
   const Eigen::Index num_columns = kernel.numParams() + 7;
   WeightedRows of;

@@ -42,7 +42,7 @@ class ViewBlock final : public ceres::CostFunction {
   const FitBoard& board_;
   const FitView& view_;
   HuberLoss loss_;
-  const ViewKernel& kernel_;
+  ViewKernel kernel_;
   bool has_rig_pose_;
   bool has_shape_;
   CornerGroups corners_;  // on the shape as it is, where that is fixed

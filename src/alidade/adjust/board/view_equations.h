@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The normal equations of a view; included by the sources that hold the loops.
+// The sums of a view's normal equations; included by the source that holds the loops.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
-#include <span>
 #include <utility>
 
 #include "alidade/adjust/board/elimination.h"
-#include "alidade/adjust/board/view_kernel.h"
 #include "alidade/adjust/board/view_rows.h"
 #include "alidade/core/lanes.h"
 
@@ -51,17 +49,18 @@ ALIDADE_ALWAYS_INLINE void sumEach(const Lanes* from, double* to) {
   for (int i = kWhole; i < kCount; ++i) to[i] = sumOfLanes(from[i]);
 }
 
-/// put(i, j, sum over the rows of column i times column j) for kRows columns from `row` on and kColumns from
-/// `column` on; where both are the same, for i <= j only. The rows are `stride` apart.
-template <int kRow, int kRows, int kColumn, int kColumns, class Put>
-ALIDADE_ALWAYS_INLINE void sumTile(const Lanes* rows, std::size_t num_rows, std::size_t stride,
-                                   const Put& put) {
-  constexpr bool kIsDiagonal = kRow == kColumn;
+/// Adds to the upper triangle, over rows that are `stride` apart, the products of kRows columns from `a` on
+/// and kColumns from `b` on; where both are the same, for i <= j only. `to_a` and `to_b` say where they
+/// belong.
+template <int kRows, int kColumns, bool kIsDiagonal>
+ALIDADE_ALWAYS_INLINE void addTile(const Lanes* a, const Lanes* b, std::size_t num_rows, std::size_t stride,
+                                   const std::size_t* to_a, const std::size_t* to_b,
+                                   EliminationEquations& to) {
   Lanes sums[kRows][kColumns] = {};
-  for (std::size_t n = 0; n < num_rows; ++n, rows += stride) {
+  for (std::size_t n = 0; n < num_rows; ++n, a += stride, b += stride) {
     forEachIndex<kRows>([&](auto i) ALIDADE_INLINE_LAMBDA {
       forEachIndex<kColumns>([&](auto j) ALIDADE_INLINE_LAMBDA {
-        if constexpr (!kIsDiagonal || i() <= j()) sums[i()][j()] += rows[kRow + i()] * rows[kColumn + j()];
+        if constexpr (!kIsDiagonal || i() <= j()) sums[i()][j()] += a[i()] * b[j()];
       });
     });
   }
@@ -69,86 +68,54 @@ ALIDADE_ALWAYS_INLINE void sumTile(const Lanes* rows, std::size_t num_rows, std:
   sumEach<kRows * kColumns>(&sums[0][0], totals);
   forEachIndex<kRows>([&](auto i) ALIDADE_INLINE_LAMBDA {
     forEachIndex<kColumns>([&](auto j) ALIDADE_INLINE_LAMBDA {
-      if constexpr (!kIsDiagonal || i() <= j()) put(kRow + i(), kColumn + j(), totals[i() * kColumns + j()]);
+      if constexpr (!kIsDiagonal || i() <= j())
+        to.at(std::min(to_a[i()], to_b[j()]), std::max(to_a[i()], to_b[j()])) += totals[i() * kColumns + j()];
     });
   });
 }
 
-/// A view's normal equations: pose, parameters, error.
-template <CameraModel M>
-using ViewEquations = EliminationEquations<static_cast<std::size_t>(ViewRows<M>::kSize)>;
+inline constexpr std::size_t kTile = 3;  // nine sums and what they are made of fit sixteen registers
+
+/// The same for what is known at run time: at most kTile columns of each.
+template <int kRows>
+ALIDADE_ALWAYS_INLINE void addTileOf(std::size_t num_columns, const Lanes* a, const Lanes* b,
+                                     std::size_t num_rows, std::size_t stride, const std::size_t* to_a,
+                                     const std::size_t* to_b, EliminationEquations& to) {
+  if (a == b) return addTile<kRows, kRows, true>(a, b, num_rows, stride, to_a, to_b, to);
+  if (num_columns == 3) return addTile<kRows, 3, false>(a, b, num_rows, stride, to_a, to_b, to);
+  if (num_columns == 2) return addTile<kRows, 2, false>(a, b, num_rows, stride, to_a, to_b, to);
+  addTile<kRows, 1, false>(a, b, num_rows, stride, to_a, to_b, to);
+}
 
 /// Adds the products of all columns of the rows of u and v, in turn, of `num_groups` groups. Only the shared
-/// columns are in all rows.
-template <CameraModel M>
-class Products {
- public:
-  ALIDADE_ALWAYS_INLINE static void add(const Lanes* rows, std::size_t num_groups, ViewEquations<M>& to) {
-    constexpr int kStrips = (Rows::kShared + kTile - 1) / kTile;
-    forEachIndex<kStrips>([&](auto a) ALIDADE_INLINE_LAMBDA {
-      constexpr int kA = kTile * a();
-      constexpr int kNumA = std::min(kTile, Rows::kShared - kA);
-      forEachIndex<kStrips>([&](auto b) ALIDADE_INLINE_LAMBDA {
-        constexpr int kB = kTile * b();
-        constexpr int kNumB = std::min(kTile, Rows::kShared - kB);
-        if constexpr (kB >= kA) {
-          sumTile<kA, kNumA, kB, kNumB>(rows, 2 * num_groups, Rows::kWidth,
-                                        [&](int i, int j, double sum)
-                                            ALIDADE_INLINE_LAMBDA { put<0>(i, j, sum, to); });
+/// columns are in all rows; a row's own go with all of the same axis.
+ALIDADE_ALWAYS_INLINE void addProducts(const RowLayout& of, const Lanes* all_rows, std::size_t num_groups,
+                                       EliminationEquations& to) {
+  for (const std::size_t part : {0U, 1U, 2U}) {  // the shared columns, then the own ones of u and of v
+    const std::size_t axis = part == 2 ? 1 : 0;
+    const std::size_t* columns = of.column[axis].data();
+    const Lanes* rows = all_rows + axis * of.width;
+    const std::size_t num_rows = part == 0 ? 2 * num_groups : num_groups;
+    const std::size_t stride = part == 0 ? of.width : 2 * of.width;
+    const std::size_t end = part == 0 ? of.num_shared : of.width;
+    std::size_t num_a = 0;
+    for (std::size_t a = 0; a < end; a += num_a) {
+      num_a = std::min(kTile, (a < of.num_shared ? of.num_shared : end) - a);
+      for (std::size_t b = part == 0 ? a : of.num_shared; b < end; b += kTile) {
+        const auto add = [&]<int kRows>() ALIDADE_INLINE_LAMBDA {
+          addTileOf<kRows>(end - b < kTile ? end - b : kTile, rows + a, rows + b, num_rows, stride,
+                           columns + a, columns + b, to);
+        };
+        if (num_a == 3) {
+          add.template operator()<3>();
+        } else if (num_a == 2) {
+          add.template operator()<2>();
+        } else {
+          add.template operator()<1>();
         }
-      });
-      addOwn<kA, kNumA, 0>(rows, num_groups, to);
-      addOwn<kA, kNumA, 1>(rows, num_groups, to);
-    });
-    addOwn<Rows::kShared, Rows::kOwn, 0>(rows, num_groups, to);
-    addOwn<Rows::kShared, Rows::kOwn, 1>(rows, num_groups, to);
-  }
-
- private:
-  using Rows = ViewRows<M>;
-  static constexpr int kTile = 3;  // nine sums and what they are made of fit sixteen registers
-
-  template <int kA, int kNumA, int kAxis>
-  ALIDADE_ALWAYS_INLINE static void addOwn(const Lanes* rows, std::size_t num_groups, ViewEquations<M>& to) {
-    sumTile<kA, kNumA, Rows::kShared, Rows::kOwn>(rows + kAxis * Rows::kWidth, num_groups, 2 * Rows::kWidth,
-                                                  [&](int i, int j, double sum)
-                                                      ALIDADE_INLINE_LAMBDA { put<kAxis>(i, j, sum, to); });
-  }
-
-  template <int kAxis>
-  ALIDADE_ALWAYS_INLINE static void put(int i, int j, double sum, ViewEquations<M>& to) {
-    const int a = Rows::columnOf(kAxis, i);
-    const int b = Rows::columnOf(kAxis, j);
-    to.at(static_cast<std::size_t>(std::min(a, b)), static_cast<std::size_t>(std::max(a, b))) += sum;
-  }
-};
-
-/// Sums the normal equations of a view, the upper triangle and the whole of the pose's rows, into `to`, which
-/// starts at zero. The sum of rho stands in for r^T r. False with Unseen::kRefuse if a corner is not seen.
-template <CameraModel M>
-ALIDADE_ALWAYS_INLINE bool sumView(const ViewCamera<M>& camera, std::span<const CornerGroup> corners,
-                                   HuberLoss loss, Unseen unseen, ViewEquations<M>& to) {
-  using Rows = ViewRows<M>;
-  constexpr std::size_t kChunk = 24;  // groups whose rows stay in the fastest cache
-  constexpr auto kSize = static_cast<std::size_t>(Rows::kSize);
-  constexpr auto kPose = static_cast<std::size_t>(Rows::kPose);
-  const ViewCamera<M> local = camera;
-  Lanes rows[kChunk * 2 * Rows::kWidth];
-  Lanes sum_rho = {};
-  for (std::size_t first = 0; first < corners.size(); first += kChunk) {
-    const std::size_t count = std::min(kChunk, corners.size() - first);
-    Lanes* row = rows;
-    for (std::size_t i = 0; i < count; ++i, row += 2 * Rows::kWidth) {
-      const bool is_seen = Rows::write(local, corners[first + i], loss, row, row + Rows::kWidth, sum_rho);
-      if (!is_seen && unseen == Unseen::kRefuse) return false;
+      }
     }
-    Products<M>::add(rows, count, to);
   }
-  to.at(kSize - 1, kSize - 1) = sumOfLanes(sum_rho);
-  for (std::size_t i = 0; i < kPose; ++i) {
-    for (std::size_t j = 0; j < i; ++j) to.at(i, j) = to.at(j, i);
-  }
-  return true;
 }
 
 }  // namespace alidade::detail

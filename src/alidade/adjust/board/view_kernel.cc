@@ -9,163 +9,98 @@
 #include "alidade/adjust/board/disc_rows.h"
 #include "alidade/adjust/board/elimination.h"
 #include "alidade/adjust/board/view_equations.h"
-#include "alidade/camera/model_list.h"
-#include "alidade/core/error.h"
 #include "alidade/core/lanes.h"
 
 namespace alidade {
 namespace {
 
-using detail::ViewCamera;
+using detail::DiscRows;
+using detail::EliminationEquations;
 
-template <CameraModel M>
-class ModelKernel final : public ViewKernel {
- public:
-  [[nodiscard]] int numParams() const override { return kParams; }
+constexpr std::size_t kPose = detail::RowLayout::kPose;
 
-  [[nodiscard]] bool factor(const double* params, const SE3& camera_from_board,
-                            std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
-                            double* rows) const override {
-    const ViewCamera<M> camera(params, camera_from_board);
-    bool is_seen = true;
-    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
-      detail::ViewEquations<M> equations;
-      is_seen = detail::areDiscs(corners)
-                    ? sumDiscs(params, camera_from_board, corners, loss, unseen, equations)
-                    : detail::sumView<M>(camera, corners, loss, unseen, equations);
-      if (!is_seen) return;
-      constexpr std::size_t kLast = kSize - 1;
-      std::array<double, kSize> diagonal;
-      for (std::size_t i = 0; i < kSize; ++i) diagonal[i] = equations.at(i, i);
-      equations.template eliminate<0, kPose>(diagonal, rows, kSize);
-      for (std::size_t i = kPose; i < kLast; ++i) {
-        for (std::size_t j = kPose; j < i; ++j) equations.at(i, j) = equations.at(j, i);
-      }
-      equations.template eliminate<kPose, kLast>(diagonal, rows + kPose * kSize, kSize);
-      double* last = rows + kLast * kSize;
-      std::fill_n(last, kLast, 0.0);
-      // With the sum of rho in place of r^T r, this is what the other rows leave missing.
-      last[kLast] = std::sqrt(std::max(equations.at(kLast, kLast), 0.0));
-    });
-    return is_seen;
-  }
-
-  [[nodiscard]] double sumOfRho(const double* params, const SE3& camera_from_board,
-                                std::span<const CornerGroup> corners, HuberLoss loss) const override {
-    if (detail::areDiscs(corners)) return sumOfDiscs(params, camera_from_board, corners, loss);
-    const ViewCamera<M> camera(params, camera_from_board);
-    double sum = 0;
-    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
-      const ViewCamera<M> local = camera;
-      Lanes rho = {};
-      for (const CornerGroup& group : corners) {
-        const detail::GroupProjection at = detail::projectGroup<false>(local, group, nullptr);
-        const Lanes of_group = detail::GroupError(at, group, loss).rho;
-        rho += lane::select(at.is_seen, of_group, Lanes{} + lane::kNaN);
-      }
-      sum = detail::sumOfLanes(rho);
-    });
-    return sum;
-  }
-
-  void errors(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
-              std::span<Eigen::Vector2d> errors) const override {
-    if (detail::areDiscs(corners)) {
-      const detail::DiscRows discs(*this, params, camera_from_board);
-      for (std::size_t i = 0; i < errors.size(); ++i)
-        errors[i] = discs.error(corners[i / kNumLanes], i % kNumLanes);
-      return;
-    }
-    const ViewCamera<M> camera(params, camera_from_board);
-    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
-      const ViewCamera<M> local = camera;
-      std::size_t i = 0;
-      for (const CornerGroup& group : corners) {
-        const detail::GroupProjection at = detail::projectGroup<false>(local, group, nullptr);
-        const Lanes nothing = lane::select(at.is_seen, Lanes{}, Lanes{} + lane::kNaN);
-        double u[kNumLanes];
-        double v[kNumLanes];
-        lane::store(at.px[0] - lane::load(group.u.data()) + nothing, u);
-        lane::store(at.px[1] - lane::load(group.v.data()) + nothing, v);
-        for (std::size_t l = 0; l < kNumLanes && i < errors.size(); ++l, ++i) errors[i] = {u[l], v[l]};
-      }
-    });
-  }
-
-  void rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
-            std::span<double> rows) const override {
-    if (detail::areDiscs(corners)) {
-      const detail::DiscRows discs(*this, params, camera_from_board);
-      for (std::size_t i = 0; i < rows.size() / (2 * kSize); ++i) {
-        double* const to = rows.data() + 2 * i * kSize;
-        const CornerGroup& group = corners[i / kNumLanes];
-        discs.write(group, i % kNumLanes, to);
-        for (std::size_t c = 0; c < 2 * kSize; ++c) to[c] *= group.root_weight[i % kNumLanes];
-      }
-      return;
-    }
-    const ViewCamera<M> camera(params, camera_from_board);
-    std::fill(rows.begin(), rows.end(), 0.0);
-    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
-      const ViewCamera<M> local = camera;
-      std::size_t corner = 0;
-      for (const CornerGroup& group : corners) {
-        Lanes of[2][Rows::kWidth];
-        Lanes rho = {};
-        Rows::write(local, group, kNoLoss, of[0], of[1], rho);
-        const std::size_t count = std::min<std::size_t>(kNumLanes, rows.size() / (2 * kSize) - corner);
-        for (int axis = 0; axis < 2; ++axis) {
-          for (int c = 0; c < Rows::kWidth; ++c) {
-            double values[kNumLanes];
-            lane::store(of[axis][c], values);
-            double* to = rows.data() + (2 * corner + static_cast<std::size_t>(axis)) * kSize +
-                         static_cast<std::size_t>(Rows::columnOf(axis, c));
-            for (std::size_t l = 0; l < count; ++l) to[l * 2 * kSize] = values[l];
-          }
-        }
-        corner += count;
-      }
-    });
-  }
-
- private:
-  using Rows = detail::ViewRows<M>;
-
-  // As sumView() does it.
-  bool sumDiscs(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
-                HuberLoss loss, Unseen unseen, detail::ViewEquations<M>& to) const {
-    const detail::DiscRows discs(*this, params, camera_from_board);
-    double sum_of_rho = 0;
-    std::array<double, 2 * kSize> rows;
-    for (const CornerGroup& group : corners) {
-      for (std::size_t l = 0; l < kNumLanes; ++l) {
-        if (group.root_weight[l] == 0) continue;  // fills up the group
-        if (!discs.write(group, l, rows.data())) {
-          if (unseen == Unseen::kRefuse) return false;
-          continue;
-        }
-        const double weight = group.root_weight[l] * group.root_weight[l];
-        const double u = rows[kSize - 1];
-        const double v = rows[2 * kSize - 1];
-        const double s = weight * (u * u + v * v);
-        sum_of_rho += loss.rho(s);
-        const double factor = weight * loss.weight(s);
-        for (std::size_t i = 0; i < kSize; ++i) {
-          for (std::size_t j = i; j < kSize; ++j)
-            to.at(i, j) += factor * (rows[i] * rows[j] + rows[kSize + i] * rows[kSize + j]);
-        }
-      }
-    }
-    to.at(kSize - 1, kSize - 1) = sum_of_rho;
-    for (std::size_t i = 0; i < kPose; ++i) {
-      for (std::size_t j = 0; j < i; ++j) to.at(i, j) = to.at(j, i);
-    }
+// Sums the upper triangle of the normal equations of a view of points. The sum of rho stands in for r^T r.
+// False with Unseen::kRefuse if a corner is not seen.
+bool sumPoints(const detail::ViewRows& points, const double* params, const SE3& camera_from_board,
+               std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
+               EliminationEquations& to) {
+  const detail::RowLayout& layout = points.layout();
+  const std::size_t last = layout.size - 1;
+  Lanes sum_rho = {};
+  const bool is_seen = detail::forEachChunk(corners, [&](std::span<const CornerGroup> chunk) {
+    Lanes rows[detail::kMaxChunkRows];
+    const bool has_all = points.write(params, camera_from_board, chunk, loss, rows, sum_rho);
+    if (!has_all && unseen == Unseen::kRefuse) return false;
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA { detail::addProducts(layout, rows, chunk.size(), to); });
     return true;
-  }
+  });
+  to.at(last, last) = detail::sumOfLanes(sum_rho);
+  return is_seen;
+}
 
-  double sumOfDiscs(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
-                    HuberLoss loss) const {
-    const detail::DiscRows discs(*this, params, camera_from_board);
+// The same for a view of discs.
+bool sumDiscs(const detail::ViewRows& points, const double* params, const SE3& camera_from_board,
+              std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen, EliminationEquations& to) {
+  const DiscRows discs(points, params, camera_from_board);
+  const std::size_t size = points.layout().size;
+  double sum_of_rho = 0;
+  std::array<double, 2 * detail::kMaxColumns> rows;
+  for (const CornerGroup& group : corners) {
+    for (std::size_t l = 0; l < kNumLanes; ++l) {
+      if (group.root_weight[l] == 0) continue;  // fills up the group
+      if (!discs.write(group, l, rows.data())) {
+        if (unseen == Unseen::kRefuse) return false;
+        continue;
+      }
+      const double weight = group.root_weight[l] * group.root_weight[l];
+      const double u = rows[size - 1];
+      const double v = rows[2 * size - 1];
+      const double s = weight * (u * u + v * v);
+      sum_of_rho += loss.rho(s);
+      const double factor = weight * loss.weight(s);
+      for (std::size_t i = 0; i < size; ++i) {
+        for (std::size_t j = i; j < size; ++j)
+          to.at(i, j) += factor * (rows[i] * rows[j] + rows[size + i] * rows[size + j]);
+      }
+    }
+  }
+  to.at(size - 1, size - 1) = sum_of_rho;
+  return true;
+}
+
+}  // namespace
+
+int ViewKernel::numParams() const {
+  return static_cast<int>(points_->layout().size - kPose - 1);
+}
+
+bool ViewKernel::factor(const double* params, const SE3& camera_from_board,
+                        std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
+                        double* rows) const {
+  const std::size_t size = points_->layout().size;
+  EliminationEquations equations(size);
+  const auto& sum = detail::areDiscs(corners) ? sumDiscs : sumPoints;
+  if (!sum(*points_, params, camera_from_board, corners, loss, unseen, equations)) return false;
+  callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+    const std::size_t last = size - 1;
+    std::array<double, detail::kMaxColumns> diagonal;
+    for (std::size_t i = 0; i < size; ++i) diagonal[i] = equations.at(i, i);
+    equations.mirror(0, kPose);
+    equations.eliminate(0, kPose, diagonal.data(), rows);
+    equations.mirror(kPose, last);
+    equations.eliminate(kPose, last, diagonal.data(), rows + kPose * size);
+    double* last_row = rows + last * size;
+    std::fill_n(last_row, last, 0.0);
+    // With the sum of rho in place of r^T r, this is what the other rows leave missing.
+    last_row[last] = std::sqrt(std::max(equations.at(last, last), 0.0));
+  });
+  return true;
+}
+
+double ViewKernel::sumOfRho(const double* params, const SE3& camera_from_board,
+                            std::span<const CornerGroup> corners, HuberLoss loss) const {
+  if (detail::areDiscs(corners)) {
+    const DiscRows discs(*points_, params, camera_from_board);
     double sum = 0;
     for (const CornerGroup& group : corners) {
       for (std::size_t l = 0; l < kNumLanes; ++l) {
@@ -176,22 +111,42 @@ class ModelKernel final : public ViewKernel {
     }
     return sum;
   }
-
-  static constexpr int kParams = kNumParams<M>;
-  static constexpr std::size_t kPose = Rows::kPose;
-  static constexpr std::size_t kSize = Rows::kSize;
-};
-
-}  // namespace
-
-const ViewKernel& viewKernel(std::string_view model_id) {
-  const ViewKernel* kernel = nullptr;
-  AllModels::forEach([&]<class M>() {
-    static const ModelKernel<M> of_model;
-    if (M::kId == model_id) kernel = &of_model;
+  Lanes rho = {};
+  detail::forEachChunk(corners, [&](std::span<const CornerGroup> chunk) {
+    Lanes errors[2 * detail::kChunk];
+    points_->writeErrors(params, camera_from_board, chunk, errors);
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      for (std::size_t i = 0; i < chunk.size(); ++i)
+        rho += detail::GroupLoss(errors + 2 * i, chunk[i], loss).rho;
+    });
+    return true;
   });
-  expect(kernel != nullptr, "the model's id is known");
-  return *kernel;
+  return detail::sumOfLanes(rho);
+}
+
+void ViewKernel::errors(const double* params, const SE3& camera_from_board,
+                        std::span<const CornerGroup> corners, std::span<Eigen::Vector2d> errors) const {
+  if (!detail::areDiscs(corners)) return points_->errors(params, camera_from_board, corners, errors);
+  const DiscRows discs(*points_, params, camera_from_board);
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    errors[i] = discs.error(corners[i / kNumLanes], i % kNumLanes);
+}
+
+void ViewKernel::rows(const double* params, const SE3& camera_from_board,
+                      std::span<const CornerGroup> corners, std::span<double> rows) const {
+  if (!detail::areDiscs(corners)) return points_->rows(params, camera_from_board, corners, rows);
+  const DiscRows discs(*points_, params, camera_from_board);
+  const std::size_t of_corner = 2 * points_->layout().size;
+  for (std::size_t i = 0; i < rows.size() / of_corner; ++i) {
+    double* const to = rows.data() + i * of_corner;
+    const CornerGroup& group = corners[i / kNumLanes];
+    discs.write(group, i % kNumLanes, to);
+    for (std::size_t c = 0; c < of_corner; ++c) to[c] *= group.root_weight[i % kNumLanes];
+  }
+}
+
+ViewKernel viewKernel(std::string_view model_id) {
+  return ViewKernel(detail::viewRows(model_id));
 }
 
 std::optional<ViewFactor> viewFactor(const ViewKernel& kernel, std::span<const double> params,

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "alidade/adjust/board/corner_groups.h"
+#include "alidade/adjust/board/view_rows.h"
 #include "alidade/geometry/se3.h"
 
 namespace alidade {
@@ -30,33 +31,36 @@ enum class Unseen {
 /// that results depend on the arguments alone and on whether the processor has AVX2.
 class ViewKernel {
  public:
-  virtual ~ViewKernel() = default;
+  explicit ViewKernel(const detail::ViewRows& points) : points_(&points) {}
 
-  [[nodiscard]] virtual int numParams() const = 0;
+  [[nodiscard]] int numParams() const;
 
   /// Writes a ViewFactor row by row, (numParams() + 7)^2 numbers. False if a corner is behind the camera,
   /// beyond a pole, or where the lens has folded, unless it is left out.
-  [[nodiscard]] virtual bool factor(const double* params, const SE3& camera_from_board,
-                                    std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
-                                    double* rows) const = 0;
+  [[nodiscard]] bool factor(const double* params, const SE3& camera_from_board,
+                            std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
+                            double* rows) const;
 
   /// Sum of rho over the corners, px^2; NaN if a corner cannot be projected.
-  [[nodiscard]] virtual double sumOfRho(const double* params, const SE3& camera_from_board,
-                                        std::span<const CornerGroup> corners, HuberLoss loss) const = 0;
+  [[nodiscard]] double sumOfRho(const double* params, const SE3& camera_from_board,
+                                std::span<const CornerGroup> corners, HuberLoss loss) const;
 
   /// Projected minus observed, px, not weighted; NaN for a corner that cannot be projected.
-  virtual void errors(const double* params, const SE3& camera_from_board,
-                      std::span<const CornerGroup> corners, std::span<Eigen::Vector2d> errors) const = 0;
+  void errors(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
+              std::span<Eigen::Vector2d> errors) const;
 
   /// Two rows a corner, of u and v: pose's tangent, parameters, error; each times the root of the corner's
   /// weight. Zero for a corner that cannot be projected.
   /// @param rows  row by row, 2 (numParams() + 7) numbers a corner
-  virtual void rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
-                    std::span<double> rows) const = 0;
+  void rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
+            std::span<double> rows) const;
+
+ private:
+  const detail::ViewRows* points_;
 };
 
 /// The kernel of a model that is known.
-[[nodiscard]] const ViewKernel& viewKernel(std::string_view model_id);
+[[nodiscard]] ViewKernel viewKernel(std::string_view model_id);
 
 /// The factor of a view; nothing where a corner is refused.
 [[nodiscard]] std::optional<ViewFactor> viewFactor(const ViewKernel& kernel, std::span<const double> params,

@@ -30,7 +30,7 @@ IntrinsicsInformation intrinsicsInformation(const Fit& fit) {
   const FitCamera& camera = onlyCamera(fit);
   IntrinsicsInformation result;
   // The poses' Schur complement of J^T W J is that of a fit without a loss.
-  const ViewKernel& kernel = viewKernel(camera.model);
+  const ViewKernel kernel = viewKernel(camera.model);
   const Eigen::Index n = kernel.numParams();
   result.information = Eigen::MatrixXd::Zero(n, n);
   for (const FitView& view : fit.views) {

@@ -69,7 +69,7 @@ double robustSigma(const Fit& fit) {
 
 std::vector<std::vector<double>> leverages(const Fit& fit) {
   const FitCamera& camera = onlyCamera(fit);
-  const ViewKernel& kernel = viewKernel(camera.model);
+  const ViewKernel kernel = viewKernel(camera.model);
   const Eigen::Index n = kernel.numParams();
   // Intrinsics that these views do not determine take little from the errors in any direction they do.
   const Eigen::MatrixXd params_cov = intrinsicsInformation(fit).inverse.value_or(Eigen::MatrixXd::Zero(n, n));

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/adjust/board/view_rows.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "alidade/adjust/board/elimination.h"
+#include "alidade/camera/model_list.h"
+#include "alidade/camera/projection.h"
+#include "alidade/core/error.h"
+
+namespace alidade::detail {
+namespace {
+
+// Camera and pose as the loops read them.
+template <CameraModel M>
+struct ViewCamera {
+  ViewCamera(const double* from, const SE3& camera_from_board) {
+    std::copy_n(from, kNumParams<M>, params.data());
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R.data()) = camera_from_board.rotation.matrix();
+    Eigen::Map<Eigen::Vector3d>(t.data()) = camera_from_board.translation;
+  }
+  std::array<double, static_cast<std::size_t>(kNumParams<M>)> params{};
+  std::array<double, 9> R{};
+  std::array<double, 3> t{};
+};
+
+// Where a group's corners are seen, and whether they are.
+struct GroupProjection {
+  Lanes px[2];
+  Lanes J_px_cam[6];
+  LaneMask is_seen;
+};
+
+template <bool kHasParams, CameraModel M>
+ALIDADE_ALWAYS_INLINE GroupProjection projectGroup(const ViewCamera<M>& camera, const CornerGroup& group,
+                                                   Lanes* J_px_params) {
+  const Lanes p[3] = {lane::load(group.x.data()), lane::load(group.y.data()), lane::load(group.z.data())};
+  const auto& R = camera.R;
+  Lanes p_cam[3];
+  for (std::size_t r = 0; r < 3; ++r)
+    p_cam[r] = R[3 * r] * p[0] + (R[3 * r + 1] * p[1] + (R[3 * r + 2] * p[2] + camera.t[r]));
+  GroupProjection to;
+  Lanes* const not_wanted = nullptr;
+  projectInside<M>(camera.params.data(), p_cam, to.px, to.J_px_cam, kHasParams ? J_px_params : not_wanted);
+  // Sign of the Jacobian on the unit sphere, as in the domain certificate.
+  const Lanes* a = to.J_px_cam;
+  const Lanes* b = to.J_px_cam + 3;
+  const Lanes det = (a[1] * b[2] - a[2] * b[1]) * p_cam[0] + (a[2] * b[0] - a[0] * b[2]) * p_cam[1] +
+                    (a[0] * b[1] - a[1] * b[0]) * p_cam[2];
+  to.is_seen = det > 0.0;
+  double rays[3][kNumLanes];
+  for (std::size_t r = 0; r < 3; ++r) lane::store(p_cam[r], rays[r]);
+  bool has_value[kNumLanes];
+  bool has_all = true;
+  for (std::size_t l = 0; l < kNumLanes; ++l) {
+    const double ray[3] = {rays[0][l], rays[1][l], rays[2][l]};
+    has_value[l] = M::hasValue(camera.params.data() + 4, ray);
+    has_all = has_all && has_value[l];
+  }
+  if (!has_all) {
+    double mask[kNumLanes];
+    for (std::size_t l = 0; l < kNumLanes; ++l) mask[l] = has_value[l] ? 1.0 : 0.0;
+    to.is_seen = lane::both(to.is_seen, lane::load(mask) > 0.0);
+  }
+  return to;
+}
+
+template <CameraModel M>
+class RowsOf final : public ViewRows {
+ public:
+  [[nodiscard]] const RowLayout& layout() const override { return kLayout; }
+
+  bool write(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> groups,
+             HuberLoss loss, Lanes* rows, Lanes& sum_rho) const override {
+    const ViewCamera<M> camera(params, camera_from_board);
+    bool is_seen = true;
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      const ViewCamera<M> local = camera;
+      Lanes rho = sum_rho;
+      Lanes* row = rows;
+      for (const CornerGroup& group : groups) {
+        if (!writeGroup(local, group, loss, row, row + kWidth, rho)) is_seen = false;
+        row += 2 * kWidth;
+      }
+      sum_rho = rho;
+    });
+    return is_seen;
+  }
+
+  void writeErrors(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> groups,
+                   Lanes* errors) const override {
+    const ViewCamera<M> camera(params, camera_from_board);
+    callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+      const ViewCamera<M> local = camera;
+      Lanes* to = errors;
+      for (const CornerGroup& group : groups) {
+        const GroupProjection at = projectGroup<false>(local, group, nullptr);
+        const Lanes nothing = lane::select(at.is_seen, Lanes{}, Lanes{} + lane::kNaN);
+        *to++ = at.px[0] - lane::load(group.u.data()) + nothing;
+        *to++ = at.px[1] - lane::load(group.v.data()) + nothing;
+      }
+    });
+  }
+
+ private:
+  static constexpr int kLens = M::kNumLensParams;
+  static constexpr RowLayout kLayout{static_cast<std::size_t>(kLens)};
+  static_assert(kLayout.size <= kMaxColumns);
+  static constexpr auto kPose = static_cast<int>(RowLayout::kPose);
+  static constexpr auto kWidth = static_cast<int>(kLayout.width);
+  static constexpr auto kOwn = static_cast<int>(kLayout.num_shared);
+
+  ALIDADE_ALWAYS_INLINE static bool writeGroup(const ViewCamera<M>& camera, const CornerGroup& group,
+                                               HuberLoss loss, Lanes* u, Lanes* v, Lanes& sum_rho) {
+    constexpr int kParams = kNumParams<M>;
+    Lanes J_px_params[2 * kParams];
+    const GroupProjection at = projectGroup<true>(camera, group, J_px_params);
+    const Lanes error[2] = {at.px[0] - lane::load(group.u.data()), at.px[1] - lane::load(group.v.data())};
+    const GroupLoss of_loss(error, group, loss);
+    const Lanes root = of_loss.root;
+    const Lanes x = lane::load(group.x.data());
+    const Lanes y = lane::load(group.y.data());
+    const Lanes z = lane::load(group.z.data());
+    const auto& R = camera.R;
+    Lanes* const rows[2] = {u, v};
+    for (int axis = 0; axis < 2; ++axis) {
+      Lanes* row = rows[axis];
+      const Lanes j[3] = {root * at.J_px_cam[3 * axis], root * at.J_px_cam[3 * axis + 1],
+                          root * at.J_px_cam[3 * axis + 2]};
+      // d p_cam / d translation = R, d p_cam / d rotation = -R hat(p_board).
+      Lanes g[3];
+      for (std::size_t c = 0; c < 3; ++c) g[c] = j[0] * R[c] + j[1] * R[3 + c] + j[2] * R[6 + c];
+      row[0] = g[0];
+      row[1] = g[1];
+      row[2] = g[2];
+      row[3] = y * g[2] - z * g[1];
+      row[4] = z * g[0] - x * g[2];
+      row[5] = x * g[1] - y * g[0];
+      const Lanes* J = J_px_params + axis * kParams;
+      for (int i = 0; i < kLens; ++i) row[kPose + i] = root * J[4 + i];
+      row[kOwn - 1] = root * error[axis];
+      row[kOwn] = root * J[axis];
+      row[kOwn + 1] = root;
+    }
+    if (lane::isAll(at.is_seen)) {
+      sum_rho += of_loss.rho;
+      return true;
+    }
+    sum_rho += lane::select(at.is_seen, of_loss.rho, Lanes{});
+    for (int i = 0; i < kWidth; ++i) {
+      u[i] = lane::select(at.is_seen, u[i], Lanes{});
+      v[i] = lane::select(at.is_seen, v[i], Lanes{});
+    }
+    return false;
+  }
+};
+
+}  // namespace
+
+const ViewRows& viewRows(std::string_view model_id) {
+  const ViewRows* rows = nullptr;
+  AllModels::forEach([&]<class M>() {
+    static const RowsOf<M> of_model;
+    if (M::kId == model_id) rows = &of_model;
+  });
+  expect(rows != nullptr, "the model's id is known");
+  return *rows;
+}
+
+void ViewRows::errors(const double* params, const SE3& camera_from_board,
+                      std::span<const CornerGroup> corners, std::span<Eigen::Vector2d> errors) const {
+  std::size_t i = 0;
+  forEachChunk(corners, [&](std::span<const CornerGroup> chunk) {
+    Lanes of_chunk[2 * kChunk];
+    writeErrors(params, camera_from_board, chunk, of_chunk);
+    for (std::size_t g = 0; g < chunk.size(); ++g) {
+      CornerGroup::Column u;
+      CornerGroup::Column v;
+      lane::store(of_chunk[2 * g], u.data());
+      lane::store(of_chunk[2 * g + 1], v.data());
+      for (std::size_t l = 0; l < kNumLanes && i < errors.size(); ++l, ++i) errors[i] = {u[l], v[l]};
+    }
+    return true;
+  });
+}
+
+void ViewRows::rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
+                    std::span<double> rows) const {
+  const RowLayout& columns = layout();
+  const std::size_t size = columns.size;
+  std::fill(rows.begin(), rows.end(), 0.0);
+  std::size_t corner = 0;
+  forEachChunk(corners, [&](std::span<const CornerGroup> chunk) {
+    Lanes of_chunk[kMaxChunkRows];
+    Lanes rho = {};
+    write(params, camera_from_board, chunk, kNoLoss, of_chunk, rho);
+    const Lanes* at = of_chunk;
+    for (std::size_t g = 0; g < chunk.size(); ++g, corner += kNumLanes) {
+      const std::size_t count = std::min(kNumLanes, rows.size() / (2 * size) - corner);
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        for (std::size_t c = 0; c < columns.width; ++c) {
+          CornerGroup::Column values;
+          lane::store(*at++, values.data());
+          const std::size_t to = columns.column[axis][c];
+          for (std::size_t l = 0; l < count; ++l) rows[(2 * (corner + l) + axis) * size + to] = values[l];
+        }
+      }
+    }
+    return true;
+  });
+}
+
+}  // namespace alidade::detail
