@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "alidade/detect/detection.h"
+#include "alidade/detect/detect_images.h"
 #include "alidade/report/data/evidence.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"

@@ -9,7 +9,7 @@
 /// folders, files and videos, and readGrayImage() reads one. Pixel (0, 0) is the centre of the top-left
 /// pixel. Errors are thrown as alidade::Error.
 #include "alidade/core/error.h"
-#include "alidade/detect/detection.h"
+#include "alidade/detect/detect_images.h"
 #include "alidade/detect/survey.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_set.h"

@@ -9,7 +9,7 @@
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/camera/camera_edit.h"
 #include "alidade/core/random.h"
-#include "alidade/detect/detection.h"
+#include "alidade/detect/detect_images.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
 

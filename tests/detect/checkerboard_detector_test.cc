@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/detection.h"
+#include "alidade/detect/detect_images.h"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 
 #include "alidade/core/error.h"
-#include "alidade/detect/detect_images.h"
 #include "alidade/simulate/render.h"
 #include "support/simulated_set.h"
 

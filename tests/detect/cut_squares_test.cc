@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "alidade/detect/detection.h"
+#include "alidade/detect/detect_images.h"
 #include "alidade/simulate/render.h"
 #include "support/board_photo.h"
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "alidade/detect/detect_images.h"
 #include "alidade/files/content_cache.h"
 #include "support/scratch_test.h"
 

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "alidade/camera/any_camera.h"
-#include "alidade/detect/detection.h"
+#include "alidade/detect/detect_images.h"
 #include "alidade/guide/guidance.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/render.h"

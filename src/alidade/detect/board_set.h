@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "alidade/detect/detect_images.h"
+#include "alidade/detect/board/detection.h"
 #include "alidade/target/board.h"
 
 // Several boards in one set of images.

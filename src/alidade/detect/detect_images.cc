@@ -4,15 +4,24 @@
 #include <algorithm>
 #include <mutex>
 #include <utility>
+#include <variant>
 
 #include <opencv2/core/utility.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
+#include "alidade/detect/board/april_grid_detector.h"
+#include "alidade/detect/board/charuco_detector.h"
+#include "alidade/detect/board/checkerboard_detector.h"
+#include "alidade/detect/board/circle_grid_detector.h"
 #include "alidade/detect/detection_entry.h"
 #include "alidade/files/content_cache.h"
 
 namespace alidade {
+
+Detection findBoard(const GrayImage& image, const Board& board) {
+  return std::visit([&](const auto& kind) { return findBoard(image, kind); }, board.kind());
+}
 
 void useOneThreadPerImage() {
   cv::setNumThreads(1);

@@ -8,23 +8,13 @@
 #include <vector>
 
 #include "alidade/core/cancel.h"
-#include "alidade/detect/detection.h"
+#include "alidade/detect/board/detection.h"
 #include "alidade/imagery/image_set.h"
 
 namespace alidade {
 
-/// The outcome for one image and one board.
-struct ImageOutcome {
-  std::string image;
-  ImageSize size;
-  int exif_orientation = 1;
-  Detection detection;
-  std::optional<std::size_t> same_as =
-      std::nullopt;  ///< kDuplicate: index of the outcome that shows the same
-  std::optional<std::size_t> sequence = std::nullopt;  ///< ImageSet::sequenceOf()
-
-  [[nodiscard]] bool isReadable() const { return detection.reason != DetectionReason::kUnreadable; }
-};
+/// Finds a board in a grey image, whole or partly visible, and refines its corners (CornerFitter).
+[[nodiscard]] Detection findBoard(const GrayImage& image, const Board& board);
 
 struct DetectImagesOptions {
   int num_jobs = 0;                                        ///< threads; 0 = one per processor

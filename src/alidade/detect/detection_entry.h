@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "alidade/detect/detect_images.h"
+#include "alidade/detect/board/detection.h"
 #include "alidade/target/board.h"
 
 // The outcome of a search as an entry of a cache.

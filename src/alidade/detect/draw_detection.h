@@ -4,7 +4,7 @@
 #include <span>
 
 #include "alidade/core/image.h"
-#include "alidade/detect/detect_images.h"
+#include "alidade/detect/board/detection.h"
 
 namespace alidade {
 

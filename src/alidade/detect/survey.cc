@@ -173,7 +173,7 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Board& board,
 // Images whose edges are much wider than those of most; their corners are used, with their large sigmas.
 void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<SurveyNote>& notes) {
   constexpr double kFactor = 2.5;
-  constexpr double kSharpPx = 1.5;  // nobody minds less
+  constexpr double kSharpPx = 1.5;  // smaller blur is harmless
   std::vector<double> blurs;
   for (const ImageOutcome& outcome : outcomes) {
     if (outcome.detection.hasCorners()) blurs.push_back(outcome.detection.measures.blur_px);

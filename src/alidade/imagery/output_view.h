@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +12,11 @@
 #include "alidade/core/image.h"
 
 namespace alidade {
+
+/// How far from the optical axis views are laid out where the plane grows without bound: the axis itself for
+/// a rectilinear view, and the horizon for a cylindrical one. At 75 degrees a pixel of the axis has become 15
+/// times as long.
+inline constexpr double kMaxTangentAngleRad = 75 * std::numbers::pi / 180;
 
 /// How rays are laid out on the plane of an image without distortion. Rays are those of the camera frame: x
 /// right, y down, z forward.

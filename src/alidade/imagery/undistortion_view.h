@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <numbers>
 #include <optional>
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/imagery/output_view.h"
 
 namespace alidade {
-
-/// How far from the optical axis views are laid out where the plane grows without bound: the axis itself for
-/// a rectilinear view, and the horizon for a cylindrical one. At 75 degrees a pixel of the axis has become 15
-/// times as long.
-inline constexpr double kMaxTangentAngleRad = 75 * std::numbers::pi / 180;
 
 /// What of the source a view shows.
 enum class ViewExtent {

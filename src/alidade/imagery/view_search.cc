@@ -12,7 +12,6 @@
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/imagery/remap.h"
-#include "alidade/imagery/undistortion_view.h"
 
 namespace alidade::detail {
 namespace {

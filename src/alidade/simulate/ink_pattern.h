@@ -6,10 +6,16 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "alidade/simulate/render.h"
 #include "alidade/target/board_ink.h"
 
 namespace alidade {
+
+/// What is seen at a place of the board's plane.
+enum class BoardTone {
+  kDark,        ///< a dark square
+  kBright,      ///< a bright square or the paper's margin, one square wide, around the squares
+  kBackground,  ///< beyond the paper
+};
 
 /// The tones of anything printed, with a white margin around it as wide as a tenth of its longer side. What
 /// is printed is found by the cell of a grid that a place is in.

@@ -11,7 +11,6 @@
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/random.h"
-#include "alidade/simulate/ink_pattern.h"
 #include "alidade/simulate/observe.h"
 
 namespace alidade {

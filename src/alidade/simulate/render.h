@@ -11,18 +11,12 @@
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/record/scene.h"
+#include "alidade/simulate/ink_pattern.h"
 #include "alidade/simulate/ray_lattice.h"
 #include "alidade/target/board_ink.h"
 #include "alidade/target/checkerboard.h"
 
 namespace alidade {
-
-/// What is seen at a place of the board's plane.
-enum class BoardTone {
-  kDark,        ///< a dark square
-  kBright,      ///< a bright square or the paper's margin, one square wide, around the squares
-  kBackground,  ///< beyond the paper
-};
 
 /// Around columns x rows inner corners lie (columns + 1) x (rows + 1) squares. The one between the corners
 /// (0, 0) and (1, 1) is dark, and so is its diagonal neighbour beyond corner 0: that is what tells corner 0.

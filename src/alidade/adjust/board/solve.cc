@@ -9,7 +9,10 @@
 #include <optional>
 #include <utility>
 
-#include <ceres/ceres.h>
+#include <ceres/iteration_callback.h>
+#include <ceres/ordered_groups.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/manifolds.h"
@@ -38,7 +41,7 @@ class StepWatch final : public ceres::IterationCallback {
       cost_ = at.cost;
       return ceres::SOLVER_CONTINUE;
     }
-    // A trial at which a corner does not project has the largest cost there is, and tells no promise.
+    // A trial at which a corner does not project has the largest cost there is, and predicts no decrease.
     const bool is_evaluated = at.step_is_valid && at.cost < std::numeric_limits<double>::max();
     if (!is_refused_) promised_share_ = 1;
     if (!is_refused_ && is_evaluated) {
@@ -46,7 +49,7 @@ class StepWatch final : public ceres::IterationCallback {
       const double promised =
           at.relative_decrease == 0 ? std::abs(at.cost_change) : at.cost_change / at.relative_decrease;
       promised_share_ = promised / cost_;
-      // Not so much as a promise: NaN where cost and promise are zero.
+      // Predicts no decrease; NaN where cost and promise are zero.
       if (!(promised > options_.function_tolerance * cost_)) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
     }
     is_refused_ = !at.step_is_successful;

@@ -9,7 +9,6 @@
 
 #include "alidade/adjust/board/manifolds.h"
 #include "alidade/adjust/board/reduced.h"
-#include "alidade/adjust/noise/shape_information.h"
 
 namespace alidade {
 namespace {

@@ -5,8 +5,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "alidade/adjust/noise/shape_information.h"
-
 namespace alidade {
 namespace {
 

@@ -7,43 +7,8 @@
 #include <Eigen/Core>
 
 #include "alidade/adjust/board/reduced.h"
-#include "alidade/target/board_shape.h"
 
 namespace alidade {
-
-/// Number of columns for the BoardShape of a board, after those of the intrinsics.
-inline constexpr int kNumBends = 2;
-
-/// bend_x and bend_y of boards' shapes as further columns, for the views of one board.
-struct BendColumns {
-  const Board* board = nullptr;  ///< that the view shows; null: one whose bend is not among the columns
-  int first = 0;                 ///< its first column
-  int num_columns = kNumBends;   ///< of all boards
-
-  [[nodiscard]] int size() const { return num_columns; }
-  [[nodiscard]] ExtraElements<kNumBends> elements(const CornerRows& rows, int axis) const {
-    if (board == nullptr) return {.column = {0, 1}, .value = {0, 0}};
-    const Eigen::Vector3d& p = board->corner(rows.corner.id);
-    const Eigen::Vector2d profile = bendProfile(*board, p.x(), p.y());
-    // A shift of the board along its own z is a shift of the point.
-    const double J_px_z = rows.J_px_pose[static_cast<std::size_t>(axis)][2];
-    return {.column = {first, first + 1}, .value = {J_px_z * profile.x(), J_px_z * profile.y()}};
-  }
-};
-
-/// bend_x and bend_y of a board, then the offset of each of its points, for the views of this board.
-struct OffsetColumns {
-  const Board& board;
-
-  [[nodiscard]] int size() const { return kNumBends + 3 * board.numCorners(); }
-  [[nodiscard]] ExtraElements<kNumBends + 3> elements(const CornerRows& rows, int axis) const {
-    const auto bends = BendColumns{.board = &board}.elements(rows, axis);
-    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];  // as a shift of the board
-    const int point = kNumBends + 3 * rows.corner.id;
-    return {.column = {0, 1, point, point + 1, point + 2},
-            .value = {bends.value[0], bends.value[1], J_px_point[0], J_px_point[1], J_px_point[2]}};
-  }
-};
 
 /// The information of the corners about the bends of boards (BoardShape) at a solution, with poses and
 /// intrinsics refitted for every change of a bend. The columns of the bends are bend_x and bend_y of each

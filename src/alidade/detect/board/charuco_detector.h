@@ -2,7 +2,7 @@
 #pragma once
 
 #include "alidade/core/image.h"
-#include "alidade/detect/detection.h"
+#include "alidade/detect/board/detection.h"
 #include "alidade/target/charuco_board.h"
 
 namespace alidade {

@@ -5,7 +5,7 @@
 
 #include "alidade/core/image.h"
 #include "alidade/detect/board/circle_placement.h"
-#include "alidade/detect/detection.h"
+#include "alidade/detect/board/detection.h"
 #include "alidade/target/circle_grid.h"
 
 namespace alidade {

@@ -8,8 +8,8 @@
 
 #include "alidade/core/image.h"
 #include "alidade/detect/board/circle_placement.h"
+#include "alidade/detect/board/detection.h"
 #include "alidade/detect/corner/disc_fit.h"
-#include "alidade/detect/detection.h"
 #include "alidade/target/board.h"
 
 namespace alidade {

@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 
 #include "alidade/core/image.h"
+#include "alidade/detect/board/detection.h"
 #include "alidade/detect/board/seen_markers.h"
-#include "alidade/detect/detection.h"
 #include "alidade/target/board.h"
 
 namespace alidade {

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "alidade/core/image.h"
-#include "alidade/detect/corner/corner_fit.h"
+#include "alidade/detect/corner/corner_guess.h"
 #include "alidade/detect/corner/edge_model.h"
 
 namespace alidade {

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 
-#include "alidade/detect/corner/corner_fit.h"
 #include "alidade/detect/corner/corner_task.h"
 
 namespace alidade {

@@ -1,14 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/detection.h"
+#include "alidade/detect/board/detection.h"
 
 #include <algorithm>
 #include <array>
-#include <variant>
-
-#include "alidade/detect/board/april_grid_detector.h"
-#include "alidade/detect/board/charuco_detector.h"
-#include "alidade/detect/board/checkerboard_detector.h"
-#include "alidade/detect/board/circle_grid_detector.h"
 
 namespace alidade {
 
@@ -21,10 +15,6 @@ std::string_view reasonCode(DetectionReason reason) {
 
 bool SeenGrid::hasCountsOf(int board_columns, int board_rows) const {
   return columns == std::max(board_columns, board_rows) && rows == std::min(board_columns, board_rows);
-}
-
-Detection findBoard(const GrayImage& image, const Board& board) {
-  return std::visit([&](const auto& kind) { return findBoard(image, kind); }, board.kind());
 }
 
 }  // namespace alidade

@@ -67,7 +67,17 @@ struct Detection {
   [[nodiscard]] bool hasCorners() const { return reason <= DetectionReason::kCut; }
 };
 
-/// Finds a board in a grey image, whole or partly visible, and refines its corners (CornerFitter).
-[[nodiscard]] Detection findBoard(const GrayImage& image, const Board& board);
+/// The outcome for one image and one board.
+struct ImageOutcome {
+  std::string image;
+  ImageSize size;
+  int exif_orientation = 1;
+  Detection detection;
+  std::optional<std::size_t> same_as =
+      std::nullopt;  ///< kDuplicate: index of the outcome that shows the same
+  std::optional<std::size_t> sequence = std::nullopt;  ///< ImageSet::sequenceOf()
+
+  [[nodiscard]] bool isReadable() const { return detection.reason != DetectionReason::kUnreadable; }
+};
 
 }  // namespace alidade
