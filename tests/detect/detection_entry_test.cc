@@ -11,6 +11,9 @@
 
 #include "alidade/detect/detect_images.h"
 #include "alidade/files/content_cache.h"
+#include "alidade/print/ink_of_board.h"
+#include "alidade/simulate/render.h"
+#include "alidade/target/board_spec.h"
 #include "support/scratch_test.h"
 
 namespace alidade {
@@ -43,6 +46,38 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+// The corners that a search finds in a rendered image, as one number.
+double weightedSum(const std::string& spec) {
+  const Board shown = parseBoardSpec(spec);
+  const Renderer renderer(AnyCamera::make("pinhole", std::vector<double>{600, 600, 319.5, 239.5}),
+                          {640, 480});
+  SE3 pose;
+  pose.rotation = SO3::exp({0.3, -0.2, 0.1});
+  pose.translation = Eigen::Vector3d(0, 0, 0.5) - pose.rotation * shown.middle();
+  RenderOptions options;
+  options.blur_px = 0.8;
+  options.read_noise = 0;
+  options.full_well_electrons = 0;
+  const Detection detection = findBoard(renderer.render(inkOf(shown), pose, options), shown);
+  EXPECT_TRUE(detection.found()) << spec;
+  double sum = 0;
+  for (const Corner& corner : detection.corners)
+    sum += (corner.id + 1) * (corner.pixel.x() + 2 * corner.pixel.y());
+  return sum;
+}
+
+// Caches keep outcomes as long as their key is the same. If corners change on purpose, raise
+// kDetectionVersion in detection_entry.cc and write the new sums here; they change with the renderer as well.
+TEST(DetectionEntry, HasTheVersionOfTheseCorners) {
+  constexpr double kNear = 0.01;  // processors with and without AVX2 differ by less
+  EXPECT_THAT(entryKey("image", board()), HasSubstr("corners 1 "));
+  EXPECT_NEAR(weightedSum("checkerboard:9x6:25mm"), 1266719.5613, kNear);
+  EXPECT_NEAR(weightedSum("charuco:8x6:30mm:22mm:DICT_5X5_50"), 537401.8426, kNear);
+  EXPECT_NEAR(weightedSum("aprilgrid:4x3:50mm:0.3"), 1022938.3632, kNear);
+  EXPECT_NEAR(weightedSum("circles:8x6:25mm:15mm"), 1002345.1205, kNear);
+  EXPECT_NEAR(weightedSum("acircles:4x11:20mm:14mm"), 861541.0584, kNear);
 }
 
 TEST(DetectionEntry, IsReadAsItWasWritten) {

@@ -8,7 +8,9 @@
 #include <functional>
 #include <limits>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <opencv2/core/version.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -17,6 +19,9 @@ namespace alidade {
 namespace {
 
 using nlohmann::json;
+
+// Raised when corners, measures or reasons change, so that what older versions found is searched for again.
+constexpr int kDetectionVersion = 1;
 
 constexpr std::array kReasons = {
     DetectionReason::kFound,      DetectionReason::kPartial,       DetectionReason::kCut,
@@ -105,8 +110,7 @@ ImageOutcome outcomeOf(const json& entry, const Board& board) {
 }  // namespace
 
 std::string entryKey(const std::string& image_identity, const Board& board) {
-  // Changes with every source that corners depend on, and with the compiler.
-  return "corners " ALIDADE_DETECTION_CODE " " + board.spec() + " " + image_identity;
+  return fmt::format("corners {} {} {} {}", kDetectionVersion, CV_VERSION, board.spec(), image_identity);
 }
 
 std::string entryText(const ImageOutcome& outcome) {

@@ -12,7 +12,7 @@
 
 namespace alidade {
 
-/// The key of the outcome for an image, a board and this build's code.
+/// The key of the outcome for an image, a board and this version of the search.
 [[nodiscard]] std::string entryKey(const std::string& image_identity, const Board& board);
 
 /// All of an outcome but its name, as JSON; the numbers read back are the same.
