@@ -33,9 +33,8 @@ REPEATED_TYPES: set[str] = set()
 # Headers that are installed and that users can include. This number goes up by one for a kind of board, else only down.
 MAX_PUBLIC_HEADERS = 81
 
-# The folders in src/alidade/calibrate/ in the order of the calibration. A file may include headers of its own folder
-# and of earlier ones, and none that lies directly in calibrate/: those are for the users of the layer.
-CALIBRATE_STAGES = ["start", "clean", "bend", "choose", "uncertainty", "judge"]
+# Rooms with units or folders that include each other, for now. Remove a room when it has none; never add one.
+ROOMS_WITH_CYCLES = {"apps", "calibrate", "footage", "report"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -313,8 +312,8 @@ def includes() -> list[Include]:
     found = []
     for path in sources():
         for match in re.finditer(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', read(path), re.MULTILINE):
-            beside = (ROOT / path).parent / match[1]
-            target = next((p.resolve() for p in (beside, ROOT / "src" / match[1]) if p.is_file()), None)
+            roots = [(ROOT / path).parent, ROOT / "src", ROOT / "apps/alidade"]
+            target = next((p.resolve() for root in roots if (p := root / match[1]).is_file()), None)
             relative = target.relative_to(ROOT).as_posix() if target and target.is_relative_to(ROOT) else None
             found.append(Include(path, line_at(read(path), match.start()), match[1], relative))
     return found
@@ -416,11 +415,11 @@ def check_layers() -> Iterator[Finding]:
             allowed = ", ".join(sorted(links().get(here, set()))) or "none"
             yield Finding(include.path, include.line, f"{here} includes {there}, which it does not link; it links: "
                           f"{allowed}; move the code, or add alidade::{there} to src/alidade/{here}/CMakeLists.txt")
-    yield from _cycles(arrows)
+    yield from _cycles(arrows, "folders")
 
 
-def _cycles(arrows: dict[str, dict[str, Include]]) -> Iterator[Finding]:
-    """Reports each folder that includes itself through others."""
+def _cycles(arrows: dict[str, dict[str, Include]], kind: str) -> Iterator[Finding]:
+    """Reports each of these folders or units that includes itself through others."""
     reached = {folder: set(targets) for folder, targets in arrows.items()}
     for _ in arrows:
         for targets in reached.values():
@@ -428,45 +427,49 @@ def _cycles(arrows: dict[str, dict[str, Include]]) -> Iterator[Finding]:
     for folder, targets in arrows.items():
         for other, include in targets.items():
             if folder in reached.get(other, set()):
-                yield Finding(include.path, include.line, f"the folders {folder} and {other} include each other, "
-                              "directly or through others; the limit is no cycle; move what both need to a lower layer")
+                yield Finding(include.path, include.line, f"the {kind} {folder} and {other} include each other, "
+                              "directly or through others; the limit is no cycle; move what both need to a lower one")
 
 
-CALIBRATE = "src/alidade/calibrate/"
+def unit_of(path: str) -> str:
+    """Returns the unit of a header and its source: detect/corner/corner_fit."""
+    return path.removeprefix("src/alidade/").rsplit(".", 1)[0]
 
 
-def stage_of(path: str) -> str | None:
-    """Returns the folder in calibrate/ that a file belongs to; None: directly in calibrate/, or elsewhere."""
-    below = path.removeprefix(CALIBRATE)
-    return below.split("/")[0] if path.startswith(CALIBRATE) and "/" in below else None
+def folder_of(path: str) -> str:
+    """Returns the folder of a file, or of a unit: detect/corner."""
+    return posixpath.dirname(unit_of(path))
 
 
-def check_calibrate_stages() -> Iterator[Finding]:
-    """Inside calibrate/ a stage includes only itself and earlier stages."""
-    folders = {stage for path in files_in(CALIBRATE) if (stage := stage_of(path))}
-    for folder in sorted(folders - set(CALIBRATE_STAGES)):
-        yield Finding(CALIBRATE + folder, 1, f"the folder is not one of the stages; the limit is "
-                      f"{', '.join(CALIBRATE_STAGES)}; move its files, or add it to CALIBRATE_STAGES in "
-                      "scripts/lint_rules.py at its place in the order")
+def check_rooms() -> Iterator[Finding]:
+    """Inside a layer, and in apps/, neither units nor folders include each other in a circle.
+
+    The files that lie directly in a layer count as one folder: either they include its subfolders or these them.
+    """
+    arrows: dict[str, dict[str, dict[str, dict[str, Include]]]] = {}
     for include in includes():
-        here = stage_of(include.path)
-        if here not in CALIBRATE_STAGES or include.target is None or not include.target.startswith(CALIBRATE):
+        room = layer_of(include.path)
+        if include.target is None or layer_of(include.target) != room:
             continue
-        there = stage_of(include.target)
-        allowed = CALIBRATE_STAGES[:CALIBRATE_STAGES.index(here) + 1]
-        if there is None:
-            what = f"{here}/ includes {include.text}, which is for the users of calibrate/"
-        elif there in CALIBRATE_STAGES and there not in allowed:
-            what = f"{here}/ includes {include.text} of a later stage"
-        else:
-            continue
-        yield Finding(include.path, include.line, f"{what}; it may include headers of: {', '.join(allowed)}; "
-                      "move what is needed to one of them")
+        for kind, of in (("units", unit_of), ("folders", folder_of)):
+            here, there = of(include.path), of(include.target)
+            if here != there:
+                of_room = arrows.setdefault(room, {}).setdefault(kind, {})
+                of_room.setdefault(here, {}).setdefault(there, include)
+    found = {room: [f for kind, of_kind in kinds.items() for f in _cycles(of_kind, kind)]
+             for room, kinds in arrows.items()}
+    for room, findings in found.items():
+        if room not in ROOMS_WITH_CYCLES:
+            yield from findings
+    for room in sorted(ROOMS_WITH_CYCLES):
+        if not found.get(room):
+            yield _own_finding(f'"{room}"', f"{room} has no cycle any more; the limit is no unused exception; remove it "
+                               "from ROOMS_WITH_CYCLES")
 
 
-def calibrate_stage_files() -> list[str]:
-    """Returns the files that check_calibrate_stages() looks at."""
-    return [p for stage in CALIBRATE_STAGES for p in files_in(CALIBRATE + stage, ".h", ".cc")]
+def num_units() -> int:
+    """Returns the number of units that check_rooms() looks at."""
+    return len({unit_of(path) for path in sources()})
 
 
 @functools.cache
@@ -592,7 +595,7 @@ def main() -> int:
         (check_function_lengths, f"{len(functions)} functions are short enough ({len(LONG_FUNCTIONS)} exceptions)"),
         (check_file_lengths, f"{len(sources())} files are short enough"),
         (check_layers, f"{len(includes())} includes follow the links of {len(links())} layers"),
-        (check_calibrate_stages, f"{len(calibrate_stage_files())} files of stages in calibrate/ follow their order"),
+        (check_rooms, f"{num_units()} units include each other in one direction ({len(ROOMS_WITH_CYCLES)} exceptions)"),
         (check_public_headers, f"{len(public_headers())} headers are public"),
         (check_room_table, "CONTRIBUTING.md names the rooms in their order"),
         (check_links, "all links of the pages lead somewhere"),

@@ -85,18 +85,35 @@ class LintRulesTest(unittest.TestCase):
             'src/alidade/core/a.h:2: #include "../../../apps/d.h" is not a file of src/')
         self.assertEqual(len(lint_rules.public_headers()), 3)
 
-    def test_stages(self):
+    def test_rooms(self):
         base = "src/alidade/calibrate/"
-        for name in ("calibrator.h", "start/s.h", "judge/j.h", "other/o.h"):
+        for name in ("start/s.h", "judge/j.h"):
             self.write(base + name, "")
+        self.write(base + "calibrator.h", '#include "alidade/calibrate/judge/j.h"\n')
         self.write(base + "clean/c.cc", "".join(f'#include "alidade/calibrate/{name}"\n'
                                                 for name in ("start/s.h", "judge/j.h", "calibrator.h")))
+        self.write(base + "judge/j.cc", '#include "alidade/calibrate/judge/k.h"\n')
+        self.write(base + "judge/k.h", '#include "alidade/calibrate/judge/j.h"\n')
+        exceptions = lint_rules.ROOMS_WITH_CYCLES
+        self.addCleanup(setattr, lint_rules, "ROOMS_WITH_CYCLES", exceptions)
+        lint_rules.ROOMS_WITH_CYCLES = {"detect"}
+        circle = "include each other, directly or through others"
         self.assert_findings(
-            lint_rules.check_calibrate_stages,
-            base + "clean/c.cc:2: clean/ includes alidade/calibrate/judge/j.h of a later stage",
-            base + "clean/c.cc:3: clean/ includes alidade/calibrate/calibrator.h, which is for the users of calibrate/",
-            base + "other:1: the folder is not one of the stages")
-        self.assertEqual(len(lint_rules.calibrate_stage_files()), 3)
+            lint_rules.check_rooms,
+            f"{base}judge/j.cc:1: the units calibrate/judge/j and calibrate/judge/k {circle}",
+            f"{base}judge/k.h:1: the units calibrate/judge/k and calibrate/judge/j {circle}")
+        self.write(base + "judge/k.h", '#include "alidade/calibrate/calibrator.h"\n')
+        lint_rules.read.cache_clear()
+        lint_rules.includes.cache_clear()
+        self.assert_findings(
+            lint_rules.check_rooms,
+            f"{base}calibrator.h:1: the folders calibrate and calibrate/judge {circle}",
+            f"{base}calibrator.h:1: the units calibrate/calibrator and calibrate/judge/j {circle}",
+            f"{base}judge/j.cc:1: the units calibrate/judge/j and calibrate/judge/k {circle}",
+            f"{base}judge/k.h:1: the folders calibrate/judge and calibrate {circle}",
+            f"{base}judge/k.h:1: the units calibrate/judge/k and calibrate/calibrator {circle}")
+        unused = [f.message for f in lint_rules.check_rooms() if f.path == "scripts/lint_rules.py"]
+        self.assertEqual(len(unused), 1)
 
     def test_phrases(self):
         phrase = lint_rules.Phrase(r"\bfor ever\b", "'always'", "")
