@@ -151,10 +151,10 @@ CameraSource readListed(const ListedFile& file, const ReadOptions& options) {
 }  // namespace
 
 std::optional<FileJudgement> judgeFile(const ListedFile& file, const ReadOptions& options,
-                                       const FileTests& tests) {
+                                       const FileTests& tests, const CameraSource* known) {
   FileJudgement judgement{.file = file.path};
   try {
-    const CameraSource source = readListed(file, options);
+    const CameraSource source = known != nullptr ? *known : readListed(file, options);
     judgement.format = source.format;
     const bool is_one = source.cameras.size() + source.refused.size() == 1;
     for (const StatedCamera& camera : source.cameras) {

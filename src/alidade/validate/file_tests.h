@@ -32,8 +32,10 @@ struct FileTests {
 
 /// Reads a camera file and judges all its cameras; a file that cannot be read is a judgement too. Nothing for
 /// a file of a folder that is not a camera file.
+/// @param known  what the file holds, where it was read before; nothing: it is read
 /// @throws Error (kUsage) for options that do not exist; Cancelled
 [[nodiscard]] std::optional<FileJudgement> judgeFile(const ListedFile& file, const ReadOptions& options,
-                                                     const FileTests& tests);
+                                                     const FileTests& tests,
+                                                     const CameraSource* known = nullptr);
 
 }  // namespace alidade
