@@ -28,6 +28,8 @@
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/image_set.h"
+#include "alidade/target/board_spec.h"
+#include "command.h"
 #include "console.h"
 
 namespace alidade {
@@ -76,22 +78,23 @@ std::string specsText(std::span<const Board> boards) {
 }
 
 // Corners of one board, with what the files do not state from the command line.
-CornersFile readVnl(const ViewsRequest& request) {
-  if (request.boards.size() != 1) {
+CornersFile readVnl(const BoardInputs& inputs) {
+  if (inputs.boards.size() != 1) {
     throw usageError(
-        {.where = request.command,
-         .found = request.boards.empty() ? "no --board" : "several boards",
+        {.where = inputs.command,
+         .found = inputs.boards.empty() ? "no --board" : "several boards",
          .expected = "one, for example --board checkerboard:9x6:25mm",
-         .next_step = request.inputs.front() + " has the corners of one board and does not state it"});
+         .next_step = inputs.inputs.front() + " has the corners of one board and does not state it"});
   }
-  if (!request.image_size) {
+  const std::optional<ImageSize> size = parseSize(inputs.image_size);
+  if (!size) {
     throw usageError(
-        {.where = request.command,
+        {.where = inputs.command,
          .found = "no --image-size",
          .expected = "for example --image-size 640x480",
-         .next_step = request.inputs.front() + " does not state it; give width and height in pixels"});
+         .next_step = inputs.inputs.front() + " does not state it; give width and height in pixels"});
   }
-  return readVnlFiles(request.inputs, readBoard(request.boards.front()), *request.image_size);
+  return readVnlFiles(inputs.inputs, readBoard(inputs.boards.front()), *size);
 }
 
 // Corners that two boards have at the same place of an image.
@@ -131,27 +134,27 @@ void checkLengths(const CornersFile& file, bool is_quiet, std::vector<std::strin
   }
 }
 
-GivenViews readCorners(const ViewsRequest& request, const CommonOptions& options) {
-  const auto other = std::ranges::find_if_not(request.inputs, isCornersFile);
-  if (other != request.inputs.end()) {
+GivenViews readCorners(const BoardInputs& inputs, const CommonOptions& options) {
+  const auto other = std::ranges::find_if_not(inputs.inputs, isCornersFile);
+  if (other != inputs.inputs.end()) {
     throw usageError({.where = *other,
-                      .found = "an input that is no corners file, beside " + request.inputs.front(),
+                      .found = "an input that is no corners file, beside " + inputs.inputs.front(),
                       .expected = "corners files alone, or images alone",
                       .next_step = "write the corners of the images with alidade detect first"});
   }
-  const bool is_vnl = isVnlFile(request.inputs.front());
-  const auto mixed = std::ranges::find(request.inputs, !is_vnl, isVnlFile);
-  if (mixed != request.inputs.end()) {
+  const bool is_vnl = isVnlFile(inputs.inputs.front());
+  const auto mixed = std::ranges::find(inputs.inputs, !is_vnl, isVnlFile);
+  if (mixed != inputs.inputs.end()) {
     throw usageError({.where = *mixed,
-                      .found = "a corners file of another format than " + request.inputs.front(),
+                      .found = "a corners file of another format than " + inputs.inputs.front(),
                       .expected = "only .csv files, or only .vnl files"});
   }
-  CornersFile file = is_vnl ? readVnl(request) : readCornersFiles(request.inputs);
-  const std::vector<Board> asked = mapped(request.boards, readBoard);
+  CornersFile file = is_vnl ? readVnl(inputs) : readCornersFiles(inputs.inputs);
+  const std::vector<Board> asked = mapped(inputs.boards, readBoard);
   const auto isAsked = [&](const Board& board) { return std::ranges::find(asked, board) != asked.end(); };
   const bool are_same = asked.size() == file.boards.size() && std::ranges::all_of(file.boards, isAsked);
   if (!asked.empty() && !are_same) {
-    throw inputError({.where = request.inputs.front(),
+    throw inputError({.where = inputs.inputs.front(),
                       .found = "board " + specsText(file.boards),
                       .expected = specsText(asked) + " from --board",
                       .next_step = "remove --board: the corners file states its board"});
@@ -172,9 +175,9 @@ GivenViews readCorners(const ViewsRequest& request, const CommonOptions& options
   return given;
 }
 
-GivenViews findBoards(const ViewsRequest& request, const CommonOptions& options, const CancelFlag* cancel) {
-  DetectionStage stage = runDetection(request, options, cancel);
-  requireBoards(stage, options, request.debug_folder.has_value());
+GivenViews findBoards(const BoardInputs& inputs, const CommonOptions& options, const CancelFlag* cancel) {
+  DetectionStage stage = runDetection(inputs, options, cancel);
+  requireBoards(stage, inputs, options);
   GivenViews given{.boards = mapped(stage.surveys, &BoardSurvey::board),
                    .num_images = stage.numImages(),
                    .num_found = stage.numFound(),
@@ -193,12 +196,12 @@ GivenViews findBoards(const ViewsRequest& request, const CommonOptions& options,
   return given;
 }
 
-// What the inputs stand for, with progress on a terminal while videos are read.
-ImageSet openInputs(const ViewsRequest& request, const CommonOptions& options, const CancelFlag* cancel,
+// Opens all images of the inputs, with progress on a terminal while videos are read.
+ImageSet openInputs(const BoardInputs& inputs, const CommonOptions& options, const CancelFlag* cancel,
                     const ContentCache* cache) {
   ProgressBar bar("choosing frames", options.quiet);
-  return openImages(request.inputs,
-                    {.num_frames = request.detection.num_frames,
+  return openImages(inputs.inputs,
+                    {.num_frames = inputs.num_frames,
                      .num_jobs = options.jobs,
                      .progress = [&bar](std::size_t done, std::size_t total) { bar.update(done, total); },
                      .cancel = cancel,
@@ -206,10 +209,9 @@ ImageSet openInputs(const ViewsRequest& request, const CommonOptions& options, c
 }
 
 // For a guess: what is wrong with the inputs is said once there is a board.
-std::string boardOfInputs(const ViewsRequest& request, const CommonOptions& options,
-                          const CancelFlag* cancel) {
+std::string boardOfInputs(const BoardInputs& inputs, const CommonOptions& options, const CancelFlag* cancel) {
   try {
-    return guessedBoard(openInputs(request, options, cancel, nullptr), cancel);
+    return guessedBoard(openInputs(inputs, options, cancel, nullptr), cancel);
   } catch (const Error&) {
     return {};
   }
@@ -236,31 +238,30 @@ std::vector<View> DetectionStage::views() const {
   return all;
 }
 
-DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& options,
+DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& options,
                             const CancelFlag* cancel) {
-  if (request.boards.empty()) {
-    throw usageError({.where = request.command,
+  if (inputs.boards.empty()) {
+    throw usageError({.where = inputs.command,
                       .found = "no --board",
                       .expected = "for example --board checkerboard:9x6:25mm",
-                      .next_step = boardOfInputs(request, options, cancel)});
+                      .next_step = boardOfInputs(inputs, options, cancel)});
   }
-  const std::vector<Board> boards = mapped(request.boards, readBoard);
+  const std::vector<Board> boards = mapped(inputs.boards, readBoard);
   requireDistinguishable(boards);  // before any image is read
-  const std::string debug_folder = request.debug_folder.value_or("");
   std::optional<ContentCache> cache;
-  if (!request.detection.cache.empty()) cache.emplace(request.detection.cache);
+  if (!inputs.cache.empty()) cache.emplace(inputs.cache);
   DetectImagesOptions detect_options;
   detect_options.num_jobs = options.jobs;
   detect_options.cancel = cancel;
   detect_options.cache = cache ? &*cache : nullptr;
-  const ImageSet images = openInputs(request, options, cancel, detect_options.cache);
+  const ImageSet images = openInputs(inputs, options, cancel, detect_options.cache);
   std::map<std::string, std::string> debug_paths;
   std::mutex mutex;
   std::string debug_complaint;  // a drawing that cannot be written is no reason to lose the corners
-  if (!debug_folder.empty()) {
+  if (!inputs.debug_folder.empty()) {
     const std::vector<std::string> paths = images.names();
-    prepareDebugFolder(debug_folder, paths);
-    debug_paths = debugPaths(debug_folder, paths, shortNames(paths));
+    prepareDebugFolder(inputs.debug_folder, paths);
+    debug_paths = debugPaths(inputs.debug_folder, paths, shortNames(paths));
     detect_options.inspect = [&](const GrayImage& image, std::span<const ImageOutcome> outcomes) {
       try {
         writeImage(debug_paths.at(outcomes.front().image), drawDetections(image, outcomes, boards));
@@ -271,9 +272,9 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
     };
   }
   // Images whose corners the cache knows are not decoded here: only those of views are, for the page.
-  if (request.pictures != nullptr && !cache) {
-    request.pictures->expectImages(images.size());
-    detect_options.inspect = [pictures = request.pictures, drawn = detect_options.inspect](
+  if (inputs.pictures != nullptr && !cache) {
+    inputs.pictures->expectImages(images.size());
+    detect_options.inspect = [pictures = inputs.pictures, drawn = detect_options.inspect](
                                  const GrayImage& image, std::span<const ImageOutcome> outcomes) {
       if (drawn) drawn(image, outcomes);
       Eigen::AlignedBox2d box;
@@ -302,7 +303,7 @@ DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& op
   return stage;
 }
 
-void requireBoards(const DetectionStage& stage, const CommonOptions& options, bool has_debug_flag) {
+void requireBoards(const DetectionStage& stage, const BoardInputs& given, const CommonOptions& options) {
   const std::vector<BoardSurvey>& surveys = stage.surveys;
   if (stage.numFound() > 0) {
     for (const BoardSurvey& survey : surveys) {
@@ -311,10 +312,7 @@ void requireBoards(const DetectionStage& stage, const CommonOptions& options, bo
     }
     return;
   }
-  if (!options.quiet && stage.numImages() > 1) {
-    const std::string lines = listed(reasonLines(surveys));
-    printMessage(lines.substr(0, lines.size() - 1));
-  }
+  if (!options.quiet && stage.numImages() > 1) printListed(reasonLines(surveys));
   const BoardSurvey& first = surveys.front();
   const std::vector<std::string>& paths = first.paths;
   std::map<DetectionReason, int> counts;
@@ -347,19 +345,65 @@ void requireBoards(const DetectionStage& stage, const CommonOptions& options, bo
                         " or "),
        .next_step = hint ? hintText(*hint, hinted->board)
                          : "check that the board is in the image, is sharp and has a white margin; " +
-                               std::string(has_debug_flag ? "" : "alidade detect ") +
+                               std::string(given.has_debug_flag ? "" : "alidade detect ") +
                                "--debug FOLDER saves copies of the images with the detections drawn in"});
 }
 
-void checkDebugFolder(const std::string& folder, const std::string& output) {
+void BoardInputs::addBoards(Flags& flags) {
+  Values board = kSpec;
+  board.is_single = true;  // what follows a SPEC is an input
+  board.complaint = [](const std::string& source) -> std::string {
+    try {
+      (void)readBoard(source);
+    } catch (const Error& e) {
+      if (e.code() == ErrorCode::kUsage) return e.what();  // what is wrong in a board file is no wrong usage
+    }
+    return {};
+  };
+  flags.under(kBoardGroup);
+  flags.add("--board", &boards,
+            "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") +
+                ") or YAML file; repeat it for several boards",
+            board);
+  flags.under(nullptr);
+}
+
+void BoardInputs::addDetection(Flags& flags, bool has_debug) {
+  flags.under(kBoardGroup);
+  // The default is not among the effective settings, as it means nothing for photographs.
+  flags.add("--frames", &num_frames,
+            fmt::format("How many frames of each video or image sequence to search for boards: sharp ones "
+                        "that differ from each other (default: {})",
+                        num_frames),
+            {.complaint = [](const std::string& text) { return wholeComplaint(text, 1, 10000); }});
+  flags.add("--cache", &cache,
+            "Folder for the results of detection. Images that it knows are not searched again",
+            aside(kFolder));
+  has_debug_flag = has_debug;
+  if (has_debug) {
+    flags.add("--debug", &debug_folder,
+              "Folder for copies of the images with the corners, their ids and the board's axes drawn in",
+              kFolder);
+  }
+  flags.under(nullptr);
+}
+
+void BoardInputs::checkDebugFolder(const std::string& output) const {
   const auto normal = [](const std::string& path) {
     std::error_code ignored;
     const std::filesystem::path whole = std::filesystem::absolute(path, ignored).lexically_normal();
     return whole.has_filename() ? whole : whole.parent_path();
   };
-  if (folder.empty() || output.empty() || normal(folder) != normal(output)) return;
-  throw usageError(
-      {.where = "--debug " + folder, .found = "this is also the output", .expected = "a different folder"});
+  if (debug_folder.empty() || output.empty() || normal(debug_folder) != normal(output)) return;
+  throw usageError({.where = "--debug " + debug_folder,
+                    .found = "this is also the output",
+                    .expected = "a different folder"});
+}
+
+BoardShapeMode shapeMode(std::string_view name) {
+  if (name == "flat") return BoardShapeMode::kFlat;
+  if (name == "warp") return BoardShapeMode::kWarp;
+  return name == "uneven" ? BoardShapeMode::kUneven : BoardShapeMode::kAuto;
 }
 
 std::string measuresText(const BoardSurvey& survey) {
@@ -385,9 +429,9 @@ bool isCornersFile(const std::string& path) {
   return path.ends_with(".csv") || path.ends_with(".CSV") || isVnlFile(path);
 }
 
-GivenViews readViews(const ViewsRequest& request, const CommonOptions& options, const CancelFlag* cancel) {
-  return isCornersFile(request.inputs.front()) ? readCorners(request, options)
-                                               : findBoards(request, options, cancel);
+GivenViews readViews(const BoardInputs& inputs, const CommonOptions& options, const CancelFlag* cancel) {
+  return isCornersFile(inputs.inputs.front()) ? readCorners(inputs, options)
+                                              : findBoards(inputs, options, cancel);
 }
 
 }  // namespace alidade

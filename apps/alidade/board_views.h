@@ -4,21 +4,23 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "alidade/calibrate/start/options.h"
 #include "alidade/core/cancel.h"
 #include "alidade/detect/survey.h"
 #include "alidade/imagery/image_set.h"
 #include "alidade/report/figures/page_pictures.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"
-#include "options.h"
+#include "flags.h"
 
 // Views of boards, found in images or read from corners files.
 
 namespace alidade {
 
-/// What images show, and what to tell the user about them.
+/// The boards found in images, and notes for the user.
 struct DetectionStage {
   std::vector<BoardSurvey> surveys;  ///< one for each board
   std::optional<ImageSet> images;    ///< that were searched
@@ -31,34 +33,44 @@ struct DetectionStage {
   [[nodiscard]] std::vector<View> views() const;
 };
 
-/// What a command that needs views of boards was told.
-struct ViewsRequest {
-  std::string command;              ///< its name, for messages
-  std::vector<std::string> inputs;  ///< folders, image files, patterns or videos; or corners files
-  std::vector<std::string> boards;  ///< SPECs or board files; a .csv corners file knows its own
-  /// Where to write the images with what was found drawn on them; empty: nowhere. Nothing: the command has no
-  /// flag for it.
-  std::optional<std::string> debug_folder = std::nullopt;
-  DetectionOptions detection = {};
+/// The inputs and options of a command that needs views of boards.
+struct BoardInputs {
+  std::string command;                   ///< its name, for messages
+  std::vector<std::string> inputs = {};  ///< folders, image files, patterns or videos; or corners files
+  std::vector<std::string> boards = {};  ///< SPECs or board files; a .csv corners file knows its own
+  std::size_t num_frames = 100;          ///< to search, of each video or sequence
+  std::string cache = {};                ///< folder for results of detection; empty: none
+  /// Where to write the images with what was found drawn on them; empty: nowhere.
+  std::string debug_folder = {};
+  bool has_debug_flag = false;          ///< of the command
+  std::string image_size = {};          ///< "640x480", for .vnl files, which do not state it
   PassingPictures* pictures = nullptr;  ///< to be filled while the images are searched, by their paths
-  std::optional<ImageSize> image_size = std::nullopt;  ///< for .vnl files, which do not state it
+
+  /// The flag --board, which may be repeated. A SPEC that is wrong is refused where it was given, on the
+  /// command line or in a settings file.
+  void addBoards(Flags& flags);
+  /// The flags --frames and --cache, and --debug for commands that find boards alone.
+  void addDetection(Flags& flags, bool has_debug);
+  /// Checks before any long work that the debug folder and the output are not the same.
+  /// @throws Error (kUsage)
+  void checkDebugFolder(const std::string& output) const;
 };
+
+/// The mode for a value of --board-shape.
+[[nodiscard]] BoardShapeMode shapeMode(std::string_view name);
+inline const Values kBoardShapes = oneOf({"flat", "warp", "uneven", "auto"});
 
 /// Finds the boards in all images that the inputs stand for, with progress on a terminal, and sorts out those
 /// that must not be used (see surveyImages).
 /// @throws Error (kInput) when there is no image; (kUsage) without a board, for boards that look alike, or
 /// when the debug folder holds inputs; Cancelled
-[[nodiscard]] DetectionStage runDetection(const ViewsRequest& request, const CommonOptions& options,
+[[nodiscard]] DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& options,
                                           const CancelFlag* cancel);
 
 /// Goes on only if at least one image gives corners. Otherwise says what each image shows instead. Warns of
 /// boards that no image shows.
-/// @param has_debug_flag  whether the command in use has --debug, which hints may then name
 /// @throws Error (kInput)
-void requireBoards(const DetectionStage& stage, const CommonOptions& options, bool has_debug_flag);
-
-/// Checks before any long work that the debug folder and the output are not the same. @throws Error (kUsage)
-void checkDebugFolder(const std::string& folder, const std::string& output);
+void requireBoards(const DetectionStage& stage, const BoardInputs& given, const CommonOptions& options);
 
 /// The range of each measure over the images that give corners, in a line for people; empty without images.
 [[nodiscard]] std::string measuresText(const BoardSurvey& survey);
@@ -82,7 +94,7 @@ struct GivenViews {
 
 /// Reads the corners files, or finds the boards in the images.
 /// @throws Error (kInput) where there is no board, (kUsage) for images without a board SPEC; Cancelled
-[[nodiscard]] GivenViews readViews(const ViewsRequest& request, const CommonOptions& options,
+[[nodiscard]] GivenViews readViews(const BoardInputs& inputs, const CommonOptions& options,
                                    const CancelFlag* cancel);
 
 }  // namespace alidade

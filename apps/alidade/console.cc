@@ -122,6 +122,16 @@ std::string listed(const std::vector<std::string>& lines) {
   return text;
 }
 
+void printNotes(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) printMessage("note: " + note);
+}
+
+void printListed(const std::vector<std::string>& lines, const std::string& title) {
+  if (lines.empty()) return;
+  const std::string text = (title.empty() ? "" : title + "\n") + listed(lines);
+  printMessage(text.substr(0, text.size() - 1));
+}
+
 ProgressBar::ProgressBar(std::string label, bool is_quiet)
     : label_(std::move(label)), is_shown_(!is_quiet && isatty(fileno(messageStream())) == 1) {}
 

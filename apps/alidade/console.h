@@ -36,8 +36,13 @@ void printHelp(std::string_view text);
 /// would change the terminal, forge a line of a table, or make XML invalid.
 [[nodiscard]] std::string printable(std::string_view text);
 
+/// A message for each note: "note: ...".
+void printNotes(const std::vector<std::string>& notes);
+
 /// The first dozen of these lines, indented, and how many more there are; with a line end each.
 [[nodiscard]] std::string listed(const std::vector<std::string>& lines);
+/// The same as a message, behind a title of its own line if there is one. Nothing without lines.
+void printListed(const std::vector<std::string>& lines, const std::string& title = "");
 
 /// A bar on standard error if that is a terminal, silence otherwise. Wiped when it ends.
 class ProgressBar {

@@ -15,8 +15,8 @@
 namespace alidade {
 namespace {
 
-// Libraries in C, and functions that must not throw, pass no exception on. What they lack memory for is no
-// bug. There may be no memory for the message either.
+// Libraries in C, and functions that must not throw, pass no exception on. Too little memory is no bug. There
+// may be none for the message either.
 [[noreturn]] void onTerminate() {
   try {
     if (std::current_exception()) std::rethrow_exception(std::current_exception());
@@ -37,7 +37,7 @@ void handleTermination(int, char**, char**) {
 [[gnu::section(".preinit_array"), gnu::used]] void (*const before_libraries)(int, char**,
                                                                              char**) = handleTermination;
 
-// Image libraries that lack memory where they start end the program, some by a segmentation fault.
+// Some image libraries crash if they cannot allocate memory at start-up.
 [[nodiscard]] bool isMemoryTooSmall() {
   constexpr rlim_t kLeastBytes = rlim_t{320} << 20U;  // the libraries alone take 210 MB
   rlimit limit{};

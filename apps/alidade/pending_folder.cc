@@ -4,12 +4,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <cstdint>
-#include <cstdio>
 #include <fstream>
 #include <map>
 #include <set>
-#include <sstream>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -76,29 +73,23 @@ bool isMounted(const fs::path& entry, const fs::path& folder) {
          own.st_dev != above.st_dev;
 }
 
-struct FileMark {
-  std::uintmax_t size = 0;
-  std::uint32_t crc = 0;
-  bool operator==(const FileMark&) const = default;
-};
-
-FileMark markOf(const fs::path& path) {
+// "SIZE CRC-32" of a file, by which a change is seen.
+std::string markOf(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   boost::crc_32_type crc;
-  FileMark mark;
+  std::streamsize size = 0;
   std::vector<char> bytes(std::size_t{1} << 16U);
   while (file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())), file.gcount() > 0) {
     crc.process_bytes(bytes.data(), static_cast<std::size_t>(file.gcount()));
-    mark.size += static_cast<std::uintmax_t>(file.gcount());
+    size += file.gcount();
   }
-  mark.crc = crc.checksum();
-  return mark;
+  return fmt::format("{} {:08x}", size, crc.checksum());
 }
 
-// The files that a run wrote, by path inside its folder.
-using FileList = std::map<std::string, FileMark>;
+// The marks of the files that a run wrote, by path inside its folder.
+using FileList = std::map<std::string, std::string>;
 
-// A line for each file: size, CRC-32, path. A path with a line break makes none, and so is never deleted.
+// A line for each file: its mark and its path. A path with a line break makes none, and so is never deleted.
 constexpr const char* kListStart = "# written by alidade ";
 
 void writeList(const fs::path& folder, const std::string& command) {
@@ -109,7 +100,7 @@ void writeList(const fs::path& folder, const std::string& command) {
   }
   std::string text = kListStart + command +
                      "; --overwrite replaces these files while they are unchanged: size, CRC-32, path\n";
-  for (const auto& [name, mark] : list) text += fmt::format("{} {:08x} {}\n", mark.size, mark.crc, name);
+  for (const auto& [name, mark] : list) text += mark + " " + name + "\n";
   writeFileAtomically((folder / PendingFolder::kListName).string(), text);
 }
 
@@ -120,11 +111,8 @@ FileList readList(const fs::path& folder, const std::string& command) {
   std::string line;
   if (!std::getline(file, line) || !line.starts_with(kListStart + command + ";")) return list;
   while (std::getline(file, line)) {
-    std::istringstream in(line);
-    FileMark mark;
-    std::string name;
-    if (in >> mark.size >> std::hex >> mark.crc && in.get() == ' ' && std::getline(in, name))
-      list[name] = mark;
+    const std::size_t end = line.find(' ', line.find(' ') + 1);
+    if (end != std::string::npos) list[line.substr(end + 1)] = line.substr(0, end);
   }
   return list;
 }
@@ -174,8 +162,7 @@ PendingFolder::PendingFolder(const std::string& target, std::string command, boo
                       .next_step = "choose another name"});
   }
   const bool is_there = checkTarget();
-  // Of a run that was killed a folder may have been left, in a container even by a process of the same
-  // number.
+  // A run that was killed may have left its folder, in a container even under the same process number.
   fs::path pending = siblingPath("tmp");
   for (int i = 2; !makeFolder(pending, target); ++i) pending = siblingPath(fmt::format("{}.tmp", i));
   pending_ = pending;
@@ -260,8 +247,7 @@ std::vector<fs::path> PendingFolder::ownEntries(const fs::path& folder) const {
       if (is_listed) folders.push_back(entry.path());
     } else if (type == fs::file_type::regular) {
       const auto listed = list.find(name);
-      const bool is_own = listed != list.end() && entry.file_size() == listed->second.size &&
-                          markOf(entry.path()) == listed->second;
+      const bool is_own = listed != list.end() && markOf(entry.path()) == listed->second;
       if (is_own || name == kListName) files.push_back(entry.path());
     }
   }

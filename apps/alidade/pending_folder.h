@@ -9,11 +9,15 @@
 
 namespace alidade {
 
+/// The help of --overwrite.
+inline constexpr const char* kOverwriteText =
+    "Replace an earlier, unchanged result of this command; other files are never changed";
+
 /// Refuses a folder for the output that holds, at any depth, one of the files that are read, by its own name
 /// or by that of the file that it links to. Sources that do not exist do not matter.
 void refuseFolderOfInputs(const std::string& folder, const std::vector<std::string>& sources);
 
-/// A folder that appears under its name only when it is complete; until then it has another one beside it.
+/// A folder that appears under its name only when it is complete; until then it has a temporary name.
 ///
 /// A complete folder holds a list of its files with the size and the CRC-32 of each. An earlier result is
 /// replaced only if all that it holds is on its list and as it was written: what was added, changed or comes
@@ -27,7 +31,7 @@ class PendingFolder {
   /// @param command  that makes the folder, and whose earlier results may be replaced
   /// @param may_replace  accept a target that holds an earlier result and nothing else
   /// @throws Error (kInput) for a target that is no folder, is the current folder or one above it, or holds
-  /// anything else than what may be replaced
+  /// anything but what may be replaced
   PendingFolder(const std::string& target, std::string command, bool may_replace);
   ~PendingFolder();
   PendingFolder(const PendingFolder&) = delete;
@@ -38,7 +42,7 @@ class PendingFolder {
   void makeSubfolder(const std::string& name) const;
   /// Puts the folder in place. @throws Error (kInput)
   void commit();
-  /// What runs that were killed left beside the folder: the names, for a note. Nobody else removes them.
+  /// The names of what killed runs left beside the folder, for a note. Nobody else removes it.
   [[nodiscard]] std::vector<std::string> leftovers() const;
   /// Runs what writes entries. @throws Error what that throws, naming the entries as they are going to be
   template <class Write>

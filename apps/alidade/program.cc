@@ -17,9 +17,10 @@
 #include "alidade/core/error.h"
 #include "alidade/detect/detect_images.h"
 #include "alidade/report/data/json_output.h"
+#include "command.h"
 #include "console.h"
-#include "help/unknown_words.h"
-#include "options.h"
+#include "help.h"
+#include "unknown_words.h"
 
 namespace alidade {
 namespace {
@@ -53,8 +54,11 @@ constexpr std::array<CommandEntry, 18> kCommands = {{
     {"track", "Find the path of a camera in a video (visual odometry)", makeTrackCommand},
     {"board", "Draw a board to print, at exact scale", makeBoardCommand},
     {"simulate", "Render images of a board, or footage, with known ground truth", makeSimulateCommand},
-    {"help", "Show the help of a command, or write man pages and shell completions", makeHelpCommand},
+    {"help", "Show the help of a command", makeHelpCommand},
 }};
+
+// The command that completions of shells call; it is not for people.
+constexpr std::string_view kCompleteCommand = "complete";
 
 constexpr int kUsageExit = static_cast<int>(ErrorCode::kUsage);
 
@@ -64,13 +68,13 @@ int fail(int code, const std::string& message) {
 }
 
 // A shell passes an unset variable in quotes as an empty value. It must not count as "not given".
-void refuseEmptyValues(const CLI::App& command) {
-  for (const CLI::Option* option : command.get_options()) {
+void refuseEmptyValues(const Flags& flags) {
+  for (const CLI::Option* option : flags.parser().get_options()) {
     if (option->get_type_size_min() == 0) continue;  // a flag
     for (const std::string& text : option->results()) {
       if (!text.empty()) continue;
       throw usageError(
-          {.where = commandName(command) + ": " + option->get_name(),
+          {.where = flags.command() + ": " + option->get_name(),
            .found = "an empty value",
            .expected = "a value",
            .next_step =
@@ -94,7 +98,7 @@ std::string messageOf(const std::exception& error) {
          "\n  next: this is a bug in alidade; please report it and include the command line";
 }
 
-// For who reads standard output alone. What cannot be written there is said on standard error in any case.
+// For callers that read only standard output. Standard error has the message in any case.
 void printErrorJson(const std::exception& error) {
   try {
     printResult(jsonText({{"error", {{"exit_code", exitCodeOf(error)}, {"message", messageOf(error)}}}}));
@@ -135,15 +139,19 @@ int runCommand(int argc, char** argv) {
   app.set_version_flag("--version", programName());
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
-  std::map<const CLI::App*, std::unique_ptr<Command>> commands;
+  std::map<const CLI::App*, std::pair<Flags, std::unique_ptr<Command>>> commands;
   for (const CommandEntry& entry : kCommands) {
-    CLI::App* parser = addParser(app, entry);
-    commands[parser] = entry.make();
-    commands[parser]->setUp(*parser);
+    CLI::App* const parser = addParser(app, entry);
+    auto& [flags, command] = commands.try_emplace(parser, Flags(*parser), entry.make()).first->second;
+    command->setUp(flags);
   }
   if (argc <= 1) {
     printHelp(app.help());
     return kUsageExit;
+  }
+  if (std::string_view(argv[1]) == kCompleteCommand) {
+    printResult(completions(app, {argv + 2, argv + argc}));
+    return 0;
   }
   try {
     app.parse(argc, argv);
@@ -156,20 +164,18 @@ int runCommand(int argc, char** argv) {
   } catch (const CLI::Error& e) {
     return fail(kUsageExit, explainRefusal(e, app, argc, argv));
   }
-  CLI::App& chosen = chosenParser(app);
-  Command& command = *commands.at(&chosen);
+  auto& [flags, command] = commands.at(&chosenParser(app));
   try {
-    refuseEmptyValues(chosen);
-    const CLI::Option* config = chosen.get_option_no_throw("--config");
-    if (config != nullptr && config->count() > 0) {
-      applySettingsFile(chosen, config->as<std::string>());
-      refuseEmptyValues(chosen);
+    refuseEmptyValues(flags);
+    if (const CLI::Option* config = flags.parser().get_option_no_throw("--config"); config && *config) {
+      flags.applySettingsFile(config->as<std::string>());
+      refuseEmptyValues(flags);
     }
-    return command.run(chosen);
+    return command->run(flags);
   } catch (const Cancelled&) {
     throw;  // ends by the signal, which no exit code and no document stands for
   } catch (const std::exception& error) {
-    if (command.owesJson()) printErrorJson(error);
+    if (command->owesJson()) printErrorJson(error);
     throw;
   }
 }

@@ -10,6 +10,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
+#include "command.h"
 #include "console.h"
 
 namespace alidade {
@@ -61,10 +62,6 @@ Lines wrapped(std::string_view label, const std::string& text) {
   if (line.size() > kMaxColumns) line = line.substr(0, kMaxColumns - 3) + "...";
   lines.push_back(std::move(line));
   return lines;
-}
-
-void append(Lines& lines, const Lines& more) {
-  lines.insert(lines.end(), more.begin(), more.end());
 }
 
 int decimalsFor(double std, int most) {

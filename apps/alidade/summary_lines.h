@@ -23,7 +23,6 @@ inline constexpr std::size_t kMaxBoardLines = 3;  ///< see boardLines()
 
 /// Breaks words over lines of kMaxColumns; the first line has the label, the others an indent.
 [[nodiscard]] Lines wrapped(std::string_view label, const std::string& text);
-void append(Lines& lines, const Lines& more);
 
 /// The decimals that show two digits of a standard deviation.
 [[nodiscard]] int decimalsFor(double std, int most);

@@ -5,7 +5,7 @@
 
 #include "alidade/imagery/remap.h"
 #include "alidade/imagery/undistortion_view.h"
-#include "options.h"
+#include "command.h"
 
 namespace alidade {
 
@@ -21,15 +21,15 @@ struct ViewOptions {
   /// The flags --projection, --fov, --keep, --size, --interpolation and --overwrite.
   /// @param projection_help  what the projection does for the command
   /// @param size_help  what --size is without the flag
-  void addOptions(CLI::App& app, const std::string& projection_help, const std::string& size_help);
+  void addOptions(Flags& flags, const std::string& projection_help, const std::string& size_help);
   /// @throws Error (kUsage) for flags that exclude each other
-  void checkUsage(const CLI::App& app) const;
+  void checkUsage(const Flags& flags) const;
   /// Fills in what requests of all commands have in common.
   template <class Request>
-  [[nodiscard]] Request request(const CLI::App& app) const {
+  [[nodiscard]] Request request(const Flags& flags) const {
     Request request;
     request.projection = projectionOf(projection);
-    request.extent = extent(app);
+    request.extent = extent(flags);
     request.horizontal_field_rad = fov_deg / kDegPerRad;
     request.size = parseSize(size);
     return request;
@@ -39,7 +39,7 @@ struct ViewOptions {
   }
 
  private:
-  [[nodiscard]] ViewExtent extent(const CLI::App& app) const;
+  [[nodiscard]] ViewExtent extent(const Flags& flags) const;
 };
 
 }  // namespace alidade

@@ -10,7 +10,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-using testing::StartsWith;
+using testing::Not;
 
 const std::vector<std::vector<std::string>> kTopics = {
     {},           {"calibrate"}, {"detect"},  {"rig"},       {"rig", "calibrate"}, {"rig", "validate"},
@@ -52,9 +52,7 @@ TEST(Help, RefusesWhatIsNoCommandAndNamesTheNearest) {
        "calibrate: this command has no command 'photos'",
        "calibrate --help"},
       {{"help", ""}, "command: an empty value", "check that it is set"},
-      {{"help", "--wirte", "folder"}, "--wirte", "did you mean '--write'?"},
-      {{"help", "--write"}, "--write", "alidade help --help"},
-      {{"help", "--write", "folder", "calibrate"}, "--write and a command", "one of them"},
+      {{"help", "--hepl"}, "--hepl", "did you mean '--help'?"},
       {{"hlp"}, "unknown command 'hlp'", "did you mean 'help'?"},
   };
   const ScratchFolder scratch;
@@ -65,34 +63,31 @@ TEST(Help, RefusesWhatIsNoCommandAndNamesTheNearest) {
         << testing::PrintToString(c.args);
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 10u);
+  EXPECT_EQ(num_refused, 8u);
   EXPECT_TRUE(std::filesystem::is_empty(scratch.path()));
 }
 
 TEST(Help, SaysWhenItDoesNotArrive) {
   EXPECT_THAT(runAlidade({"help", "diff"}, {.output_path = "/dev/full"}),
               FailsWith(1, HasSubstr("standard output")));
-  const ScratchFolder scratch;
-  scratch.write("file", "not a folder");
-  EXPECT_THAT(runAlidade({"help", "--write", "file"}, {.folder = scratch.path()}),
-              FailsWith(1, AllOf(HasSubstr("file/man/man1: cannot be created"), HasSubstr("--write"))));
-  EXPECT_EQ(readFile(scratch.path("file")), "not a folder");
 }
 
-TEST(Help, WritesPagesAndCompletionsAndLeavesOtherFilesAlone) {
-  const ScratchFolder scratch;
-  scratch.write("man/man1/other.1", "of another program");
-  scratch.write("man/man1/alidade.1", "of an older version");
-  const RunResult result = runAlidade({"help", "--write", scratch.path()});
-  EXPECT_THAT(result, EndsWith(0));
-  EXPECT_EQ(result.out + result.err, "");
-  EXPECT_EQ(readFile(scratch.path("man/man1/other.1")), "of another program");
-  EXPECT_THAT(readFile(scratch.path("man/man1/alidade.1")), StartsWith(".TH ALIDADE 1 "));
-  EXPECT_THAT(readFile(scratch.path("man/man1/alidade-rig-calibrate.1")), HasSubstr("\\-\\-board"));
-  EXPECT_THAT(readFile(scratch.path("bash-completion/completions/alidade")), HasSubstr("complete -F"));
-  EXPECT_THAT(readFile(scratch.path("zsh/vendor-completions/_alidade")), StartsWith("#compdef alidade\n"));
-  EXPECT_THAT(readFile(scratch.path("fish/vendor_completions.d/alidade.fish")),
-              HasSubstr("complete -c alidade"));
+TEST(Help, AnswersWhatShellsAskToCompleteAWord) {
+  const auto complete = [](std::vector<std::string> words) {
+    words.insert(words.begin(), "complete");
+    return runAlidade(words).out;
+  };
+  EXPECT_THAT(complete({""}), HasSubstr("calibrate\tCalibrate a camera from images"));
+  EXPECT_THAT(complete({"rig", ""}), AllOf(HasSubstr("rectify\t"), Not(HasSubstr("detect\t"))));
+  EXPECT_THAT(complete({"diff", "--"}), HasSubstr("--tolerance\tLargest accepted difference in pixels\n"));
+  EXPECT_THAT(complete({"calibrate", "photos", "--model", "ra"}), HasSubstr("radtan\t\n"));
+  EXPECT_THAT(complete({"calibrate", "photos", "--model", "=", "ra"}), HasSubstr("radtan\t\n"));
+  EXPECT_THAT(complete({"calibrate", "--model=ra"}), HasSubstr("--model=radtan\t\n"));
+  EXPECT_EQ(complete({"validate", "cam"}), ":file");
+  EXPECT_EQ(complete({"calibrate", "--cache", ""}), ":folder");
+  EXPECT_EQ(complete({"calibrate", "--tolerance", ""}), "");
+  EXPECT_EQ(complete({"help", "calibrate", ""}), "");
+  EXPECT_EQ(complete({"nonsense", "--"}), complete({"--"}));
 }
 
 }  // namespace

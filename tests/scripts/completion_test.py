@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Completes command lines of alidade in bash, zsh or fish, with the files that the build made.
+"""Completes command lines of alidade in bash, zsh or fish, with the files that are installed for them.
 
-usage: completion_test.py SHELL PROGRAM FOLDER
+usage: completion_test.py SHELL PROGRAM
 
-FOLDER is what the build made with "alidade help --write". What is expected comes from the program's --help. Where the
-shell is not installed, the test is skipped (exit code 77).
+What is expected comes from the program's --help. Where the shell is not installed, the test is skipped (exit code 77).
 """
 import os
 import re
@@ -22,7 +21,7 @@ NUM_CASES = 14 + 3 + 20 + 26
 
 # bash completes files and folders itself, when the function asks for it.
 BASH = """
-source "$FOLDER/bash-completion/completions/alidade"
+source "$FOLDER/alidade.bash"
 compopt() {
   case "$*" in
     '-o default') compgen -f -- "${COMP_WORDS[COMP_CWORD]}" ;;
@@ -39,7 +38,7 @@ for reply in "${COMPREPLY[@]}"; do printf '%s\\n' "$reply"; done
 
 # The line is put into the editor of an interactive shell, and what would be offered is written to a file.
 ZSH = """
-fpath=($FOLDER/zsh/vendor-completions $fpath)
+fpath=($FOLDER $fpath)
 autoload -Uz compinit
 compinit -u -C -d $ZDOTDIR/dump  # which is made once
 zstyle ':completion:*' completer _complete
@@ -63,7 +62,7 @@ zle -N zle-line-init
 """
 
 FISH = """
-source $FOLDER/fish/vendor_completions.d/alidade.fish
+source $FOLDER/alidade.fish
 complete -C "$LINE"
 """
 
@@ -147,7 +146,9 @@ def cases(helps):
 
 
 def main():
-    shell, program, folder = sys.argv[1], os.path.abspath(sys.argv[2]), os.path.abspath(sys.argv[3])
+    shell, program = sys.argv[1], os.path.abspath(sys.argv[2])
+    folder = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "apps", "alidade", "completion"))
+    os.environ["PATH"] = os.path.dirname(program) + ":" + os.environ["PATH"]  # the completions call the program
     if shutil.which(shell) is None:
         print(f"{shell} is not installed")
         return 77

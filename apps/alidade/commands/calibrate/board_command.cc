@@ -3,7 +3,6 @@
 #include <array>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 #include <boost/algorithm/string/predicate.hpp>
 
 #include "alidade/core/error.h"
@@ -15,8 +14,9 @@
 #include "alidade/print/ink_of_board.h"
 #include "alidade/report/data/json_output.h"
 #include "alidade/target/board_spec.h"
+#include "command.h"
 #include "console.h"
-#include "options.h"
+#include "outputs.h"
 
 namespace alidade {
 namespace {
@@ -50,26 +50,23 @@ Paper parsePaper(const std::string& text) {
 
 class BoardCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade board checkerboard:9x6:25mm -o board.pdf\nPrint at 100 % (no fitting to the page), "
         "measure the ruler, and glue the print on a flat plate.");
-    app.add_option(
-           "board", board_,
-           "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") + ") or YAML file")
-        ->type_name(kSpecValue);
-    app.add_option("-o,--output", output_, "File to write: .pdf, .svg or .png")->type_name(kFileValue);
-    app.add_option(
-        "--paper", paper_,
+    flags.add("board", &board_,
+              "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") + ") or YAML file",
+              kSpec);
+    flags.add("-o,--output", &output_, "File to write: .pdf, .svg or .png", kFile);
+    flags.add(
+        "--paper", &paper_,
         "A4, A3, A2, A1, A0, letter or WIDTHxHEIGHT, for example 300x400mm (default: the smallest of A4 to "
         "A0 that holds the board). A larger board is cut into pages");
-    app.add_option("--dpi", dpi_, "Resolution of a PNG file, pixels per inch")
-        ->capture_default_str()
-        ->check(positiveNumber);
-    addCommonOptions(app, common_, false);
+    flags.add("--dpi", &dpi_, "Resolution of a PNG file, pixels per inch", {.complaint = positiveNumber});
+    flags.addCommon(common_, false);
   }
 
-  int run(const CLI::App&) override {
+  int run(const Flags&) override {
     if (board_.empty())
       throw missingError("board", "no board", "a board SPEC, for example checkerboard:9x6:25mm");
     if (output_.empty()) throw missingError("board", "no --output", "-o FILE, for example -o board.pdf");

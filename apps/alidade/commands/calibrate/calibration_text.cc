@@ -50,7 +50,7 @@ std::string viewsText(const CoverageReport& coverage) {
       coverage.num_image_corners);
 }
 
-// What follows is for --verbose.
+// The rest is for --verbose.
 
 constexpr std::size_t kDetailIndent = 9;
 
@@ -69,14 +69,14 @@ std::string millimetres(double value_m, double std_m) {
   return fmt::format("{:.{}f} +- {:.{}f}", 1e3 * value_m, decimals, 1e3 * std_m, decimals);
 }
 
-// What the two tests for a bend say.
+// The results of the two tests for a bend.
 std::string bendTests(const ShapeReport& shape) {
   if (!shape.by_views) return fmt::format("F = {:.3g}", shape.f);
   return fmt::format("F = {:.3g} from corner noise, {:.3g} between views, p-value {:.2g} %", shape.f,
                      shape.by_views->f, 100 * shape.by_views->chance);
 }
 
-// What the views say of a board's bend: one line or two.
+// The bend of a board according to the views, in one or two lines.
 std::string boardShapeText(const Calibration& result, std::size_t board) {
   const ShapeReport& shape = result.choice.shapes[board];
   const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m[board];
@@ -206,9 +206,9 @@ Lines toldShortly(const Diagnosis& diagnosis) {
 }  // namespace
 
 std::string summaryText(const Calibration& result, const GivenViews& given, const Advice& advice,
-                        const SummaryStyle& style) {
-  Lines lines = wrapped("Verdict", verdictText(result.verdict(), "camera", style.is_coloured));
-  append(lines, accuracyLines(result, style.tolerance_px));
+                        double tolerance_px, bool is_coloured) {
+  Lines lines = wrapped("Verdict", verdictText(result.verdict(), "camera", is_coloured));
+  append(lines, accuracyLines(result, tolerance_px));
   Lines rest =
       wrapped("Camera", fmt::format("{}, {} px{}", onlyCamera(result.fit).model, sizeText(result.imageSize()),
                                     result.choice.model ? ", model chosen by cross-validation" : ""));

@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/error_text.h"
@@ -14,8 +13,9 @@
 #include "alidade/imagery/image_list.h"
 #include "alidade/report/data/json_output.h"
 #include "board_views.h"
+#include "command.h"
 #include "console.h"
-#include "options.h"
+#include "outputs.h"
 
 namespace alidade {
 namespace {
@@ -78,65 +78,29 @@ std::string detectionJson(const DetectionStage& stage) {
 
 class DetectCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer("Example: alidade detect photos/ --board checkerboard:9x6:25mm -o corners.csv");
-    app.add_option("input", inputs_, "Folders, image files, patterns (*.jpg, frame%04d.png) or videos")
-        ->type_name(kFileValue);
-    addBoardOption(app, boards_);
-    app.add_option("--camera", camera_, "Camera name to write into the corners file")->capture_default_str();
-    addDetectionOptions(app, detection_);
-    addDebugOption(app, debug_);
-    app.add_option("-o,--output", output_,
-                   "Corners file to write: .csv, or .vnl for mrcal; CSV to standard output if omitted or -")
-        ->type_name(kFileValue);
-    addCommonOptions(app, common_, true);
+  void setUp(Flags& flags) override {
+    flags.explain("Example: alidade detect photos/ --board checkerboard:9x6:25mm -o corners.csv");
+    flags.add("input", &given_.inputs, "Folders, image files, patterns (*.jpg, frame%04d.png) or videos",
+              kFile);
+    given_.addBoards(flags);
+    flags.add("--camera", &camera_, "Camera name to write into the corners file");
+    given_.addDetection(flags, true);
+    flags.add("-o,--output", &output_,
+              "Corners file to write: .csv, or .vnl for mrcal; CSV to standard output if omitted or -",
+              aside(kFile));
+    flags.addCommon(common_, true);
   }
 
-  int run(const CLI::App& app) override {
-    if (inputs_.empty()) throw missingError("detect", "no images", "folders, files or patterns");
-    if (camera_.find_first_of("\r\n") != std::string::npos)
-      throw usageError(
-          {.where = "detect", .found = "a line break in --camera", .expected = "a name without line breaks"});
-    std::vector<std::string> sources = withImages(inputs_);
-    sources.insert(sources.end(), boards_.begin(), boards_.end());
-    sources.push_back(common_.config);
-    checkDebugFolder(debug_, output_);
-    checkOutput(output_, sources, common_);
-    const bool is_vnl = isVnlFile(output_);
-    if (is_vnl && !boards_.empty())
-      checkVnl(mapped(boards_, readBoard), shortNames(listInputs(inputs_).all()));
-    const DetectionStage stage = runDetection({.command = "detect",
-                                               .inputs = inputs_,
-                                               .boards = boards_,
-                                               .debug_folder = debug_,
-                                               .detection = detection_},
-                                              common_, catchInterrupts());
-    if (stage.numFound() == 0 && common_.json) {
-      printResult(detectionJson(stage));
-      has_answered_ = true;
-    }
-    requireBoards(stage, common_, true);
-
-    CornersFile file;
-    file.camera = camera_;
-    file.boards = mapped(stage.surveys, &BoardSurvey::board);
-    file.views = stage.views();
-    file.comments.push_back(programName() + " detect; pixel (0, 0) is the centre of the top-left pixel");
-    for (const auto& [key, values] : effectiveSettings(app))
-      file.comments.push_back(fmt::format("{}: {}", key, fmt::join(values, " ")));
-    for (const std::string& note : stage.notes) file.comments.push_back("note: " + note);
-    for (const BoardSurvey& survey : stage.surveys) {
-      if (stage.surveys.size() > 1) file.comments.push_back("images of " + survey.board.spec());
-      for (const std::string& line : imageTable(survey)) file.comments.push_back(line);
-    }
+  int run(const Flags& flags) override {
+    checkUsage();
+    const DetectionStage stage = runDetection(given_, common_, catchInterrupts());
+    if (stage.numFound() == 0) printJson(stage);
+    requireBoards(stage, given_, common_);
+    const CornersFile file = cornersOf(stage, flags);
     const bool to_stdout = output_.empty() || output_ == "-";
-    if (!to_stdout) (is_vnl ? writeVnlFile : writeCornersFile)(output_, file);
-
-    if (common_.json) {
-      printResult(detectionJson(stage));
-    } else if (to_stdout) {
-      printResult(cornersFileText(file));
-    }
+    if (!to_stdout) (isVnlFile(output_) ? writeVnlFile : writeCornersFile)(output_, file);
+    printJson(stage);
+    if (to_stdout && !common_.json) printResult(cornersFileText(file));
     if (!common_.quiet) report(stage, to_stdout);
     return 0;
   }
@@ -144,6 +108,43 @@ class DetectCommand final : public Command {
   [[nodiscard]] bool owesJson() const override { return common_.json && !has_answered_; }
 
  private:
+  void checkUsage() const {
+    if (given_.inputs.empty()) throw missingError("detect", "no images", "folders, files or patterns");
+    if (camera_.find_first_of("\r\n") != std::string::npos)
+      throw usageError(
+          {.where = "detect", .found = "a line break in --camera", .expected = "a name without line breaks"});
+    std::vector<std::string> sources = withImages(given_.inputs);
+    append(sources, given_.boards);
+    sources.push_back(common_.config);
+    given_.checkDebugFolder(output_);
+    checkOutput(output_, sources, common_);
+    if (isVnlFile(output_) && !given_.boards.empty())
+      checkVnl(mapped(given_.boards, readBoard), shortNames(listInputs(given_.inputs).all()));
+  }
+
+  // Once, if it is asked for. The error that may follow has its reasons on standard output then.
+  void printJson(const DetectionStage& stage) {
+    if (!common_.json || has_answered_) return;
+    printResult(detectionJson(stage));
+    has_answered_ = true;
+  }
+
+  [[nodiscard]] CornersFile cornersOf(const DetectionStage& stage, const Flags& flags) const {
+    CornersFile file;
+    file.camera = camera_;
+    file.boards = mapped(stage.surveys, &BoardSurvey::board);
+    file.views = stage.views();
+    file.comments.push_back(programName() + " detect; pixel (0, 0) is the centre of the top-left pixel");
+    for (const auto& [key, values] : flags.settings())
+      file.comments.push_back(fmt::format("{}: {}", key, fmt::join(values, " ")));
+    for (const std::string& note : stage.notes) file.comments.push_back("note: " + note);
+    for (const BoardSurvey& survey : stage.surveys) {
+      if (stage.surveys.size() > 1) file.comments.push_back("images of " + survey.board.spec());
+      append(file.comments, imageTable(survey));
+    }
+    return file;
+  }
+
   void report(const DetectionStage& stage, bool to_stdout) const {
     const bool is_one = stage.surveys.size() == 1;
     const std::string written = to_stdout ? "" : "; written to " + output_;
@@ -159,16 +160,13 @@ class DetectCommand final : public Command {
       if (survey.numFound() > 0) printMessage("  " + measuresText(survey));
     }
     for (const std::string& line : reasonLines(stage.surveys)) printMessage("  " + line);
-    for (const std::string& note : stage.notes) printMessage("note: " + note);
+    printNotes(stage.notes);
   }
 
-  std::vector<std::string> inputs_;
-  std::vector<std::string> boards_;
-  bool has_answered_ = false;  // the error that follows has its reasons on standard output already
+  BoardInputs given_{.command = "detect"};
   std::string camera_ = "camera";
-  DetectionOptions detection_;
-  std::string debug_;
   std::string output_;
+  bool has_answered_ = false;
 };
 
 }  // namespace

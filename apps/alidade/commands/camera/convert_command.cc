@@ -5,8 +5,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -21,9 +19,11 @@
 #include "alidade/geometry/rotation_conversions.h"
 #include "alidade/record/conversion.h"
 #include "alidade/report/data/json_output.h"
+#include "camera_files.h"
+#include "command.h"
 #include "commands/rig/rectified_pair.h"
 #include "console.h"
-#include "options.h"
+#include "outputs.h"
 
 namespace alidade {
 namespace {
@@ -42,6 +42,10 @@ struct Converted {
 
 bool isRig(std::span<const Converted> cameras) {
   return cameras.size() > 1 && cameras.front().camera_from_rig;
+}
+
+bool isGood(const std::vector<Converted>& cameras) {
+  return std::ranges::all_of(cameras, [](const Converted& c) { return c.conversion.problems.empty(); });
 }
 
 // "(12.0, 0.0, -1.5) mm from the first camera, turned by 1.234 degrees".
@@ -64,7 +68,8 @@ std::vector<int> pixelNumbers(const std::string& flag, const std::string& text, 
                     .next_step = "alidade convert --help"});
 }
 
-// What made a converted file: "alidade 0.1.0 convert crop 0,60,640,360, resize 320x180 of camera.yaml (...)".
+// The origin of a converted file: "alidade 0.1.0 convert crop 0,60,640,360, resize 320x180 of camera.yaml
+// (...)".
 std::string provenance(const std::string& path, const CameraRecord& source, const Conversion& conversion) {
   const std::vector<std::string> steps =
       mapped(conversion.steps, [](const Conversion::Step& step) { return step.name + " " + step.value; });
@@ -99,7 +104,7 @@ std::string problemText(ConversionProblem problem, const Converted& converted) {
   }
 }
 
-// What a new axis is, as "-y".
+// A new axis in terms of the old ones, as "-y".
 std::string axisText(const Eigen::Matrix3d& new_from_old, Eigen::Index row) {
   const Eigen::Index column = new_from_old(row, 0) != 0 ? 0 : 1;
   return std::string(new_from_old(row, column) < 0 ? "-" : "") + (column == 0 ? "x" : "y");
@@ -124,7 +129,7 @@ std::string fitText(const ModelFit& fit) {
   return text;
 }
 
-// What was done and what came out, for people; without an end of line.
+// The edits and the resulting camera, for people; without an end of line.
 std::string summaryText(const Converted& converted) {
   const auto& [where, name, source, conversion, file, pose] = converted;
   std::string text = fmt::format("From     {}: {}, {} px\n", printable(where), source.camera.modelId(),
@@ -194,8 +199,8 @@ json summaryJson(const Converted& converted) {
 
 class ConvertCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade convert camera.yaml -o half.yaml --crop 0,60,640,360 --resize 320x180\nExample: "
         "alidade convert camera.yaml -o turned.yaml --rotate 90 --model radtan\nExample: alidade convert "
         "camchain.yaml#cam0 -o camera_info.yaml --to ros\nExample: alidade convert rig.yaml -o camchain.yaml "
@@ -207,44 +212,36 @@ class ConvertCommand final : public Command {
         "resize, rotate, model.\nPixel (0, 0) is the centre of the top-left pixel. --rotate also rotates the "
         "axes of the camera frame.\nExit code 3: the result must not be used; no camera file is "
         "written.");
-    app.add_option("file", paths_,
-                   "Camera or rig file of any format (docs/formats.md), or the files of a rig")
-        ->type_name(kFileValue);
-    app.add_option(
-           "-o,--output", output_,
-           "Camera file to write (a folder for the two files of a pair with --to ros); - writes it to "
-           "standard output instead of the summary")
-        ->type_name(kFileValue);
-    app.add_option("--to", format_,
-                   "Format of the output: " + fmt::format("{}", fmt::join(formatIds(), ", ")))
-        ->check(CLI::IsMember(formatIds()))
-        ->capture_default_str();
-    app.add_option("--crop", crop_, "Part of the image to keep, in pixels: X,Y,WIDTH,HEIGHT");
-    app.add_option("--bin", request_.bin,
-                   "Combine N x N pixels into one; incomplete blocks at the edge are cropped");
-    app.add_option("--resize", resize_, "New image size in pixels: WIDTHxHEIGHT");
-    app.add_option("--rotate", request_.rotate_deg, "Rotate the image clockwise by this many degrees")
-        ->check(CLI::IsMember({0, 90, 180, 270}));
-    app.add_option("--model", request_.model,
-                   "Fit this lens model instead: " + fmt::format("{}", fmt::join(modelIds(), ", ")))
-        ->check(CLI::IsMember(modelIds()));
-    app.add_option("--max-error", request_.max_error_px,
-                   "Largest accepted RMS error of the new model in pixels; the limit for a single pixel is "
-                   "ten times larger")
-        ->check(nonNegativeNumber, "0 or more")
-        ->capture_default_str();
-    app.add_flag("--keep-untrustworthy", keep_untrustworthy_,
-                 "Write the camera file even if the result must not be used");
-    addCameraOptions(app, camera_);
-    addCommonOptions(app, common_, false);
+    flags.add("file", &paths_, "Camera or rig file of any format (docs/formats.md), or the files of a rig",
+              kFile);
+    flags.add("-o,--output", &output_,
+              "Camera file to write (a folder for the two files of a pair with --to ros); - writes it to "
+              "standard output instead of the summary",
+              kFile);
+    flags.add("--to", &format_, "Format of the output: " + join(formatIds(), ", "), oneOf(formatIds()));
+    flags.add("--crop", &crop_, "Part of the image to keep, in pixels: X,Y,WIDTH,HEIGHT");
+    flags.add("--bin", &request_.bin,
+              "Combine N x N pixels into one; incomplete blocks at the edge are cropped");
+    flags.add("--resize", &resize_, "New image size in pixels: WIDTHxHEIGHT");
+    flags.addQuarterTurns("--rotate", request_.rotate_deg, "Rotate the image clockwise by this many degrees");
+    flags.add("--model", &request_.model, "Fit this lens model instead: " + join(modelIds(), ", "),
+              oneOf(modelIds()));
+    flags.add("--max-error", &request_.max_error_px,
+              "Largest accepted RMS error of the new model in pixels; the limit for a single pixel is "
+              "ten times larger",
+              {.complaint = nonNegativeNumber, .limits = "0 or more"});
+    flags.addSwitch("--keep-untrustworthy", keep_untrustworthy_,
+                    "Write the camera file even if the result must not be used");
+    camera_.addOptions(flags);
+    flags.addCommon(common_, false);
   }
 
-  int run(const CLI::App&) override {
+  int run(const Flags&) override {
     if (paths_.empty()) throw missingError("convert", "no camera file", "a camera file");
     if (output_.empty()) throw missingError("convert", "no --output", "-o FILE, or -o - for standard output");
+    const CameraFormat& format = cameraFormat(format_);
     std::vector<std::string> inputs = mapped(paths_, cameraFilePath);
     inputs.push_back(common_.config);
-    const CameraFormat& format = cameraFormat(format_);
     if (!format.holds_rectification) checkOutput(output_, inputs, common_);
     const GatheredCameras gathered = gatherCameras(paths_, camera_.readOptions());
     const std::vector<std::string> outputs = outputsFor(gathered, format);
@@ -252,36 +249,36 @@ class ConvertCommand final : public Command {
     for (const std::string& output : is_new_folder ? std::vector{output_} : outputs)
       checkOutput(output, inputs, common_);
     const std::vector<Converted> cameras = convertAll(gathered, format);
-    const bool is_good = std::all_of(cameras.begin(), cameras.end(),
-                                     [](const Converted& c) { return c.conversion.problems.empty(); });
+    const bool is_good = isGood(cameras);
     const bool is_kept = is_good || keep_untrustworthy_;
-    // What the format cannot hold is told before anything is printed or written.
+    // A format that cannot hold the camera is refused before anything is printed or written.
     const std::vector<std::string> contents =
         is_kept ? contentsOf(gathered, cameras, format) : std::vector<std::string>();
     const std::vector<std::string> notes = notesOn(gathered.source, cameras, format);
-    const bool to_stdout = output_ == "-";
-    if (!to_stdout) writeAll(outputs, contents);
-
-    if (common_.json) {
-      printResult(document(cameras, notes, outputs, is_kept));
-    } else if (to_stdout) {
-      if (is_kept) printResult(contents.front());
-      if (!common_.quiet || !is_good) printHelp(summary(cameras) + "\n");
-    } else {
-      printResult(summary(cameras) + "\n");
-    }
-    if (!common_.json && !common_.quiet) {
-      for (const std::string& note : notes) printMessage("note: " + note);
-    }
+    if (output_ != "-") writeAll(outputs, contents);
+    print(cameras, notes, outputs, contents);
     if (!is_good) {
       printRefusal("the converted camera must not be used", output_, is_kept);
       return kUntrustworthyExit;
     }
-    if (!common_.quiet && !to_stdout) printMessage("written to " + join(outputs, " and "));
+    if (!common_.quiet && output_ != "-") printMessage("written to " + join(outputs, " and "));
     return 0;
   }
 
  private:
+  // @param contents  none: nothing is written
+  void print(const std::vector<Converted>& cameras, const std::vector<std::string>& notes,
+             const std::vector<std::string>& outputs, const std::vector<std::string>& contents) const {
+    if (common_.json) return printResult(document(cameras, notes, outputs, !contents.empty()));
+    if (output_ != "-") {
+      printResult(summary(cameras) + "\n");
+    } else {
+      if (!contents.empty()) printResult(contents.front());
+      if (!common_.quiet || !isGood(cameras)) printHelp(summary(cameras) + "\n");
+    }
+    if (!common_.quiet) printNotes(notes);
+  }
+
   [[nodiscard]] ConversionRequest request(const CameraFormat& format) const {
     ConversionRequest request = request_;
     if (!crop_.empty()) {
@@ -293,7 +290,7 @@ class ConvertCommand final : public Command {
       const auto n = pixelNumbers("--resize", resize_, 'x', 2, "WIDTHxHEIGHT in pixels, such as 320x180");
       request.resize = {.width = n[0], .height = n[1]};
     }
-    // What the format cannot say of the model is fitted around.
+    // The fit keeps parameters at 0 that the format cannot hold.
     for (const AbsentParameter& absent : format.absent) {
       if (absent.model == request.model) request.absent.push_back(absent.parameter);
     }
@@ -379,7 +376,7 @@ class ConvertCommand final : public Command {
       const std::string& where = gathered.where[i];
       CameraRecord file = recordOf(stated, where);
       Conversion conversion = convertCamera(file, asked);
-      // What is wrong with a rig is wrong with each of its cameras.
+      // A problem of a rig is one of each of its cameras.
       if (gathered.rig && gathered.rig->isCalibrated() && gathered.rig->verdict == Verdict::kNo &&
           std::count(conversion.problems.begin(), conversion.problems.end(),
                      ConversionProblem::kSourceUntrustworthy) == 0)
@@ -438,7 +435,7 @@ class ConvertCommand final : public Command {
     return rectifiedPairTexts(format, named);
   }
 
-  // What becomes of the cameras' poses, if that is not all of it; empty if it is.
+  // A note on poses that are not written as they are; empty if they are.
   [[nodiscard]] static std::string poseNote(const std::vector<Converted>& cameras,
                                             const CameraFormat& format) {
     const Converted& first = cameras.front();
@@ -460,7 +457,7 @@ class ConvertCommand final : public Command {
     return "";
   }
 
-  // What is worth knowing and is no reason to refuse.
+  // Remarks that are no reason to refuse.
   [[nodiscard]] static std::vector<std::string> notesOn(const CameraSource& source,
                                                         const std::vector<Converted>& cameras,
                                                         const CameraFormat& format) {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/compare/projection_difference.h"
 #include "alidade/compare/ray_alignment.h"
@@ -17,9 +16,11 @@
 #include "alidade/record/camera_record.h"
 #include "alidade/report/data/json_output.h"
 #include "alidade/report/figures/difference_svg.h"
+#include "camera_files.h"
+#include "command.h"
 #include "commands/rig/rig_diff.h"
 #include "console.h"
-#include "options.h"
+#include "outputs.h"
 
 namespace alidade {
 namespace {
@@ -144,15 +145,14 @@ std::vector<std::string> figureLines(const std::string& text) {
   return lines;
 }
 
-// "the difference of 0.4 px (RMS) is 1.2 sigma: not significant; ...", or why nobody can tell.
-std::string significanceText(const ProjectionDifference& difference,
-                             const std::optional<DifferenceSignificance>& significance, bool has_a,
-                             bool has_b) {
+// "Test     the difference of 0.4 px (RMS) is 1.2 sigma: not significant; ...", or why it is unknown.
+std::string testText(const LensComparison& lens) {
+  const auto& [a, b, difference, significance] = lens;
   if (!significance) {
-    return "unknown: neither file states a covariance, so the difference cannot be compared with the "
-           "uncertainty";
+    return "Test     unknown: neither file states a covariance, so the difference cannot be compared with the "
+           "uncertainty\n";
   }
-  std::string text = fmt::format("the difference of {:.2g} px (RMS) is {}: {}",
+  std::string text = fmt::format("Test     the difference of {:.2g} px (RMS) is {}: {}",
                                  difference.rms_px < kRoundingPx ? 0.0 : difference.rms_px,
                                  significance->sigmas > 0 ? fmt::format("{:.1f} sigma", significance->sigmas)
                                                           : std::string("within chance"),
@@ -162,14 +162,15 @@ std::string significanceText(const ProjectionDifference& difference,
       "% of the pixels differ by more than their 95 % ellipse",
       significance->expected_rms_px, difference.p95_px, significance->sure_p95_px,
       100 * significance->share_beyond);
-  if (!has_a || !has_b)
-    text += fmt::format("; {} states no covariance and is assumed to be exact", has_a ? "B" : "A");
-  return text;
+  if (!a.covariance || !b.covariance)
+    text += fmt::format("; {} states no covariance and is assumed to be exact", a.covariance ? "B" : "A");
+  return text + "\n";
 }
 
 // All of it; what is not finite is null, and so are all figures where the motion was not found.
-json differenceJson(const ProjectionDifference& difference,
-                    const std::optional<DifferenceSignificance>& significance) {
+json differenceJson(const LensComparison& lens) {
+  const ProjectionDifference& difference = lens.difference;
+  const auto& significance = lens.significance;
   const auto gridJson = [&](const auto& valueAt) {
     return rowsJson(difference.columns, difference.rows, valueAt);
   };
@@ -213,8 +214,8 @@ json differenceJson(const ProjectionDifference& difference,
 
 class DiffCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade diff left.yaml right.yaml --tolerance 0.5\nExample: alidade diff left.yaml "
         "right.yaml -o difference.svg\nA and B may have different formats, models and resolutions. "
         "Differences are in pixels of the image with the higher\nresolution. Swapping A and B gives the "
@@ -222,35 +223,54 @@ class DiffCommand final : public Command {
         "from the first camera, then what both together do: a pixel of\none camera, as a point at --distance "
         "(default: 10 times the largest baseline), projected into another.\nExit code 3: the cameras see too "
         "little in common, or they differ significantly and by more than the tolerance.");
-    app.add_option("files", files_,
-                   "Two camera files, or two rigs, of any format, A and B; FILE#NAME selects one camera of a "
-                   "file with several")
-        ->type_name(kFileValue);
-    takeLength(*app.add_option("--distance", distance_m_,
-                               "Compare points at this distance, for example 2m, and align by the best pose "
-                               "instead of the best rotation")
-                    ->check(positiveNumber, "above 0"));
-    app.add_flag("--same-frame", same_frame_, "Do not align: assume that both cameras have the same frame");
-    app.add_option("--rotate", rotate_,
-                   "Clockwise rotation of B's image relative to A's, in degrees. Default: 0, or 90 or 270 if "
-                   "the image sizes require it")
-        ->check(CLI::IsMember({0, 90, 180, 270}));
-    app.add_option("--grid", grid_,
-                   "Grid of pixels to compare: COLUMNSxROWS. Default: 40 along the longer side")
-        ->check(gridComplaint, "");
-    takePixels(*app.add_option("--tolerance", tolerance_px_,
-                               "Largest accepted difference in pixels (95th percentile). Exit code 3 if it "
-                               "is exceeded by a significant difference")
-                    ->check(nonNegativeNumber, "0 or more"));
-    app.add_option("-o,--output", figure_,
-                   "SVG file to write: the difference over the image of A, as colours and arrows")
-        ->type_name(kFileValue)
-        ->check(figureComplaint, "");
-    addCameraOptions(app, camera_);
-    addCommonOptions(app, common_, false);
+    flags.add("files", &files_,
+              "Two camera files, or two rigs, of any format, A and B; FILE#NAME selects one camera of a "
+              "file with several",
+              kFile);
+    flags.add("--distance", &distance_m_,
+              "Compare points at this distance, for example 2m, and align by the best pose "
+              "instead of the best rotation",
+              {.complaint = positiveNumber, .limits = "above 0", .number = metresOrNan});
+    flags.addSwitch("--same-frame", same_frame_,
+                    "Do not align: assume that both cameras have the same frame");
+    flags.addQuarterTurns("--rotate", rotate_,
+                          "Clockwise rotation of B's image relative to A's, in degrees. Default: 0, or 90 or "
+                          "270 if the image sizes require it");
+    flags.add("--grid", &grid_, "Grid of pixels to compare: COLUMNSxROWS. Default: 40 along the longer side",
+              {.complaint = gridComplaint});
+    flags.add("--tolerance", &tolerance_px_,
+              "Largest accepted difference in pixels (95th percentile). Exit code 3 if it "
+              "is exceeded by a significant difference",
+              {.complaint = nonNegativeNumber, .limits = "0 or more", .number = pixelsOrNan});
+    flags.add("-o,--output", &figure_,
+              "SVG file to write: the difference over the image of A, as colours and arrows",
+              {.word = kFile.word, .complaint = figureComplaint});
+    camera_.addOptions(flags);
+    flags.addCommon(common_, false);
   }
 
-  int run(const CLI::App&) override {
+  int run(const Flags&) override {
+    checkUsage();
+    const CameraSource source_a = loadCameras(files_[0], camera_.readOptions());
+    const CameraSource source_b = loadCameras(files_[1], camera_.readOptions());
+    if (isRigSource(source_a) || isRigSource(source_b)) return runOnRigs(source_a, source_b);
+    const CameraRecord a = onlyCameraTelling(source_a, common_.quiet);
+    const CameraRecord b = onlyCameraTelling(source_b, common_.quiet);
+    const LensComparison lens = compareLenses(a, b, differenceOptions());
+    const std::optional<std::string> no = complaint(lens);
+    if (!common_.quiet) tellOfSizes(lens);
+    const bool has_figure = !figure_.empty() && lens.isKnown();
+    if (has_figure) writeFileAtomically(figure_, figureOf(lens));
+    printResult(common_.json ? documentOf(lens, no) : textOf(lens));
+    if (has_figure && !common_.quiet) printMessage("written to " + figure_);
+    if (!no) return 0;
+    printMessage("error: " + *no);
+    if (!figure_.empty() && !has_figure) printMessage(notWritten(figure_) + " (there is nothing to draw)");
+    return kUntrustworthyExit;
+  }
+
+ private:
+  void checkUsage() const {
     if (files_.size() != 2)
       throw missingError("diff", fmt::format("{} file{}", files_.size(), files_.size() == 1 ? "" : "s"),
                          "two camera files");
@@ -261,55 +281,42 @@ class DiffCommand final : public Command {
                         .next_step = "remove --distance: without alignment the distance has no effect"});
     }
     checkOutput(figure_, {cameraFilePath(files_[0]), cameraFilePath(files_[1]), common_.config}, common_);
-    const CameraSource source_a = loadCameras(files_[0], camera_.readOptions());
-    const CameraSource source_b = loadCameras(files_[1], camera_.readOptions());
-    if (isRigSource(source_a) || isRigSource(source_b)) return runOnRigs(source_a, source_b);
-    const CameraRecord a = onlyCameraTelling(source_a, common_.quiet);
-    const CameraRecord b = onlyCameraTelling(source_b, common_.quiet);
-    const DifferenceOptions options = differenceOptions();
-    const ComparedCamera in_a{&a.camera, a.image_size, statedCovariance(a)};
-    const ComparedCamera in_b{&b.camera, b.image_size, statedCovariance(b)};
-    const ProjectionDifference difference = projectionDifference(in_a, in_b, options);
-    const auto significance = significanceOf(difference, in_a, in_b, options.freed);
-    const auto no = complaint(difference, significance);
-
-    if (!common_.quiet) {
-      if (const auto crop = suspectCrop(in_a, in_b, difference.match)) printMessage(cropText(*crop));
-      const std::string uneven = unevenSizeText(a.image_size, b.image_size, difference.match.quarter_turns);
-      if (!uneven.empty()) printMessage(uneven);
-    }
-    const bool has_figures = difference.num_compared > 0 && difference.is_converged;
-    std::string text = fileText("A", files_[0], a) + fileText("B", files_[1], b) + differenceText(difference);
-    const std::string chance =
-        has_figures ? "Test     " +
-                          significanceText(difference, significance, in_a.covariance.has_value(),
-                                           in_b.covariance.has_value()) +
-                          "\n"
-                    : "";
-    if (!figure_.empty() && has_figures)
-      writeFileAtomically(figure_, differenceSvg(in_a, in_b, difference, figureLines(text + chance)));
-
-    if (common_.json) {
-      json document = differenceJson(difference, significance);
-      document["a"] = fileJson(files_[0], a);
-      document["b"] = fileJson(files_[1], b);
-      document["distance_m"] = orNull(distance_m_);
-      document["tolerance_px"] = orNull(tolerance_px_);
-      document["agrees"] = tolerance_px_ || no ? json(!no) : json(nullptr);
-      document["reason"] = orNull(no);
-      printResult(jsonText(document));
-    } else {
-      if (has_figures) text += differenceTable(difference) + chance;
-      printResult(text + upsideDownText(in_a, in_b, difference));
-    }
-    if (!figure_.empty() && has_figures && !common_.quiet) printMessage("written to " + figure_);
-    if (!no) return 0;
-    printMessage("error: " + *no);
-    if (!figure_.empty() && !has_figures) printMessage(notWritten(figure_) + " (there is nothing to draw)");
-    return kUntrustworthyExit;
   }
 
- private:
+  void tellOfSizes(const LensComparison& lens) const {
+    const ImageMatch& match = lens.difference.match;
+    if (const auto crop = suspectCrop(lens.a, lens.b, match)) printMessage(cropText(*crop));
+    const std::string uneven = unevenSizeText(lens.a.size, lens.b.size, match.quarter_turns);
+    if (!uneven.empty()) printMessage(uneven);
+  }
+
+  // The cameras and the motion that was taken out of their difference.
+  [[nodiscard]] std::string headText(const LensComparison& lens) const {
+    return fileText("A", files_[0], lens.a) + fileText("B", files_[1], lens.b) +
+           differenceText(lens.difference);
+  }
+
+  [[nodiscard]] std::string figureOf(const LensComparison& lens) const {
+    return differenceSvg(lens.a, lens.b, lens.difference, figureLines(headText(lens) + testText(lens)));
+  }
+
+  [[nodiscard]] std::string textOf(const LensComparison& lens) const {
+    return headText(lens) + (lens.isKnown() ? differenceTable(lens.difference) + testText(lens) : "") +
+           upsideDownText(lens);
+  }
+
+  [[nodiscard]] std::string documentOf(const LensComparison& lens,
+                                       const std::optional<std::string>& no) const {
+    json document = differenceJson(lens);
+    document["a"] = fileJson(files_[0], lens.a);
+    document["b"] = fileJson(files_[1], lens.b);
+    document["distance_m"] = orNull(distance_m_);
+    document["tolerance_px"] = orNull(tolerance_px_);
+    document["agrees"] = tolerance_px_ || no ? json(!no) : json(nullptr);
+    document["reason"] = orNull(no);
+    return jsonText(document);
+  }
+
   static std::string gridComplaint(const std::string& text) {
     constexpr int kMostPixels = 1'000'000;
     const auto grid = parseSize(text);
@@ -328,12 +335,7 @@ class DiffCommand final : public Command {
     DifferenceOptions options = differenceOptions();
     // Points at the distance are for the poses; each lens is compared for far ones.
     if (options.freed == Freed::kPose) options.freed = Freed::kRotation;
-    return diffRigs(a, b,
-                    {.of_cameras = options,
-                     .distance_m = distance_m_,
-                     .tolerance_px = tolerance_px_,
-                     .json = common_.json,
-                     .quiet = common_.quiet});
+    return diffRigs(a, b, options, distance_m_, tolerance_px_, common_);
   }
 
   [[nodiscard]] DifferenceOptions differenceOptions() const {
@@ -361,9 +363,8 @@ class DiffCommand final : public Command {
   }
 
   // Why the answer is no.
-  [[nodiscard]] std::optional<std::string> complaint(
-      const ProjectionDifference& difference,
-      const std::optional<DifferenceSignificance>& significance) const {
+  [[nodiscard]] std::optional<std::string> complaint(const LensComparison& lens) const {
+    const auto& [a, b, difference, significance] = lens;
     if (difference.num_compared == 0)
       return "the cameras cannot be compared: no pixel is seen by both\n  next: check both files with "
              "alidade validate";
@@ -386,9 +387,9 @@ class DiffCommand final : public Command {
                        *tolerance_px_);
   }
 
-  // Images that are upside down have the same size; that they are shall not be left to be guessed.
-  [[nodiscard]] std::string upsideDownText(const ComparedCamera& a, const ComparedCamera& b,
-                                           const ProjectionDifference& difference) const {
+  // Images that are upside down have the same size; the note says so.
+  [[nodiscard]] std::string upsideDownText(const LensComparison& lens) const {
+    const auto& [a, b, difference, significance] = lens;
     constexpr double kFarLess = 0.1;
     constexpr double kWorthWhilePx = 0.1;
     if (rotate_ || !difference.is_converged || difference.match.quarter_turns != 0 ||
@@ -423,15 +424,15 @@ class DiffCommand final : public Command {
         corner, crop.part.width, crop.part.height);
   }
 
-  static std::string fileText(const char* name, const std::string& path, const CameraRecord& file) {
-    return fmt::format("{:<8} {}: {}, {} px\n", name, path, file.camera.modelId(), sizeText(file.image_size));
+  static std::string fileText(const char* name, const std::string& path, const ComparedCamera& camera) {
+    return fmt::format("{:<8} {}: {}, {} px\n", name, path, camera.camera->modelId(), sizeText(camera.size));
   }
 
-  static json fileJson(const std::string& path, const CameraRecord& file) {
+  static json fileJson(const std::string& path, const ComparedCamera& camera) {
     return {{"file", path},
-            {"model", file.camera.modelId()},
-            {"image_size", file.image_size},
-            {"has_covariance", statedCovariance(file).has_value()}};
+            {"model", camera.camera->modelId()},
+            {"image_size", camera.size},
+            {"has_covariance", camera.covariance.has_value()}};
   }
 
   std::vector<std::string> files_;

@@ -2,15 +2,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include <CLI/CLI.hpp>
-
 #include "alidade/core/error.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/report/data/json_output.h"
+#include "camera_files.h"
+#include "command.h"
 #include "console.h"
-#include "options.h"
+#include "outputs.h"
 #include "pending_folder.h"
 #include "report_output.h"
 
@@ -21,42 +21,53 @@ constexpr std::size_t kMaxEvidenceBytes = std::size_t{1} << 30U;
 
 class ReportCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade report evidence.json -o page.html --images photos/\n"
         "The page is the same as that of alidade calibrate --report.");
-    app.add_option(
-           "file", file_,
-           "Evidence file (JSON) of alidade calibrate --evidence; or the camera file, with --evidence")
-        ->type_name(kFileValue);
-    app.add_option("--evidence", evidence_, "Evidence file of the camera file")->type_name(kFileValue);
-    app.add_option("--images", images_,
-                   "Images that the camera was calibrated from, for pictures of the views: folders, files, "
-                   "patterns or videos")
-        ->type_name(kFileValue);
-    app.add_option("--against", against_, "Camera file (any format) to compare with")->type_name(kFileValue);
-    app.add_option("-o,--output", output_, "HTML page to write")->type_name(kFileValue);
-    app.add_option("--figures", figures_, "Folder to create, with the figures as SVG files")
-        ->type_name(kFolderValue);
-    app.add_flag("--overwrite", overwrite_,
-                 "Replace an earlier, unchanged folder of figures; other files are never changed");
-    addCommonOptions(app, common_, true);
+    flags.add("file", &file_,
+              "Evidence file (JSON) of alidade calibrate --evidence; or the camera file, with --evidence",
+              kFile);
+    flags.add("--evidence", &evidence_, "Evidence file of the camera file", kFile);
+    flags.add("--images", &images_,
+              "Images that the camera was calibrated from, for pictures of the views: folders, files, "
+              "patterns or videos",
+              kFile);
+    flags.add("--against", &against_, "Camera file (any format) to compare with", kFile);
+    flags.add("-o,--output", &output_, "HTML page to write", kFile);
+    flags.add("--figures", &figures_, "Folder to create, with the figures as SVG files", kFolder);
+    flags.addSwitch("--overwrite", overwrite_,
+                    "Replace an earlier, unchanged folder of figures; other files are never changed");
+    flags.addCommon(common_, true);
   }
 
-  int run(const CLI::App&) override {
+  int run(const Flags&) override {
     if (file_.empty())
       throw missingError("report", "no file", "an evidence file, or a camera file with --evidence");
     if (output_.empty() && figures_.empty())
       throw missingError("report", "no --output", "-o FILE, for example -o page.html, or --figures FOLDER");
-    const std::string evidence_file = evidence_.empty() ? file_ : evidence_;
-    std::vector<std::string> images;
-    if (!images_.empty()) images = listInputs(images_).all();
+    const std::vector<std::string> images =
+        images_.empty() ? std::vector<std::string>() : listInputs(images_).all();
+    checkUsage(images);
+    const std::string evidence = readEvidence();
+    const PageOptions options = pageOptions(images, evidence);
+    write(evidence, options);
+    print();
+    return 0;
+  }
+
+ private:
+  [[nodiscard]] const std::string& evidenceFile() const { return evidence_.empty() ? file_ : evidence_; }
+
+  void checkUsage(const std::vector<std::string>& images) const {
     std::vector<std::string> sources = images;
-    sources.insert(sources.end(),
-                   {cameraFilePath(file_), cameraFilePath(against_), evidence_, common_.config});
+    append(sources, {cameraFilePath(file_), cameraFilePath(against_), evidence_, common_.config});
     checkOutput(output_, sources, common_);
     if (!figures_.empty()) refuseFolderOfInputs(figures_, sources);
-    const std::string evidence = readTextFile(evidence_file, kMaxEvidenceBytes);
+  }
+
+  [[nodiscard]] std::string readEvidence() const {
+    const std::string evidence = readTextFile(evidenceFile(), kMaxEvidenceBytes);
     if (!evidence_.empty()) requireSameCamera(evidence);
     if (evidence_.empty() && !looksLikeJson(evidence)) {
       throw inputError({.where = file_,
@@ -64,22 +75,33 @@ class ReportCommand final : public Command {
                         .expected = "the JSON file that alidade calibrate --evidence writes",
                         .next_step = "give it with --evidence"});
     }
+    return evidence;
+  }
+
+  [[nodiscard]] PageOptions pageOptions(const std::vector<std::string>& images,
+                                        const std::string& evidence) const {
     PageOptions options{.num_jobs = common_.jobs};
     if (!images.empty()) options.pictures = picturesFrom(evidence, images);
-    if (!against_.empty()) {
-      const CameraRecord other = readCameraTelling(against_, {}, common_.quiet);
-      options.rival = {.name = printable(against_),
-                       .camera = other.camera,
-                       .size = other.image_size,
-                       .covariance = statedCovariance(other)};
-    }
+    if (against_.empty()) return options;
+    const CameraRecord other = readCameraTelling(against_, {}, common_.quiet);
+    options.rival = {.name = printable(against_),
+                     .camera = other.camera,
+                     .size = other.image_size,
+                     .covariance = statedCovariance(other)};
+    return options;
+  }
+
+  void write(const std::string& evidence, const PageOptions& options) const {
     if (!figures_.empty()) {
       PendingFolder folder(figures_, "report", overwrite_);
       if (!common_.quiet) noteLeftovers(folder);
-      writeFigures(folder, evidence, evidence_file, options);
+      writeFigures(folder, evidence, evidenceFile(), options);
       folder.commit();
     }
-    if (!output_.empty()) writeReport(output_, evidence, evidence_file, options);
+    if (!output_.empty()) writeReport(output_, evidence, evidenceFile(), options);
+  }
+
+  void print() const {
     if (common_.json) {
       const auto orNone = [](const std::string& path) { return path.empty() ? json(nullptr) : json(path); };
       printResult(jsonText({{"output", orNone(output_)}, {"figures", orNone(figures_)}}));
@@ -87,10 +109,8 @@ class ReportCommand final : public Command {
       if (!figures_.empty()) printMessage("figures written to " + figures_);
       if (!output_.empty()) printMessage("report written to " + output_);
     }
-    return 0;
   }
 
- private:
   static bool looksLikeJson(const std::string& text) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
     return first != std::string::npos && text[first] == '{';

@@ -4,7 +4,6 @@
 #include <optional>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/error.h"
@@ -20,8 +19,10 @@
 #include "alidade/report/data/fleet_json.h"
 #include "alidade/report/data/json_output.h"
 #include "alidade/report/pages/fleet_page.h"
+#include "camera_files.h"
+#include "command.h"
 #include "console.h"
-#include "options.h"
+#include "outputs.h"
 #include "summary_lines.h"
 
 namespace alidade {
@@ -124,8 +125,8 @@ std::string fleetSummary(const Fleet& fleet, bool is_verbose) {
 
 class FleetCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade fleet calibrations/ -o fleet.html\n"
         "Example: alidade fleet now/ --previous before/ --tolerance 0.5px -o fleet.csv --typical "
         "typical.yaml\n"
@@ -135,35 +136,30 @@ class FleetCommand final : public Command {
         "Exit code 1: no camera file can be read. Exit code 3 with --strict: a unit deviates or changed, or "
         "a "
         "file cannot be read.");
-    app.add_option("file", files_, "Camera files, folders, or patterns in quotes")->type_name(kFileValue);
-    app.add_option("-o,--output", output_,
-                   "What to write: a page with figures (.html) or a row for each unit (.csv)")
-        ->check(outputComplaint, "")
-        ->type_name(kFileValue);
-    app.add_option("--typical", typical_,
-                   "Camera file to write: the typical camera of the largest group, with the spread between "
-                   "units as its covariance")
-        ->type_name(kFileValue);
-    app.add_option("--previous", previous_,
-                   "Earlier calibrations of the same cameras: files, folders or patterns")
-        ->expected(1, -1)
-        ->type_name(kFileValue);
-    takePixels(
-        *app.add_option("--tolerance", tolerance_px_,
-                        "Largest accepted distance from the typical camera in pixels, for 95 % of the image")
-             ->check(positiveNumber, "above 0")
-             ->capture_default_str());
-    app.add_flag("--same-frame", same_frame_, "Do not align: all cameras have the same frame");
-    app.add_flag("--strict", is_strict_,
-                 "Exit code 3 if a unit deviates or changed, or a file cannot be read");
-    app.add_flag("--verbose", is_verbose_, "Print all groups and findings");
-    addCameraOptions(app, camera_);
-    addCommonOptions(app, common_, true);
+    flags.add("file", &files_, "Camera files, folders, or patterns in quotes", kFile);
+    flags.add("-o,--output", &output_,
+              "What to write: a page with figures (.html) or a row for each unit (.csv)",
+              {.word = kFile.word, .complaint = outputComplaint});
+    flags.add("--typical", &typical_,
+              "Camera file to write: the typical camera of the largest group, with the spread between "
+              "units as its covariance",
+              kFile);
+    flags.add("--previous", &previous_,
+              "Earlier calibrations of the same cameras: files, folders or patterns", kFile);
+    flags.add("--tolerance", &tolerance_px_,
+              "Largest accepted distance from the typical camera in pixels, for 95 % of the image",
+              {.complaint = positiveNumber, .limits = "above 0", .number = pixelsOrNan});
+    flags.addSwitch("--same-frame", same_frame_, "Do not align: all cameras have the same frame");
+    flags.addSwitch("--strict", is_strict_,
+                    "Exit code 3 if a unit deviates or changed, or a file cannot be read");
+    flags.addSwitch("--verbose", is_verbose_, "Print all groups and findings");
+    camera_.addOptions(flags);
+    flags.addCommon(common_, true);
   }
 
-  int run(const CLI::App&) override {
+  int run(const Flags&) override {
     if (files_.empty()) throw missingError("fleet", "no file", "camera files, or folders with camera files");
-    checkOutputs();
+    checkUsage();
     const CancelFlag* const cancel = catchInterrupts();
     FleetFiles files = readFiles(files_, "reading", cancel);
     if (files.units.empty()) throw nothingToRead(files);
@@ -188,15 +184,14 @@ class FleetCommand final : public Command {
     return "found '" + text + "', expected a file name that ends in .html or .csv";
   }
 
-  // What is written must not be among what is read, which folders are searched for.
-  void checkOutputs() const {
+  // Outputs must not be among the files that folders are searched for.
+  void checkUsage() const {
     std::vector<std::string> sources;
     for (const auto* inputs : {&files_, &previous_}) {
       for (const ListedFile& file : listCameraFiles(*inputs)) sources.push_back(cameraFilePath(file.path));
     }
     sources.push_back(common_.config);
-    checkOutput(output_, sources, common_);
-    checkOutput(typical_, sources, common_, "--typical");
+    checkOutputs(std::vector<Output>{{"--output", output_}, {"--typical", typical_}}, sources, common_);
   }
 
   [[nodiscard]] FleetFiles readFiles(const std::vector<std::string>& inputs, const char* label,
@@ -263,12 +258,9 @@ class FleetCommand final : public Command {
   }
 
   static void tellUnreadable(const std::vector<UnreadableFile>& files, const char* kind) {
-    if (files.empty()) return;
-    const std::string lines =
-        listed(mapped(files, [](const UnreadableFile& file) { return oneLine(file.reason); }));
-    printMessage(fmt::format("warning: {} {}file{} left out:\n{}", files.size(), kind,
-                             files.size() == 1 ? "" : "s",
-                             std::string_view(lines).substr(0, lines.size() - 1)));
+    printListed(
+        mapped(files, [](const UnreadableFile& file) { return oneLine(file.reason); }),
+        fmt::format("warning: {} {}file{} left out:", files.size(), kind, files.size() == 1 ? "" : "s"));
   }
 
   std::vector<std::string> files_;

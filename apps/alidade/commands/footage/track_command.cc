@@ -4,9 +4,9 @@
 #include <optional>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/point_cloud.h"
 #include "alidade/files/pose_list.h"
@@ -14,8 +14,10 @@
 #include "alidade/footage/follow/footage_frames.h"
 #include "alidade/footage/map/odometry.h"
 #include "alidade/report/data/json_output.h"
+#include "camera_files.h"
+#include "command.h"
 #include "console.h"
-#include "options.h"
+#include "outputs.h"
 #include "summary_lines.h"
 
 namespace alidade {
@@ -24,7 +26,7 @@ namespace {
 constexpr const char* kScaleNote =
     "the scale is arbitrary: lengths are not in metres, but in units of the first step of each piece";
 
-// What the odometry found, with the times of the frames.
+// The path that the odometry found, with the times of the frames.
 struct TrackedPath {
   Path path;
   std::vector<double> seconds;  // of each frame; empty: unknown
@@ -93,29 +95,26 @@ std::string whatToDo(const TrackedPath& tracked) {
 
 class TrackCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade track walk.mp4 --camera camera.yaml -o trajectory.txt\nVisual odometry: errors add "
         "up along the way, and places that are seen again are not recognised. The scale is "
         "arbitrary.\nWrites a TUM trajectory: timestamp tx ty tz qx qy qz qw, world_from_camera "
         "(docs/tracking.md).");
-    app.add_option("input", inputs_, "Video, folder of images, or pattern (*.jpg, frame%04d.png)")
-        ->type_name(kFileValue);
-    app.add_option("--camera", camera_path_, "Camera file of any format (docs/formats.md)")
-        ->type_name(kFileValue);
-    app.add_option(
-           "--front-end", front_end_,
-           "How points are followed: flow (small motions) or keypoints (any); default: flow for videos and "
-           "numbered images, keypoints for others")
-        ->check(CLI::IsMember({"flow", "keypoints"}));
-    app.add_option("-o,--output", output_, "Trajectory file to write; - for standard output")
-        ->type_name(kFileValue);
-    app.add_option("--map", map_, "Also write the points, as a PLY file")->type_name(kFileValue);
-    addCameraOptions(app, camera_);
-    addCommonOptions(app, common_, false);
+    flags.add("input", &inputs_, "Video, folder of images, or pattern (*.jpg, frame%04d.png)", kFile);
+    flags.add("--camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFile);
+    flags.add(
+        "--front-end", &front_end_,
+        "How points are followed: flow (small motions) or keypoints (any); default: flow for videos and "
+        "numbered images, keypoints for others",
+        oneOf({"flow", "keypoints"}));
+    flags.add("-o,--output", &output_, "Trajectory file to write; - for standard output", kFile);
+    flags.add("--map", &map_, "Also write the points, as a PLY file", kFile);
+    camera_.addOptions(flags);
+    flags.addCommon(common_, false);
   }
 
-  int run(const CLI::App&) override {
+  int run(const Flags&) override {
     checkUsage();
     const CancelFlag* cancel = catchInterrupts();
     const CameraRecord camera = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
@@ -127,29 +126,17 @@ class TrackCommand final : public Command {
                         .expected = "at least 2",
                         .next_step = "give a video, or a folder with several images of one scene"});
     }
-    if (path.segments.empty()) return refuse(tracked);
-    if (!map_.empty()) writeFileAtomically(map_, mapText(path));
-    const std::string text = trajectoryOf(tracked);
-    if (output_ == "-") {
-      printResult(text);
-    } else {
-      writeFileAtomically(output_, text);
-    }
-    if (common_.json) {
-      printResult(pathJson(tracked));
-      has_answered_ = true;
-    } else if (!common_.quiet && output_ != "-") {
-      printResult(summary(tracked));
-    }
-    if (!common_.quiet) {
-      for (const std::string& note : tracked.pass.notes) printMessage("note: " + note);
-    }
+    if (!path.segments.empty()) write(tracked);
+    print(tracked);
     if (path.segments.size() == 1) return 0;
-    printMessage(
-        fmt::format("error: {}: the path is in {} pieces that nothing connects; each has a world and a scale "
-                    "of its own\n  next: film without interruption, dark frames and quick turns, or cut the "
-                    "video there",
-                    inputs_.front(), path.segments.size()));
+    printMessage("error: " + inputs_.front() + ": " +
+                 (path.segments.empty()
+                      ? fmt::format("no path can be found: {}; {}\n  next: {}", whyNot(path),
+                                    notWritten(output_), whatToDo(tracked))
+                      : fmt::format("the path is in {} pieces that nothing connects; each has a world and a "
+                                    "scale of its own\n  next: film without interruption, dark frames and "
+                                    "quick turns, or cut the video there",
+                                    path.segments.size())));
     return kUntrustworthyExit;
   }
 
@@ -161,14 +148,8 @@ class TrackCommand final : public Command {
     if (camera_path_.empty()) throw missingError("track", "no --camera", "--camera FILE");
     if (output_.empty()) throw missingError("track", "no --output", "-o FILE");
     std::vector<std::string> sources = withImages(inputs_);
-    sources.insert(sources.end(), {cameraFilePath(camera_path_), common_.config});
-    checkOutput(output_, sources, common_);
-    checkOutput(map_, sources, common_, "--map");
-    if (!map_.empty() && (map_ == "-" || writtenPath(map_) == writtenPath(output_))) {
-      throw usageError({.where = "--map " + map_,
-                        .found = map_ == "-" ? "standard output" : "the file of --output",
-                        .expected = "a file of its own"});
-    }
+    append(sources, {cameraFilePath(camera_path_), common_.config});
+    checkOutputs(std::vector<Output>{{"--output", output_}, {"--map", map_, "map.ply"}}, sources, common_);
   }
 
   [[nodiscard]] TrackedPath track(const CameraRecord& camera, const CancelFlag* cancel) const {
@@ -195,17 +176,24 @@ class TrackCommand final : public Command {
     return tracked;
   }
 
-  [[nodiscard]] int refuse(const TrackedPath& tracked) {
+  void write(const TrackedPath& tracked) const {
+    if (!map_.empty()) writeFileAtomically(map_, mapText(tracked.path));
+    const std::string text = trajectoryOf(tracked);
+    if (output_ == "-") {
+      printResult(text);
+    } else {
+      writeFileAtomically(output_, text);
+    }
+  }
+
+  void print(const TrackedPath& tracked) {
     if (common_.json) {
       printResult(pathJson(tracked));
       has_answered_ = true;
+    } else if (!common_.quiet && output_ != "-" && !tracked.path.segments.empty()) {
+      printResult(summary(tracked));
     }
-    for (const std::string& note : tracked.pass.notes) {
-      if (!common_.quiet) printMessage("note: " + note);
-    }
-    printMessage(fmt::format("error: {}: no path can be found: {}; {}\n  next: {}", inputs_.front(),
-                             whyNot(tracked.path), notWritten(output_), whatToDo(tracked)));
-    return kUntrustworthyExit;
+    if (!common_.quiet) printNotes(tracked.pass.notes);
   }
 
   // "piece 2: frames 7 to 90", and what its scale rests on.
@@ -286,9 +274,7 @@ class TrackCommand final : public Command {
                                              map_.empty() ? "" : ", written to " + printable(map_))));
     append(lines, lostLines(path));
     append(lines, scaleLines(path));
-    std::string text;
-    for (const std::string& line : lines) text += line + "\n";
-    return text;
+    return join(lines, "\n") + "\n";
   }
 
   static Lines lostLines(const Path& path) {

@@ -16,27 +16,27 @@
 #include "alidade/core/size_groups.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
+#include "command.h"
 #include "console.h"
-#include "options.h"
 
 namespace alidade {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::optional<RasterImage> load(const std::string& path, ImageSize expected, RemappedImage& image) {
+std::optional<RasterImage> load(RemappedImage& image, ImageSize expected) {
   try {
-    LoadedRaster loaded = readImage(path);
+    LoadedRaster loaded = readImage(image.path);
     image.exif_orientation = loaded.exif_orientation;
     const RasterImage& raster = loaded.image;
     if (raster.size != expected) {
-      throw inputError({.where = path,
+      throw inputError({.where = image.path,
                         .found = "the image size is " + sizeText(raster.size) + " pixels",
                         .expected = sizeText(expected) + ", the image size of the camera file",
                         .next_step = "use the original images of this camera, not resized or rotated"});
     }
     if (hasJpegName(image.output) && (raster.bits_per_sample != 8 || raster.num_channels == 4)) {
-      throw inputError({.where = path,
+      throw inputError({.where = image.path,
                         .found = "16-bit samples or an alpha channel in a file with a JPEG name",
                         .expected = "a file extension that matches the content",
                         .next_step = "rename it to .png or .tiff"});
@@ -58,9 +58,10 @@ std::vector<RemappedImage> namedImages(const std::vector<std::string>& paths) {
   if (paths.empty()) return {};
   std::vector<RemappedImage> images;
   std::map<std::string, int> counts;
-  for (const std::string& name : shortNames(paths)) {
-    const std::string file = flat(name);
-    images.push_back({.image = name, .output = file, .reason = {}});
+  const std::vector<std::string> names = shortNames(paths);
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const std::string file = flat(names[i]);
+    images.push_back({.path = paths[i], .image = names[i], .output = file, .reason = {}});
     if (!hasJpegName(file)) images.back().output = fs::path(file).replace_extension(".png").string();
     ++counts[images.back().output];
   }
@@ -79,8 +80,8 @@ std::vector<RemappedImage> namedImages(const std::vector<std::string>& paths) {
   return images;
 }
 
-void remapAll(const std::vector<std::string>& paths, std::vector<RemappedImage>& images,
-              const RemapTable& table, const PendingFolder& folder, const RemapSettings& settings) {
+void remapAll(std::vector<RemappedImage>& images, const RemapTable& table, const PendingFolder& folder,
+              const RemapSettings& settings) {
   ProgressBar bar(settings.label, settings.is_quiet);
   const std::string prefix = settings.subfolder.empty() ? "" : settings.subfolder + "/";
   std::mutex mutex;
@@ -88,15 +89,15 @@ void remapAll(const std::vector<std::string>& paths, std::vector<RemappedImage>&
   // Threads that have no image of their own help with the others' rows.
   const int num_threads = resolveJobs(settings.num_jobs);
   const int num_row_jobs =
-      std::max(1, num_threads / static_cast<int>(std::max<std::size_t>(1, paths.size())));
+      std::max(1, num_threads / static_cast<int>(std::max<std::size_t>(1, images.size())));
   parallelFor(
-      paths.size(), num_threads,
+      images.size(), num_threads,
       [&](std::size_t i) {
-        if (const auto image = load(paths[i], table.source_size, images[i]))
+        if (const auto image = load(images[i], table.source_size))
           writeImage(folder.path(prefix + images[i].output),
                      remap(table, *image, settings.interpolation, num_row_jobs));
         const std::lock_guard lock(mutex);
-        bar.update(++num_done, paths.size());
+        bar.update(++num_done, images.size());
       },
       settings.cancel);
 }

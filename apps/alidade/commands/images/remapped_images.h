@@ -13,8 +13,9 @@
 
 namespace alidade {
 
-/// What comes of one image.
+/// An image and its result.
 struct RemappedImage {
+  std::string path;
   std::string image;   ///< short name
   std::string output;  ///< name in the output folder
   std::string reason;  ///< why there is no output; empty = there is
@@ -27,7 +28,7 @@ struct RemappedImage {
 /// @throws Error (kInput) where two would still have the same name
 [[nodiscard]] std::vector<RemappedImage> namedImages(const std::vector<std::string>& paths);
 
-/// How remapAll() works.
+/// The options of remapAll().
 struct RemapSettings {
   std::string label;      ///< of the progress bar
   std::string subfolder;  ///< of the output folder; empty: the folder itself
@@ -39,10 +40,9 @@ struct RemapSettings {
 
 /// Writes what the table makes of each image. An image that cannot be used gets a reason; one that cannot be
 /// written ends the work.
-/// @param images  namedImages(paths)
 /// @throws Error (kInput); Cancelled
-void remapAll(const std::vector<std::string>& paths, std::vector<RemappedImage>& images,
-              const RemapTable& table, const PendingFolder& folder, const RemapSettings& settings);
+void remapAll(std::vector<RemappedImage>& images, const RemapTable& table, const PendingFolder& folder,
+              const RemapSettings& settings);
 
 [[nodiscard]] std::size_t numSkipped(const std::vector<RemappedImage>& images);
 /// Refuses images of which none could be used. @throws Error (kInput)

@@ -4,7 +4,6 @@
 #include <optional>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
@@ -15,9 +14,10 @@
 #include "alidade/imagery/remap.h"
 #include "alidade/imagery/undistortion_view.h"
 #include "alidade/report/data/json_output.h"
+#include "camera_files.h"
+#include "command.h"
 #include "commands/images/remapped_images.h"
 #include "console.h"
-#include "options.h"
 #include "pending_folder.h"
 #include "view_options.h"
 
@@ -31,40 +31,53 @@ constexpr const char* kProjectionName = "projection.yaml";
 
 class UndistortCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade undistort camera.yaml photos/ -o undistorted\nWithout --fov or --keep, the focal "
         "length and the principal point are kept, scaled if --size is given.\nWrites PNG files with the "
         "channels and bit depth of the inputs (JPEG files for JPEG inputs), and camera.yaml, the\nmatching "
         "pinhole camera. The other projections get projection.yaml instead.");
-    app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)")
-        ->type_name(kFileValue);
-    app.add_option("input", inputs_, "Folders, image files or patterns")->type_name(kFileValue);
-    app.add_option("-o,--output", output_, "Folder to create")->type_name(kFolderValue);
-    view_.addOptions(app, "; rectilinear keeps straight lines straight", "size of the input");
-    app.add_flag("--camera-only", camera_only_,
-                 "Write only the camera or projection file; do not read inputs");
-    addCameraOptions(app, camera_);
-    addCommonOptions(app, common_, true);
+    flags.add("camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFile);
+    flags.add("input", &inputs_, "Folders, image files or patterns", kFile);
+    flags.add("-o,--output", &output_, "Folder to create", kFolder);
+    view_.addOptions(flags, "; rectilinear keeps straight lines straight", "size of the input");
+    flags.addSwitch("--camera-only", camera_only_,
+                    "Write only the camera or projection file; do not read inputs");
+    camera_.addOptions(flags);
+    flags.addCommon(common_, true);
   }
 
-  int run(const CLI::App& app) override {
-    checkUsage(app);
+  int run(const Flags& flags) override {
+    checkUsage(flags);
     const CancelFlag* cancel = catchInterrupts();
     const CameraRecord source = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
     const std::vector<std::string> paths = camera_only_ ? std::vector<std::string>() : listImages(inputs_);
     std::vector<std::string> sources = paths;
-    sources.insert(sources.end(), {cameraFilePath(camera_path_), common_.config});
+    append(sources, {cameraFilePath(camera_path_), common_.config});
     refuseFolderOfInputs(output_, sources);
     std::vector<RemappedImage> images = namedImages(paths);
+    const ViewChoice choice = chooseView(source.camera, source.image_size, view_.request<ViewRequest>(flags));
+    const double dark_share = write(source, choice, images, cancel);
+    const std::vector<std::string> notes = notesOn(choice, images);
+    if (common_.json) {
+      printResult(viewJson(choice, images, dark_share, notes));
+    } else if (!common_.quiet) {
+      printResult(summary(choice.view, images, dark_share));
+    }
+    if (!common_.quiet) printNotes(notes);
+    return reportSkipped(images) ? static_cast<int>(ErrorCode::kInput) : 0;
+  }
 
-    const ViewChoice choice = chooseView(source.camera, source.image_size, view_.request<ViewRequest>(app));
+ private:
+  // @returns the share of the view's pixels that have no source
+  double write(const CameraRecord& source, const ViewChoice& choice, std::vector<RemappedImage>& images,
+               const CancelFlag* cancel) const {
     PendingFolder folder(output_, "undistort", view_.may_overwrite);
     if (!common_.quiet) noteLeftovers(folder);
     const RemapTable table =
         makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, cancel);
     folder.write([&] {
-      remapAll(paths, images, table, folder,
+      remapAll(images, table, folder,
                {.label = "undistorting",
                 .subfolder = "",
                 .interpolation = view_.interpolationKind(),
@@ -72,33 +85,20 @@ class UndistortCommand final : public Command {
                 .is_quiet = common_.quiet,
                 .cancel = cancel});
     });
-    const std::size_t num_skipped = numSkipped(images);
     requireAnImage(images);
     folder.write([&] { writeView(choice.view, folder); });
     folder.commit();
-
-    const double dark_share = static_cast<double>(table.num_without_source) /
-                              static_cast<double>(std::max<std::size_t>(1, table.pixels.size()));
-    const std::vector<std::string> notes = notesOn(choice, images);
-    if (common_.json) {
-      printResult(viewJson(choice, images, dark_share, notes));
-    } else if (!common_.quiet) {
-      printResult(summary(choice.view, images.size() - num_skipped, images.size(), dark_share));
-    }
-    if (!common_.quiet) {
-      for (const std::string& note : notes) printMessage("note: " + note);
-    }
-    return reportSkipped(images) ? static_cast<int>(ErrorCode::kInput) : 0;
+    return static_cast<double>(table.num_without_source) /
+           static_cast<double>(std::max<std::size_t>(1, table.pixels.size()));
   }
 
- private:
-  void checkUsage(const CLI::App& app) const {
+  void checkUsage(const Flags& flags) const {
     if (camera_path_.empty())
       throw missingError("undistort", "no camera file", "a camera file (YAML) and images");
     if (inputs_.empty() && !camera_only_)
       throw missingError("undistort", "no images", "folders, files or patterns, or --camera-only");
     if (output_.empty()) throw missingError("undistort", "no --output", "-o FOLDER");
-    view_.checkUsage(app);
+    view_.checkUsage(flags);
   }
 
   static void writeView(const OutputView& view, const PendingFolder& folder) {
@@ -122,15 +122,15 @@ class UndistortCommand final : public Command {
       notes.push_back(fmt::format("a {} view cannot show all pixels of the input",
                                   projectionName(choice.view.projection)));
     }
-    const std::vector<std::string> orientations = orientationNotes(images);
-    notes.insert(notes.end(), orientations.begin(), orientations.end());
+    append(notes, orientationNotes(images));
     return notes;
   }
 
-  [[nodiscard]] std::string summary(const OutputView& view, std::size_t num_written, std::size_t num_images,
+  [[nodiscard]] std::string summary(const OutputView& view, const std::vector<RemappedImage>& images,
                                     double dark_share) const {
     const std::string what =
-        camera_only_ ? "no images" : fmt::format("{} of {} images", num_written, num_images);
+        camera_only_ ? "no images"
+                     : fmt::format("{} of {} images", images.size() - numSkipped(images), images.size());
     const std::string scale = view.projection == ViewProjection::kRectilinear
                                   ? fmt::format("focal length {:.2f} px", view.scale_px.x())
                                   : fmt::format("{:.4g} px per degree", view.scale_px.x() / kDegPerRad);

@@ -15,8 +15,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
-
 #include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -25,8 +23,9 @@
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/files/text/table_lines.h"
 #include "alidade/report/data/json_output.h"
+#include "camera_files.h"
+#include "command.h"
 #include "console.h"
-#include "options.h"
 
 // The commands project and unproject.
 
@@ -203,7 +202,7 @@ class AnswerWriter {
     buffer_ += join(names, ",") + "\n";
   }
 
-  // Of the rows to come.
+  // Sets the pose of the rows that follow.
   void setPose(const std::string& id) {
     pose_ = format_.is_json
                 ? "\"pose\": " + json(id).dump(-1, ' ', false, json::error_handler_t::replace) + ", "
@@ -286,15 +285,15 @@ void assign(std::span<const Eigen::Vector3d> rows, Columns& columns) {
     columns.row(static_cast<Eigen::Index>(i)) = rows[i].transpose();
 }
 
-// What project and unproject share: a camera file, rows in, rows out, counts by status at the end.
+// The common part of project and unproject: a camera file, rows in, rows out, counts by status at the end.
 class StreamCommand : public Command {
  public:
-  int run(const CLI::App& app) final {
-    if (camera_path_.empty()) throw missingError(app.get_name(), "no camera file", "a camera file");
+  int run(const Flags& flags) final {
+    if (camera_path_.empty()) throw missingError(flags.command(), "no camera file", "a camera file");
     const CameraRecord file = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
     prepare(file);
     AnswerWriter& out = out_.emplace(format(file));
-    // Whoever writes the points may wait for these rows before writing more.
+    // The writer of the points may wait for these rows before writing more.
     PointReader reader(points_path_, columns_, [&] { out.flushRows(); });
     std::vector<Eigen::Vector3d> rows;
     while (reader.next(rows)) take(file, rows, out);
@@ -303,21 +302,21 @@ class StreamCommand : public Command {
     if (!common_.quiet) printMessage(countsText());
     return 0;
   }
-  // What was written but has not gone out is dropped by an error, which is the document then.
+  // An error drops rows that have not gone out yet, and becomes the document.
   [[nodiscard]] bool owesJson() const final { return common_.json && !(out_ && out_->hasSent()); }
 
  protected:
-  // What becomes of a row, in the order of the counts.
+  // The result of a row, in the order of the counts.
   enum class Status { kOk, kOutOfImage, kBehind, kOutside };
 
   // The options of both; `points` describes the input, which has these columns.
-  void setUpStream(CLI::App& app, const char* points, std::vector<TableColumn> columns) {
+  void setUpStream(Flags& flags, const char* points, std::vector<TableColumn> columns) {
     columns_ = std::move(columns);
-    app.add_option("camera", camera_path_, "Camera file of any format (docs/formats.md)")
-        ->type_name(kFileValue);
-    app.add_option("points", points_path_, points)->type_name(kFileValue);
-    addCameraOptions(app, camera_);
-    addCommonOptions(app, common_, false);
+    flags.add("camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFile);
+    flags.add("points", &points_path_, points, kFile);
+    camera_.addOptions(flags);
+    flags.addCommon(common_, false);
+    flags.under(nullptr);
   }
 
   // Reads what the command needs beside the camera.
@@ -374,8 +373,8 @@ class StreamCommand : public Command {
 
 class ProjectCommand final : public StreamCommand {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: echo 0.1,-0.05,1.0 | alidade project camera.yaml\nExample: alidade project camera.yaml "
         "points.csv --pose '{rotation_vector_rad: [0, 0.1, 0], translation_m: [0, 0, 2]}'\nExample: alidade "
         "project camera.yaml points.csv --poses trajectory.txt\nOutput: u,v,status. The status is ok (a "
@@ -390,21 +389,18 @@ class ProjectCommand final : public StreamCommand {
         "camera_from_points * Exp([t, r]) at t = r = 0\n(metres, radians), and du_dfx and so on with respect "
         "to the camera parameters.");
     setUpStream(
-        app,
+        flags,
         "Rows x,y,z in metres, separated by commas, semicolons or blanks, header optional; standard input if "
         "omitted or -",
         {{"x", "m"}, {"y", "m"}, {"z", "m"}});
-    app.add_option("--pose", pose_,
-                   "Pose camera_from_points: a YAML file, or YAML text in braces. Default: identity")
-        ->type_name(kFileValue);
-    app.add_option("--poses", poses_path_, "File of poses; all points are projected for each pose")
-        ->type_name(kFileValue);
-    app.add_option(
-           "--poses-are", direction_,
-           "Direction of the poses, unless YAML keys state it: camera_from_world or world_from_camera")
-        ->check(CLI::IsMember({"camera_from_world", "world_from_camera"}));
-    app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the pixel");
-    app.add_flag("--clip", is_clipped_, "Leave out the coordinates of pixels outside the image");
+    flags.add("--pose", &pose_,
+              "Pose camera_from_points: a YAML file, or YAML text in braces. Default: identity", kFile);
+    flags.add("--poses", &poses_path_, "File of poses; all points are projected for each pose", kFile);
+    flags.add("--poses-are", &direction_,
+              "Direction of the poses, unless YAML keys state it: camera_from_world or world_from_camera",
+              oneOf({"camera_from_world", "world_from_camera"}));
+    flags.addSwitch("--jacobian", has_jacobian_, "Append the derivatives of the pixel");
+    flags.addSwitch("--clip", is_clipped_, "Leave out the coordinates of pixels outside the image");
   }
 
  private:
@@ -512,7 +508,7 @@ class ProjectCommand final : public StreamCommand {
   std::optional<SE3> camera_from_points_;
   PoseList list_;
   std::vector<Eigen::Vector3d> kept_;  // only for many poses
-  // Of the block at hand.
+  // Memory for the block at hand.
   Columns points_;
   Columns pixels_;
   std::vector<ProjectStatus> statuses_;
@@ -524,18 +520,18 @@ class ProjectCommand final : public StreamCommand {
 
 class UnprojectCommand final : public StreamCommand {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: echo 320,240 | alidade unproject camera.yaml\nOutput: x,y,z,status: a unit ray in the "
         "camera frame. The status is ok (a pixel of the image), out_of_image (a pixel\noutside the image) or "
         "outside (no ray projects to the pixel; x, y and z are nan).\n--jacobian appends "
         "dx_du,dx_dv,dy_du,dy_dv,dz_du,dz_dv.");
-    setUpStream(app,
+    setUpStream(flags,
                 "Rows u,v in pixels, separated by commas, semicolons or blanks, header optional; standard "
                 "input if omitted or -",
                 {{"u", "px"}, {"v", "px"}});
-    app.add_flag("--jacobian", has_jacobian_, "Append the derivatives of the ray");
-    app.add_flag("--clip", is_clipped_, "Leave out the rays of pixels outside the image");
+    flags.addSwitch("--jacobian", has_jacobian_, "Append the derivatives of the ray");
+    flags.addSwitch("--clip", is_clipped_, "Leave out the rays of pixels outside the image");
   }
 
  private:
@@ -567,7 +563,7 @@ class UnprojectCommand final : public StreamCommand {
     }
   }
 
-  // Of the block at hand.
+  // Memory for the block at hand.
   Columns pixels_;
   Columns rays_;
   std::vector<ProjectStatus> statuses_;

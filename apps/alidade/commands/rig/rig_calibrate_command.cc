@@ -7,7 +7,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -17,10 +16,12 @@
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/report/data/rig_evidence.h"
 #include "alidade/rig/rig_calibrator.h"
+#include "camera_files.h"
+#include "command.h"
 #include "commands/rig/rig_inputs.h"
 #include "commands/rig/rig_text.h"
 #include "console.h"
-#include "options.h"
+#include "outputs.h"
 #include "report_output.h"
 
 namespace alidade {
@@ -28,129 +29,116 @@ namespace {
 
 class RigCalibrateCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade rig calibrate left/ right/ --board checkerboard:9x6:25mm -o rig.yaml\n"
         "Images with the same name, or else with the same last number in it, were taken at the same time.\n"
         "Exit code 3: done, but the rig must not be used; no rig file is written.");
-    app.add_option("input", views_.inputs,
-                   "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)")
-        ->type_name(kFileValue);
-    views_.addOptions(app);
-    std::vector<std::string> models(modelIds().begin(), modelIds().end());
+    flags.add("input", &views_.inputs,
+              "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)",
+              kFile);
+    views_.addOptions(flags);
+    std::vector<std::string> models = modelIds();
     models.emplace_back(kAutoModel);
-    app.add_option(
-           "--model", models_,
-           "Camera model as for alidade calibrate, for all cameras; or one for each, separated by commas")
-        ->group(kFitGroup)
-        ->delimiter(',')
-        ->check(CLI::IsMember(models));
-    app.add_option(
-           "--fixed", fixed_,
-           "Camera files of cameras calibrated before, one for each camera, separated by commas ('-': "
-           "calibrate this one); their lenses are kept")
-        ->group(kFitGroup)
-        ->type_name(kFileValue)
-        ->delimiter(',');
-    app.add_option("--board-shape", shape_,
-                   "Shape of the boards. flat: boards are flat; warp: their bend is estimated; uneven: the "
-                   "place of every point; auto: what is seen")
-        ->group(kFitGroup)
-        ->check(CLI::IsMember({"flat", "warp", "uneven", "auto"}))
-        ->capture_default_str();
-    app.add_option("-o,--output", output_, "Rig file to write (YAML)")
-        ->group(kOutputGroup)
-        ->type_name(kFileValue);
-    app.add_option("--evidence", evidence_, "JSON file to write: all results with the errors of all corners")
-        ->group(kOutputGroup)
-        ->type_name(kFileValue);
-    app.add_option("--report", report_, "HTML page to write: the rig and its errors in figures, in one file")
-        ->group(kOutputGroup)
-        ->type_name(kFileValue);
-    app.add_option("--tolerance", tolerance_, "Error of a projected point that you accept (95 %)")
-        ->group(kVerdictGroup)
-        ->check(pixelComplaint, "")
-        ->capture_default_str();
-    app.add_flag("--verbose", is_verbose_, "Print all details after the summary")->group(kOutputGroup);
-    app.add_flag("--keep-untrustworthy", keep_, "Write the rig file even if the rig must not be used")
-        ->group(kOutputGroup);
-    addCommonOptions(app, common_, true);
+    flags.under(kFitGroup);
+    flags.add("--model", &models_,
+              "Camera model as for alidade calibrate, for all cameras; or one for each, separated by commas",
+              oneOf(models, ','));
+    flags.add("--fixed", &fixed_,
+              "Camera files of cameras calibrated before, one for each camera, separated by commas ('-': "
+              "calibrate this one); their lenses are kept",
+              {.word = kFile.word, .separator = ','});
+    flags.add("--board-shape", &shape_,
+              "Shape of the boards. flat: boards are flat; warp: their bend is estimated; uneven: the "
+              "place of every point; auto: what is seen",
+              kBoardShapes);
+    flags.under(kOutputGroup);
+    flags.add("-o,--output", &output_, "Rig file to write (YAML)", kFile);
+    flags.add("--evidence", &evidence_, "JSON file to write: all results with the errors of all corners",
+              kFile);
+    flags.add("--report", &report_, "HTML page to write: the rig and its errors in figures, in one file",
+              kFile);
+    flags.under(kVerdictGroup);
+    flags.add("--tolerance", &tolerance_, "Error of a projected point that you accept (95 %)", kPixelText);
+    flags.under(kOutputGroup);
+    flags.addSwitch("--verbose", is_verbose_, "Print all details after the summary");
+    flags.addSwitch("--keep-untrustworthy", keep_, "Write the rig file even if the rig must not be used");
+    flags.addCommon(common_, true);
   }
 
-  int run(const CLI::App&) override {
+  int run(const Flags&) override {
+    checkUsage();
+    RigOptions options = rigOptions();
+    const std::vector<std::string> names = views_.cameraNames();
+    options.given = givenCameras(names);
+    RigInputViews given = readRigViews(views_, names, common_, options.camera.cancel);
+    options.frames = given.frames;
+    const RigCalibration rig = calibrate(given.boards, std::move(given.cameras), options);
+    const RigRecord record = recordOf(rig, programName());
+    write(rig, record, options.camera.tolerance_px);
+    print(rig, given.given, record.num_frames);
+    return tell(rig);
+  }
+
+ private:
+  void checkUsage() const {
     if (views_.inputs.size() < 2) {
       throw missingError("rig calibrate", fmt::format("{} inputs", views_.inputs.size()),
                          "two or more, one for each camera, for example left/ right/");
     }
     std::vector<std::string> sources = views_.sources();
     sources.push_back(common_.config);
-    for (const std::string& file : fixed_) sources.push_back(cameraFilePath(file));
-    checkOutput(output_, sources, common_);
-    checkFurtherOutputs(sources);
-    RigOptions options{.camera = {.tolerance_px = *parsePixels(tolerance_), .jobs = common_.jobs},
-                       .models = {}};
-    options.camera.cancel = catchInterrupts();
-    if (models_.size() == 1) options.camera.model = models_.front();
-    if (models_.size() > 1) options.models = models_;
+    append(sources, mapped(fixed_, cameraFilePath));
+    checkOutputs(std::vector<Output>{{"--output", output_}, {"--evidence", evidence_}, {"--report", report_}},
+                 sources, common_);
     if (models_.size() > 1 && models_.size() != views_.inputs.size()) {
       throw usageError(
           {.where = "--model",
            .found = fmt::format("{} models for {} cameras", models_.size(), views_.inputs.size()),
            .expected = "one model, or one for each camera"});
     }
-    const std::vector<std::string> names = views_.cameraNames("rig calibrate");
-    options.given = givenCameras(names);
+  }
+
+  [[nodiscard]] RigOptions rigOptions() const {
+    RigOptions options{.camera = {.tolerance_px = *parsePixels(tolerance_), .jobs = common_.jobs},
+                       .models = {}};
+    options.camera.cancel = catchInterrupts();
     options.camera.board_shape = shapeMode(shape_);
-    RigInputViews given = readRigViews("rig calibrate", views_, names, common_, options.camera.cancel);
-    options.frames = given.frames;
-    const RigCalibration rig = calibrate(given.boards, std::move(given.cameras), options);
-    const RigRecord record = recordOf(rig, programName());
-    const bool is_kept = rig.isUsable() || keep_;
-    if (!output_.empty() && is_kept) saveRig(output_, record);
-    writeEvidence(rig, options.camera.tolerance_px);
-    if (common_.json) {
-      printResult(rigSummaryJson(rig));
-    } else if (!common_.quiet) {
-      const bool is_coloured = isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
-      printResult(rigSummaryText(rig, given.given, record.num_frames, is_coloured) +
-                  (is_verbose_ ? "\n" + rigDetailsText(rig, given.given) : ""));
-    }
-    if (!rig.isUsable()) {
-      printRefusal("the rig must not be used: " + rig.diagnoses.front().message(), output_, is_kept);
-      return kUntrustworthyExit;
-    }
-    if (!common_.quiet)
-      printMessage(output_.empty() ? "no rig file written (give -o rig.yaml)" : "written to " + output_);
-    return 0;
+    if (models_.size() == 1) options.camera.model = models_.front();
+    if (models_.size() > 1) options.models = models_;
+    return options;
   }
 
- private:
-  void checkFurtherOutputs(const std::vector<std::string>& sources) const {
-    std::vector<std::string> taken = {output_};
-    for (const auto& [flag, path] : {std::pair("--evidence", evidence_), std::pair("--report", report_)}) {
-      if (path.empty()) continue;
-      const bool is_taken = std::ranges::any_of(taken, [&](const std::string& other) {
-        return !other.empty() && writtenPath(other) == writtenPath(path);
-      });
-      if (path == "-" || is_taken) {
-        throw usageError({.where = fmt::format("{} {}", flag, path),
-                          .found = path == "-" ? "standard output, which is used for the results"
-                                               : "the same file as another output",
-                          .expected = "a different file"});
-      }
-      checkOutput(path, sources, common_, flag);
-      taken.push_back(path);
-    }
-  }
+  [[nodiscard]] bool isKept(const RigCalibration& rig) const { return rig.isUsable() || keep_; }
 
-  // The evidence file and the report, as far as they are asked for.
-  void writeEvidence(const RigCalibration& rig, double tolerance_px) const {
+  // All files that are asked for.
+  void write(const RigCalibration& rig, const RigRecord& record, double tolerance_px) const {
+    if (!output_.empty() && isKept(rig)) saveRig(output_, record);
     if (evidence_.empty() && report_.empty()) return;
     const std::string evidence = rigEvidenceJson(rig, tolerance_px, programName());
     if (!evidence_.empty()) writeFileAtomically(evidence_, evidence);
     if (report_.empty()) return;
     writeReport(report_, evidence, evidence_, {});
     if (!common_.quiet) printMessage("report written to " + report_);
+  }
+
+  void print(const RigCalibration& rig, const std::vector<GivenViews>& given, int num_frames) const {
+    if (common_.json) return printResult(rigSummaryJson(rig));
+    if (common_.quiet) return;
+    const bool is_coloured = isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
+    printResult(rigSummaryText(rig, given, num_frames, is_coloured) +
+                (is_verbose_ ? "\n" + rigDetailsText(rig, given) : ""));
+  }
+
+  // Where the rig is, and whether it may be used. @returns the exit code
+  [[nodiscard]] int tell(const RigCalibration& rig) const {
+    if (!rig.isUsable()) {
+      printRefusal("the rig must not be used: " + rig.diagnoses.front().message(), output_, isKept(rig));
+      return kUntrustworthyExit;
+    }
+    if (!common_.quiet)
+      printMessage(output_.empty() ? "no rig file written (give -o rig.yaml)" : "written to " + output_);
+    return 0;
   }
 
   // The cameras of --fixed, in the order of `names`: by their own names if these are names of the rig's.
@@ -205,7 +193,7 @@ class RigCalibrateCommand final : public Command {
     }
   }
 
-  RigInputs views_;
+  RigInputs views_{{.command = "rig calibrate"}};
   std::vector<std::string> models_;
   std::string shape_ = "auto";
   std::vector<std::string> fixed_;

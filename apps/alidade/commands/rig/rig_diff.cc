@@ -12,20 +12,14 @@
 #include "alidade/core/text.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/report/data/json_output.h"
+#include "camera_files.h"
+#include "command.h"
 #include "console.h"
-#include "options.h"
 
 namespace alidade {
 namespace {
 
 constexpr double kNoDifferencePx = 1e-9;
-
-// A camera of both rigs, and how its lenses differ.
-struct LensComparison {
-  std::string name;
-  ProjectionDifference difference;
-  std::optional<DifferenceSignificance> significance;
-};
 
 RigRecord rigFrom(const CameraSource& source, const CameraSource& other) {
   requireAll(source);
@@ -74,17 +68,8 @@ void requireSameSizes(const RigRecord& a, const RigRecord& b, const std::string&
 std::vector<LensComparison> compareCameras(const RigRecord& a, const RigRecord& b,
                                            const DifferenceOptions& options) {
   std::vector<LensComparison> pairs;
-  for (std::size_t i = 0; i < a.cameras.size(); ++i) {
-    const CameraRecord& first = a.cameras[i].camera;
-    const CameraRecord& second = b.cameras[i].camera;
-    const ComparedCamera in_a{&first.camera, first.image_size, statedCovariance(first)};
-    const ComparedCamera in_b{&second.camera, second.image_size, statedCovariance(second)};
-    ProjectionDifference difference = projectionDifference(in_a, in_b, options);
-    auto significance = significanceOf(difference, in_a, in_b, options.freed);
-    pairs.push_back({.name = first.name.name,
-                     .difference = std::move(difference),
-                     .significance = std::move(significance)});
-  }
+  for (std::size_t i = 0; i < a.cameras.size(); ++i)
+    pairs.push_back(compareLenses(a.cameras[i].camera, b.cameras[i].camera, options));
   return pairs;
 }
 
@@ -120,11 +105,12 @@ std::string transferText(const std::optional<TransferDifference>& transfer,
                             transfer->worst_pixel.y());
 }
 
-std::string rigText(const std::vector<LensComparison>& pairs, const RigDifference& difference) {
+std::string rigText(const std::vector<std::string>& names, const std::vector<LensComparison>& pairs,
+                    const RigDifference& difference) {
   constexpr double kMillimetres = 1000;
-  const std::vector<std::string> names = mapped(pairs, &LensComparison::name);
   std::string text = "Lenses   each by itself\n";
-  for (const LensComparison& pair : pairs) text += fmt::format("  {:<10} {}\n", pair.name, lensText(pair));
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    text += fmt::format("  {:<10} {}\n", names[i], lensText(pairs[i]));
   text += fmt::format("Poses    from {}\n", names.front());
   for (std::size_t i = 1; i < names.size(); ++i) {
     text += fmt::format("  {:<10} {:.4g} mm and {:.4g} degrees different\n", names[i],
@@ -138,19 +124,21 @@ std::string rigText(const std::vector<LensComparison>& pairs, const RigDifferenc
   return text;
 }
 
-json rigJson(const std::vector<LensComparison>& pairs, const RigDifference& difference) {
+json rigJson(const std::vector<std::string>& names, const std::vector<LensComparison>& pairs,
+             const RigDifference& difference) {
   json cameras = json::array();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto& [name, lens, significance] = pairs[i];
+    const ProjectionDifference& lens = pairs[i].difference;
+    const auto& significance = pairs[i].significance;
     const bool is_known = isComparable(lens);
     const auto& transfer = difference.transfers[i];
     json into = nullptr;
     if (transfer) {
-      into = {{"from", pairs[transfer->from].name}, {"num_compared", transfer->num_compared},
-              {"rms_px", transfer->rms_px},         {"p95_px", transfer->p95_px},
-              {"max_px", transfer->max_px},         {"worst_pixel", vectorJson(transfer->worst_pixel)}};
+      into = {{"from", names[transfer->from]}, {"num_compared", transfer->num_compared},
+              {"rms_px", transfer->rms_px},    {"p95_px", transfer->p95_px},
+              {"max_px", transfer->max_px},    {"worst_pixel", vectorJson(transfer->worst_pixel)}};
     }
-    cameras.push_back({{"name", name},
+    cameras.push_back({{"name", names[i]},
                        {"p95_px", is_known ? json(lens.p95_px) : json(nullptr)},
                        {"max_px", is_known ? json(lens.max_px) : json(nullptr)},
                        {"significant", significance ? json(significance->isSignificant()) : json(nullptr)},
@@ -162,17 +150,19 @@ json rigJson(const std::vector<LensComparison>& pairs, const RigDifference& diff
 }
 
 // Why the answer is no.
-std::optional<std::string> rigComplaint(const std::vector<LensComparison>& pairs,
+std::optional<std::string> rigComplaint(const std::vector<std::string>& names,
+                                        const std::vector<LensComparison>& pairs,
                                         const RigDifference& difference, std::optional<double> tolerance_px) {
-  for (const LensComparison& pair : pairs) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const LensComparison& pair = pairs[i];
     if (!isComparable(pair.difference)) {
-      return pair.name +
+      return names[i] +
              ": the lenses cannot be compared, because they see too little in common\n  next: check both "
              "files with alidade validate";
     }
     if (tolerance_px &&
         agreementOf(pair.difference, pair.significance, *tolerance_px) == Agreement::kBeyond) {
-      return fmt::format("{}: the lenses differ by {:.3g} px (95 %); limit {} px (--tolerance)", pair.name,
+      return fmt::format("{}: the lenses differ by {:.3g} px (95 %); limit {} px (--tolerance)", names[i],
                          pair.difference.p95_px, *tolerance_px);
     }
   }
@@ -183,11 +173,11 @@ std::optional<std::string> rigComplaint(const std::vector<LensComparison>& pairs
       return fmt::format(
           "{}: the pose cannot be judged, because no other camera sees enough of the same points at {:.4g} "
           "m\n  next: add --distance with one at which the cameras' images overlap",
-          pairs[i].name, difference.distance_m);
+          names[i], difference.distance_m);
     }
     if (transfer->p95_px > *tolerance_px) {
-      return fmt::format("{}: points from {} differ by {:.3g} px (95 %); limit {} px (--tolerance)",
-                         pairs[i].name, pairs[transfer->from].name, transfer->p95_px, *tolerance_px);
+      return fmt::format("{}: points from {} differ by {:.3g} px (95 %); limit {} px (--tolerance)", names[i],
+                         names[transfer->from], transfer->p95_px, *tolerance_px);
     }
   }
   return std::nullopt;
@@ -195,44 +185,53 @@ std::optional<std::string> rigComplaint(const std::vector<LensComparison>& pairs
 
 }  // namespace
 
+LensComparison compareLenses(const CameraRecord& a, const CameraRecord& b, const DifferenceOptions& options) {
+  LensComparison lens{.a = {&a.camera, a.image_size, statedCovariance(a)},
+                      .b = {&b.camera, b.image_size, statedCovariance(b)},
+                      .difference = {},
+                      .significance = {}};
+  lens.difference = projectionDifference(lens.a, lens.b, options);
+  lens.significance = significanceOf(lens.difference, lens.a, lens.b, options.freed);
+  return lens;
+}
+
 bool isRigSource(const CameraSource& source) {
   return source.cameras.size() > 1 &&
          std::all_of(source.cameras.begin(), source.cameras.end(),
                      [](const StatedCamera& camera) { return camera.camera_from_rig.has_value(); });
 }
 
-int diffRigs(const CameraSource& a, const CameraSource& b, const RigDiffRequest& request) {
+int diffRigs(const CameraSource& a, const CameraSource& b, const DifferenceOptions& of_cameras,
+             std::optional<double> distance_m, std::optional<double> tolerance_px,
+             const CommonOptions& common) {
   const RigRecord rig_a = rigFrom(a, b);
   RigRecord rig_b = rigFrom(b, a);
   const bool is_by_name = matchCameras(rig_a, rig_b, a.path, b.path);
   requireSameSizes(rig_a, rig_b, b.path);
   const std::vector<PlacedCamera> in_a = placedCameras(rig_a);
   const std::vector<PlacedCamera> in_b = placedCameras(rig_b);
-  const std::vector<LensComparison> pairs = compareCameras(rig_a, rig_b, request.of_cameras);
-  const RigDifference difference =
-      rigDifference(in_a, in_b, request.distance_m.value_or(usualDistance(in_a)));
-  const auto no = rigComplaint(pairs, difference, request.tolerance_px);
-  if (!request.quiet) {
-    for (const CameraSource* source : {&a, &b}) {
-      for (const StatedCamera& camera : source->cameras) {
-        for (const Remark& remark : camera.remarks) printMessage("note: " + remark.message);
-      }
-    }
+  const std::vector<LensComparison> pairs = compareCameras(rig_a, rig_b, of_cameras);
+  const RigDifference difference = rigDifference(in_a, in_b, distance_m.value_or(usualDistance(in_a)));
+  const std::vector<std::string> names = namesOf(rig_a);
+  const auto no = rigComplaint(names, pairs, difference, tolerance_px);
+  if (!common.quiet) {
+    tellRemarks(a);
+    tellRemarks(b);
     if (!is_by_name)
       printMessage("note: the names of the cameras differ, so they are compared in the order of the files");
   }
-  if (request.json) {
-    json document = rigJson(pairs, difference);
+  if (common.json) {
+    json document = rigJson(names, pairs, difference);
     document["a"] = a.path;
     document["b"] = b.path;
-    document["tolerance_px"] = orNull(request.tolerance_px);
-    document["agrees"] = request.tolerance_px || no ? json(!no) : json(nullptr);
+    document["tolerance_px"] = orNull(tolerance_px);
+    document["agrees"] = tolerance_px || no ? json(!no) : json(nullptr);
     document["reason"] = orNull(no);
     printResult(jsonText(document));
   } else {
     printResult(fmt::format("A        {}: {} cameras\nB        {}: {} cameras\n", a.path, in_a.size(), b.path,
                             in_b.size()) +
-                rigText(pairs, difference));
+                rigText(names, pairs, difference));
   }
   if (!no) return 0;
   printMessage("error: " + *no);

@@ -8,7 +8,6 @@
 #include "alidade/footage/check/rig_check.h"
 #include "alidade/record/rig_record.h"
 #include "commands/rig/rig_inputs.h"
-#include "options.h"
 
 // `alidade rig validate --footage`: a rig on ordinary synchronous images.
 
@@ -28,11 +27,11 @@ struct RigFootage {
 [[nodiscard]] RigFootage matchRigFootage(const RigRecord& rig, const RigInputs& inputs,
                                          const CommonOptions& common, const CancelFlag* cancel);
 
-/// What was found, for people.
+/// The result for people.
 [[nodiscard]] std::string rigFootageText(const RigCheck& check, const AnyRig& rig);
 /// All numbers.
 [[nodiscard]] std::string rigFootageJson(const RigCheck& check, const RigFootage& footage, const AnyRig& rig);
-/// What the first inconsistent pair shows, in one sentence.
+/// The finding on the first inconsistent pair, in one sentence.
 [[nodiscard]] std::string rigContradiction(const RigCheck& check, const AnyRig& rig);
 
 }  // namespace alidade

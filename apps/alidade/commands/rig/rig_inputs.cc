@@ -8,14 +8,15 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/core/distinct_names.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/frame_table_file.h"
+#include "command.h"
 #include "console.h"
+#include "outputs.h"
 
 namespace alidade {
 namespace {
@@ -92,33 +93,31 @@ void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>
 
 }  // namespace
 
-void RigInputs::addOptions(CLI::App& app) {
-  addBoardOption(app, boards);
-  app.add_option("--names", names, "Names of the cameras, separated by commas. Default: from the inputs")
-      ->group(kBoardGroup)
-      ->delimiter(',');
-  addMatchOption(app, match);
-  addDetectionOptions(app, detection);
+void RigInputs::addOptions(Flags& flags) {
+  addBoards(flags);
+  flags.under(kBoardGroup);
+  flags.add("--names", &names, "Names of the cameras, separated by commas. Default: from the inputs",
+            {.separator = ','});
+  addMatch(flags);
+  addDetection(flags, false);
 }
 
-void addMatchOption(CLI::App& app, std::string& match) {
-  app.add_option("--match", match,
-                 "CSV file that says which images were taken together: a column for each camera, a row for "
-                 "each frame. Default: images whose names match")
-      ->group(kBoardGroup)
-      ->type_name(kFileValue);
+void RigInputs::addMatch(Flags& flags) {
+  flags.under(kBoardGroup);
+  flags.add("--match", &match,
+            "CSV file that says which images were taken together: a column for each camera, a row for "
+            "each frame. Default: images whose names match",
+            kFile);
 }
 
 std::vector<std::string> RigInputs::sources() const {
   std::vector<std::string> sources = {match};
-  for (const std::string& input : inputs) {
-    const std::vector<std::string> files = isCornersFile(input) ? std::vector{input} : withImages({input});
-    sources.insert(sources.end(), files.begin(), files.end());
-  }
+  for (const std::string& input : inputs)
+    append(sources, isCornersFile(input) ? std::vector{input} : withImages({input}));
   return sources;
 }
 
-std::vector<std::string> RigInputs::cameraNames(const std::string& command) const {
+std::vector<std::string> RigInputs::cameraNames() const {
   requireDifferentInputs(command, inputs);
   std::vector<std::string> result = names.empty() ? namesOf(inputs) : names;
   const std::set<std::string> unique(result.begin(), result.end());
@@ -133,7 +132,7 @@ std::vector<std::string> RigInputs::cameraNames(const std::string& command) cons
   return result;
 }
 
-void RigInputs::sortLike(const std::vector<std::string>& cameras, const std::string& command, bool is_quiet) {
+void RigInputs::sortLike(const std::vector<std::string>& cameras, bool is_quiet) {
   requireDifferentInputs(command, inputs);
   expect(inputs.size() == cameras.size(), "an input for each camera");
   const auto places = placesByName(namesOf(inputs), cameras);
@@ -165,17 +164,14 @@ void tellIfRejected(const RigRecord& rig, const std::string& path, bool is_quiet
                (rig.findings.empty() ? "" : "; " + join(rig.findings, ", ")) + ")");
 }
 
-RigInputViews readRigViews(const std::string& command, const RigInputs& inputs,
-                           const std::vector<std::string>& names, const CommonOptions& common,
-                           const CancelFlag* cancel) {
+RigInputViews readRigViews(const RigInputs& inputs, const std::vector<std::string>& names,
+                           const CommonOptions& common, const CancelFlag* cancel) {
   RigInputViews result;
   result.frames = readFrames(inputs.match);
   for (std::size_t c = 0; c < inputs.inputs.size(); ++c) {
-    GivenViews given = readViews({.command = command,
-                                  .inputs = {inputs.inputs[c]},
-                                  .boards = inputs.boards,
-                                  .detection = inputs.detection},
-                                 common, cancel);
+    BoardInputs of_camera = inputs;
+    of_camera.inputs = {inputs.inputs[c]};
+    GivenViews given = readViews(of_camera, common, cancel);
     if (c == 0) result.boards = given.boards;
     if (given.boards != result.boards) {
       throw inputError({.where = inputs.inputs[c],
@@ -185,10 +181,7 @@ RigInputViews readRigViews(const std::string& command, const RigInputs& inputs,
     if (!common.quiet && !common.json) {
       printMessage(
           fmt::format("{}: a board in {} of {} images", names[c], given.num_found, given.num_images));
-      if (!given.reasons.empty()) {
-        const std::string lines = listed(given.reasons);
-        printMessage(lines.substr(0, lines.size() - 1));
-      }
+      printListed(given.reasons);
     }
     result.cameras.push_back(
         {.name = names[c], .views = std::move(given.views), .images = given.images, .paths = given.paths});

@@ -12,35 +12,30 @@
 #include "alidade/target/board.h"
 #include "alidade/target/frame_table.h"
 #include "board_views.h"
-#include "options.h"
 
 // The inputs of commands that read the images of several cameras.
 
 namespace alidade {
 
-/// What a command was told about the images of a rig.
-struct RigInputs {
-  std::vector<std::string> inputs;  ///< one for each camera
-  std::vector<std::string> boards;  ///< SPECs
-  std::vector<std::string> names;   ///< of the cameras; empty: from the inputs
-  std::string match;                ///< table of frames; empty: none
-  DetectionOptions detection;
+/// The inputs and options of a command for a rig: an input for each camera.
+struct RigInputs : BoardInputs {
+  std::vector<std::string> names = {};  ///< of the cameras; empty: from the inputs
+  std::string match = {};               ///< table of frames; empty: none
 
   /// Flags for all but `inputs`.
-  void addOptions(CLI::App& app);
+  void addOptions(Flags& flags);
+  /// The flag --match.
+  void addMatch(Flags& flags);
   /// All files that are read.
   [[nodiscard]] std::vector<std::string> sources() const;
   /// @throws Error (kUsage) for names that are missing, empty or not different, and for inputs or images that
   /// are those of two cameras
-  [[nodiscard]] std::vector<std::string> cameraNames(const std::string& command) const;
+  [[nodiscard]] std::vector<std::string> cameraNames() const;
   /// Puts inputs whose names are those of the cameras in the order of these, and tells that it did. Other
   /// inputs stay in their order.
   /// @throws Error (kUsage) as cameraNames()
-  void sortLike(const std::vector<std::string>& cameras, const std::string& command, bool is_quiet);
+  void sortLike(const std::vector<std::string>& cameras, bool is_quiet);
 };
-
-/// The flag --match.
-void addMatchOption(CLI::App& app, std::string& match);
 
 /// For each name the place of the camera of this name; nothing if there is none for some name, or one for
 /// two.
@@ -61,8 +56,7 @@ struct RigInputViews {
 /// Reads corners files or finds the boards, and tells how many images of each camera show one. Reads the
 /// table of frames, and tells which of its images no corners file has.
 /// @throws Error (kInput) as readViews(), and for cameras of different boards; Cancelled
-[[nodiscard]] RigInputViews readRigViews(const std::string& command, const RigInputs& inputs,
-                                         const std::vector<std::string>& names, const CommonOptions& common,
-                                         const CancelFlag* cancel);
+[[nodiscard]] RigInputViews readRigViews(const RigInputs& inputs, const std::vector<std::string>& names,
+                                         const CommonOptions& common, const CancelFlag* cancel);
 
 }  // namespace alidade

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -22,11 +21,11 @@
 #include "alidade/report/data/json_output.h"
 #include "alidade/rig/rig_frames.h"
 #include "alidade/rig/rig_start.h"
+#include "command.h"
 #include "commands/images/remapped_images.h"
 #include "commands/rig/rectified_pair.h"
 #include "commands/rig/rig_inputs.h"
 #include "console.h"
-#include "options.h"
 #include "pending_folder.h"
 #include "view_options.h"
 
@@ -36,14 +35,18 @@ namespace {
 constexpr const char* kRigName = "rig.yaml";
 constexpr const char* kRectificationName = "rectification.yaml";
 
-// The two cameras as they were told, first and second.
-using CameraIndices = std::array<std::size_t, 2>;
+// A camera of the pair, its images and what became of them.
+struct Side {
+  MountedCamera camera;
+  std::vector<RemappedImage> images = {};
+  double dark_share = 0;  // of the rectified pixels, without a source
 
-// The corners of one board that both cameras saw at one time.
-struct SharedBoard {
-  const View* first;
-  const View* second;
+  [[nodiscard]] std::size_t numWritten() const { return images.size() - numSkipped(images); }
 };
+using Sides = std::array<Side, 2>;
+
+// The corners of one board that both cameras saw at one time, by the first and by the second one.
+using SharedBoard = std::pair<const View*, const View*>;
 
 std::vector<SharedBoard> sharedBoards(const std::vector<RigViews>& cameras, const FrameTable& table) {
   const RigFrames frames = table.empty() ? matchFrames(cameras) : framesOf(table, cameras);
@@ -56,7 +59,7 @@ std::vector<SharedBoard> sharedBoards(const std::vector<RigViews>& cameras, cons
   for (std::size_t i = 0; i < cameras[1].views.size(); ++i) {
     const View& view = cameras[1].views[i];
     const auto at = seen.find({frames.frame_of[1][i], view.board});
-    if (at != seen.end()) shared.push_back({at->second, &view});
+    if (at != seen.end()) shared.emplace_back(at->second, &view);
   }
   return shared;
 }
@@ -80,8 +83,7 @@ struct MeasuredErrors {
 
 // A board that looks the same after a turn may be numbered differently by the two cameras. The numbers for
 // which the errors are least are the right ones: others are off by whole squares.
-MeasuredErrors measured(const Rectification& r, const MountedCamera& first, const MountedCamera& second,
-                        const RigInputViews& given) {
+MeasuredErrors measured(const Rectification& r, const Sides& sides, const RigInputViews& given) {
   MeasuredErrors result;
   std::vector<EpipolarPair> all;
   std::vector<std::vector<BoardTurn>> turns;
@@ -91,7 +93,7 @@ MeasuredErrors measured(const Rectification& r, const MountedCamera& first, cons
     double least = std::numeric_limits<double>::infinity();
     for (const BoardTurn& turn : turns.at(shared.first->board)) {
       std::vector<EpipolarPair> pairs = pairsOf(shared, turn);
-      const EpipolarErrors errors = epipolarErrors(r, first, second, pairs);
+      const EpipolarErrors errors = epipolarErrors(r, sides[0].camera, sides[1].camera, pairs);
       if (errors.num_pairs == 0 || errors.curve_rms_px >= least) continue;
       least = errors.curve_rms_px;
       best = std::move(pairs);
@@ -100,7 +102,7 @@ MeasuredErrors measured(const Rectification& r, const MountedCamera& first, cons
     all.insert(all.end(), best.begin(), best.end());
     ++result.num_boards;
   }
-  result.errors = epipolarErrors(r, first, second, all);
+  result.errors = epipolarErrors(r, sides[0].camera, sides[1].camera, all);
   return result;
 }
 
@@ -116,8 +118,8 @@ json matrixJson(const Eigen::MatrixXd& matrix) {
 
 class RigRectifyCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade rig rectify rig.yaml left/ right/ -o rectified\n"
         "Example: alidade rig rectify rig.yaml --camera-only --maps -o rectified --overwrite\n"
         "Writes one folder of images per camera, rig.yaml with the rectified pinhole cameras, and "
@@ -126,65 +128,46 @@ class RigRectifyCommand final : public Command {
         "cylindrical and equirectangular views show more than\nhalf of all directions. Corners files in "
         "place of the folders only measure the errors "
         "of the rows.");
-    app.add_option("rig", rig_path_, "Rig file, or another file with several cameras and their poses")
-        ->type_name(kFileValue);
-    app.add_option(
-           "input", views_.inputs,
-           "For the first and the second camera: a folder of images, a pattern in quotes, or a corners file "
-           "(.csv)")
-        ->type_name(kFileValue);
-    app.add_option("-o,--output", output_, "Folder to create")->type_name(kFolderValue);
-    app.add_option("--cameras", names_,
-                   "Names of the two cameras, separated by a comma. Default: those of a rig of two")
-        ->delimiter(',');
-    view_.addOptions(app, ", with the baseline as its axis", "image size of the first camera");
-    app.add_flag("--own-centres", has_own_centres_,
-                 "Centre each view on its own camera, for cameras that look towards each other; infinity "
-                 "then has a disparity");
-    addBoardOption(app, views_.boards);
-    addMatchOption(app, views_.match);
-    addDetectionOptions(app, views_.detection);
-    app.add_option("--tolerance", tolerance_, "RMS difference of rows that you accept")
-        ->check(pixelComplaint, "")
-        ->capture_default_str();
-    app.add_flag("--maps", has_maps_, "Write the tables for cv::remap() as TIFF files of 32-bit floats");
-    app.add_flag("--camera-only", camera_only_, "Write no images; do not read inputs");
-    addCommonOptions(app, common_, true);
+    flags.add("rig", &rig_path_, "Rig file, or another file with several cameras and their poses", kFile);
+    flags.add(
+        "input", &views_.inputs,
+        "For the first and the second camera: a folder of images, a pattern in quotes, or a corners file "
+        "(.csv)",
+        kFile);
+    flags.add("-o,--output", &output_, "Folder to create", kFolder);
+    flags.add("--cameras", &names_,
+              "Names of the two cameras, separated by a comma. Default: those of a rig of two",
+              {.separator = ','});
+    view_.addOptions(flags, ", with the baseline as its axis", "image size of the first camera");
+    flags.addSwitch("--own-centres", has_own_centres_,
+                    "Centre each view on its own camera, for cameras that look towards each other; infinity "
+                    "then has a disparity");
+    views_.addBoards(flags);
+    views_.addMatch(flags);
+    views_.addDetection(flags, false);
+    flags.add("--tolerance", &tolerance_, "RMS difference of rows that you accept", kPixelText);
+    flags.addSwitch("--maps", has_maps_, "Write the tables for cv::remap() as TIFF files of 32-bit floats");
+    flags.addSwitch("--camera-only", camera_only_, "Write no images; do not read inputs");
+    flags.addCommon(common_, true);
   }
 
-  int run(const CLI::App& app) override {
-    checkUsage(app);
+  int run(const Flags& flags) override {
+    checkUsage(flags);
     const CancelFlag* cancel = catchInterrupts();
     const RigRecord record = loadRig(rig_path_);
     tellIfRejected(record, rig_path_, common_.quiet);
     const AnyRig rig = rigOf(record);
-    const CameraIndices pair = chosenCameras(rig);
-    const std::vector<std::string> cameras = {rig.camera(pair[0]).name, rig.camera(pair[1]).name};
-    if (!camera_only_) views_.sortLike(cameras, "rig rectify", common_.quiet);
-    const Rectification r = rectify(rig, pair[0], pair[1], request(app));
-    std::array<std::vector<std::string>, 2> paths;
-    if (!camera_only_ && !hasCornersFiles()) {
-      for (std::size_t i = 0; i < 2; ++i) paths[i] = listImages(std::span(&views_.inputs[i], 1));
-    }
-    refuseOutputAmongInputs(paths);
+    const auto [first, second] = chosenCameras(rig);
+    if (!camera_only_) views_.sortLike({rig.camera(first).name, rig.camera(second).name}, common_.quiet);
+    const Rectification r = rectify(rig, first, second, request(flags));
+    Sides sides = {Side{rig.camera(first)}, Side{rig.camera(second)}};
+    listImagesOf(sides);
     std::optional<MeasuredErrors> errors;
-    if (hasBoards()) errors = measure(rig, pair, r, cancel);
-    std::array<std::vector<RemappedImage>, 2> images = {namedImages(paths[0]), namedImages(paths[1])};
-    std::array<double, 2> dark = {};
-    if (!output_.empty()) write(record, rig, pair, r, paths, images, dark, cancel);
-    const std::vector<std::string> notes = notesOn(rig, pair, r, images);
-    const std::vector<std::string> warnings = warningsOn(errors, r.is_vertical);
-    if (common_.json) {
-      printResult(documentOf(rig, pair, r, images, dark, errors, {{"notes", notes}, {"warnings", warnings}}));
-    } else if (!common_.quiet) {
-      printResult(summaryOf(r, images, dark, errors));
-    }
-    if (!common_.quiet) {
-      for (const std::string& note : notes) printMessage("note: " + note);
-      for (const std::string& warning : warnings) printMessage("warning: " + warning);
-    }
-    const bool is_incomplete = reportSkipped(images[0]);
-    return reportSkipped(images[1]) || is_incomplete ? static_cast<int>(ErrorCode::kInput) : 0;
+    if (hasBoards()) errors = measure(r, sides, cancel);
+    if (!output_.empty()) write(record, r, sides, cancel);
+    print(r, sides, errors);
+    const bool is_incomplete = reportSkipped(sides[0].images);
+    return reportSkipped(sides[1].images) || is_incomplete ? static_cast<int>(ErrorCode::kInput) : 0;
   }
 
  private:
@@ -194,7 +177,7 @@ class RigRectifyCommand final : public Command {
   // Whether errors can be measured.
   [[nodiscard]] bool hasBoards() const { return hasCornersFiles() || !views_.boards.empty(); }
 
-  void checkUsage(const CLI::App& app) const {
+  void checkUsage(const Flags& flags) const {
     if (rig_path_.empty())
       throw missingError("rig rectify", "no rig file", "a rig file and two folders of images");
     if (views_.inputs.size() != 2 && !camera_only_) {
@@ -217,10 +200,10 @@ class RigRectifyCommand final : public Command {
                         .found = "neither --board nor corners files",
                         .expected = "one of them: only corners are compared between images"});
     }
-    view_.checkUsage(app);
+    view_.checkUsage(flags);
   }
 
-  CameraIndices chosenCameras(const AnyRig& rig) const {
+  [[nodiscard]] std::pair<std::size_t, std::size_t> chosenCameras(const AnyRig& rig) const {
     const std::vector<std::string> known = mapped(rig.cameras(), &MountedCamera::name);
     if (names_.empty() && rig.size() == 2) return {0, 1};
     if (names_.size() == 2) return {rig.index(names_[0]), rig.index(names_[1])};
@@ -231,82 +214,83 @@ class RigRectifyCommand final : public Command {
                       .next_step = "the rig has " + join(known, ", ")});
   }
 
-  [[nodiscard]] RectificationRequest request(const CLI::App& app) const {
-    auto request = view_.request<RectificationRequest>(app);
+  [[nodiscard]] RectificationRequest request(const Flags& flags) const {
+    auto request = view_.request<RectificationRequest>(flags);
     request.has_own_centres = has_own_centres_;
     return request;
   }
 
-  void refuseOutputAmongInputs(const std::array<std::vector<std::string>, 2>& paths) const {
-    if (output_.empty()) return;
+  // Refuses an output that is among them.
+  void listImagesOf(Sides& sides) const {
     std::vector<std::string> sources = {cameraFilePath(rig_path_), common_.config, views_.match};
-    for (const auto& of_camera : paths) sources.insert(sources.end(), of_camera.begin(), of_camera.end());
-    if (hasCornersFiles()) sources.insert(sources.end(), views_.inputs.begin(), views_.inputs.end());
-    refuseFolderOfInputs(output_, sources);
+    for (std::size_t i = 0; i < 2 && !camera_only_ && !hasCornersFiles(); ++i) {
+      const std::vector<std::string> paths = listImages(std::span(&views_.inputs[i], 1));
+      append(sources, paths);
+      sides[i].images = namedImages(paths);
+    }
+    if (hasCornersFiles()) append(sources, views_.inputs);
+    if (!output_.empty()) refuseFolderOfInputs(output_, sources);
   }
 
-  MeasuredErrors measure(const AnyRig& rig, const CameraIndices& pair, const Rectification& r,
-                         const CancelFlag* cancel) const {
-    const std::vector<std::string> names = {rig.camera(pair[0]).name, rig.camera(pair[1]).name};
-    const RigInputViews given = readRigViews("rig rectify", views_, names, common_, cancel);
+  MeasuredErrors measure(const Rectification& r, const Sides& sides, const CancelFlag* cancel) const {
+    const RigInputViews given =
+        readRigViews(views_, {sides[0].camera.name, sides[1].camera.name}, common_, cancel);
     for (std::size_t i = 0; i < 2; ++i) {
       const std::vector<View>& views = given.cameras[i].views;
-      const ImageSize size = rig.camera(pair[i]).image_size;
-      if (views.empty() || views.front().size == size) continue;
-      throw inputError({.where = views_.inputs[i],
-                        .found = "images of " + sizeText(views.front().size) + " pixels",
-                        .expected = sizeText(size) + ", the image size of camera '" + names[i] + "'"});
+      const MountedCamera& camera = sides[i].camera;
+      if (views.empty() || views.front().size == camera.image_size) continue;
+      throw inputError(
+          {.where = views_.inputs[i],
+           .found = "images of " + sizeText(views.front().size) + " pixels",
+           .expected = sizeText(camera.image_size) + ", the image size of camera '" + camera.name + "'"});
     }
-    return measured(r, rig.camera(pair[0]), rig.camera(pair[1]), given);
+    return measured(r, sides, given);
   }
 
-  void write(const RigRecord& record, const AnyRig& rig, const CameraIndices& pair, const Rectification& r,
-             const std::array<std::vector<std::string>, 2>& paths,
-             std::array<std::vector<RemappedImage>, 2>& images, std::array<double, 2>& dark,
-             const CancelFlag* cancel) const {
+  void write(const RigRecord& record, const Rectification& r, Sides& sides, const CancelFlag* cancel) const {
     PendingFolder folder(output_, "rig rectify", view_.may_overwrite);
     if (!common_.quiet) noteLeftovers(folder);
     for (std::size_t i = 0; i < 2; ++i) {
-      const MountedCamera& camera = rig.camera(pair[i]);
-      const std::string name = fileNameOf(camera.name);
-      const RemapTable table = makeRemapTable(r, i, camera, common_.jobs, cancel);
-      dark[i] = static_cast<double>(table.num_without_source) / static_cast<double>(table.pixels.size());
+      Side& side = sides[i];
+      const std::string name = fileNameOf(side.camera.name);
+      const RemapTable table = makeRemapTable(r, i, side.camera, common_.jobs, cancel);
+      side.dark_share =
+          static_cast<double>(table.num_without_source) / static_cast<double>(table.pixels.size());
       if (has_maps_) {
         folder.write([&] {
           writeRemapTable(table, folder.path(name + "_map_x.tiff"), folder.path(name + "_map_y.tiff"));
         });
       }
-      if (paths[i].empty()) continue;
+      if (side.images.empty()) continue;
       folder.write([&] {
         folder.makeSubfolder(name);
-        remapAll(paths[i], images[i], table, folder,
-                 {.label = "rectifying " + camera.name,
+        remapAll(side.images, table, folder,
+                 {.label = "rectifying " + side.camera.name,
                   .subfolder = name,
                   .interpolation = view_.interpolationKind(),
                   .num_jobs = common_.jobs,
                   .is_quiet = common_.quiet,
                   .cancel = cancel});
       });
-      requireAnImage(images[i]);
+      requireAnImage(side.images);
     }
     folder.write([&] {
       writeFileAtomically(folder.path(kRectificationName), rectificationFileText(r));
       if (r.projection == ViewProjection::kRectilinear)
-        writeFileAtomically(folder.path(kRigName), rigFileText(rectifiedRecord(record, rig, pair, r)));
+        writeFileAtomically(folder.path(kRigName), rigFileText(rectifiedRecord(record, r, sides)));
     });
     folder.commit();
   }
 
   // The rectified cameras, with what the rig says of itself.
-  static RigRecord rectifiedRecord(const RigRecord& source, const AnyRig& rig, const CameraIndices& pair,
-                                   const Rectification& r) {
+  static RigRecord rectifiedRecord(const RigRecord& source, const Rectification& r, const Sides& sides) {
     RigRecord record = source;
     record.cameras.clear();
     record.covariance.clear();
     record.created_by = programName() + " rig rectify";
     for (std::size_t i = 0; i < 2; ++i) {
       CameraRecord camera = bareRecord(r.pinhole(i), r.size, record.created_by);
-      camera.name.name = rig.camera(pair[i]).name;
+      camera.name.name = sides[i].camera.name;
       SE3 camera_from_rig;
       if (i == 1) camera_from_rig.translation[r.alongIndex()] = -r.baseline_m;
       record.cameras.push_back({.camera = std::move(camera), .camera_from_rig = camera_from_rig});
@@ -314,14 +298,30 @@ class RigRectifyCommand final : public Command {
     return record;
   }
 
-  std::vector<std::string> notesOn(const AnyRig& rig, const CameraIndices& pair, const Rectification& r,
-                                   const std::array<std::vector<RemappedImage>, 2>& images) const {
+  void print(const Rectification& r, const Sides& sides, const std::optional<MeasuredErrors>& errors) const {
+    const std::vector<std::string> notes = notesOn(r, sides);
+    const std::vector<std::string> warnings = warningsOn(errors, r.is_vertical);
+    if (common_.json) {
+      json document = documentOf(r, sides, errors);
+      document["notes"] = notes;
+      document["warnings"] = warnings;
+      printResult(jsonText(document));
+    } else if (!common_.quiet) {
+      printResult(summaryOf(r, sides, errors));
+    }
+    if (common_.quiet) return;
+    printNotes(notes);
+    for (const std::string& warning : warnings) printMessage("warning: " + warning);
+  }
+
+  [[nodiscard]] static std::vector<std::string> notesOn(const Rectification& r, const Sides& sides) {
+    const std::string& first = sides[0].camera.name;
+    const std::string& second = sides[1].camera.name;
     std::vector<std::string> notes;
     if (r.baseline_m < 0) {
       notes.push_back(fmt::format(
-          "camera '{}' is {} '{}', so disparities are negative; --cameras {},{} makes them positive",
-          rig.camera(pair[0]).name, r.is_vertical ? "below" : "on the right of", rig.camera(pair[1]).name,
-          rig.camera(pair[1]).name, rig.camera(pair[0]).name));
+          "camera '{}' is {} '{}', so disparities are negative; --cameras {},{} makes them positive", first,
+          r.is_vertical ? "below" : "on the right of", second, second, first));
     }
     if (r.is_vertical)
       notes.emplace_back(
@@ -332,13 +332,11 @@ class RigRectifyCommand final : public Command {
           "{:.2g} % of the input pixels are too far from the axis of the views and were cut off; {}",
           100 * r.cut_share, "--projection equirectangular shows them all"));
     }
-    if (images[0].size() != images[1].size() && !images[1].empty())
-      notes.push_back(fmt::format("{} images for the first camera, {} for the second", images[0].size(),
-                                  images[1].size()));
-    for (const auto& of_camera : images) {
-      const std::vector<std::string> more = orientationNotes(of_camera);
-      notes.insert(notes.end(), more.begin(), more.end());
-    }
+    const std::size_t num_second = sides[1].images.size();
+    if (sides[0].images.size() != num_second && num_second > 0)
+      notes.push_back(fmt::format("{} images for the first camera, {} for the second", sides[0].images.size(),
+                                  num_second));
+    for (const Side& side : sides) append(notes, orientationNotes(side.images));
     return notes;
   }
 
@@ -354,22 +352,20 @@ class RigRectifyCommand final : public Command {
                     is_vertical ? "columns" : "rows", errors->errors.row_rms_px, tolerance_px)};
   }
 
-  [[nodiscard]] std::string summaryOf(const Rectification& r,
-                                      const std::array<std::vector<RemappedImage>, 2>& images,
-                                      const std::array<double, 2>& dark,
+  [[nodiscard]] std::string summaryOf(const Rectification& r, const Sides& sides,
                                       const std::optional<MeasuredErrors>& errors) const {
     constexpr double kMillimetres = 1000;
     const char* row = r.is_vertical ? "columns" : "rows";
     std::string text;
     if (!output_.empty()) {
+      const auto& [first, second] = sides;
       const std::string what =
-          images[0].empty()
-              ? "no images"
-              : fmt::format("{} of {} and {} of {} images", images[0].size() - numSkipped(images[0]),
-                            images[0].size(), images[1].size() - numSkipped(images[1]), images[1].size());
+          first.images.empty() ? "no images"
+                               : fmt::format("{} of {} and {} of {} images", first.numWritten(),
+                                             first.images.size(), second.numWritten(), second.images.size());
       text += fmt::format("{}: {}; {}, {} px, {:.2g} % and {:.2g} % of the pixels are black (no source)\n",
                           printable(output_), what, projectionName(r.projection), sizeText(r.size),
-                          100 * dark[0], 100 * dark[1]);
+                          100 * first.dark_share, 100 * second.dark_share);
     }
     text += fmt::format("Baseline  {:.2f} mm, {}\n", r.baseline_m * kMillimetres,
                         r.is_vertical ? "vertical" : "horizontal");
@@ -397,20 +393,18 @@ class RigRectifyCommand final : public Command {
     return text;
   }
 
-  [[nodiscard]] std::string documentOf(const AnyRig& rig, const CameraIndices& pair, const Rectification& r,
-                                       const std::array<std::vector<RemappedImage>, 2>& images,
-                                       const std::array<double, 2>& dark,
-                                       const std::optional<MeasuredErrors>& errors, const json& told) const {
+  [[nodiscard]] json documentOf(const Rectification& r, const Sides& sides,
+                                const std::optional<MeasuredErrors>& errors) const {
     const bool is_flat = r.projection == ViewProjection::kRectilinear;
     json cameras = json::array();
     for (std::size_t i = 0; i < 2; ++i) {
-      json camera = {{"name", rig.camera(pair[i]).name},
-                     {"folder", fileNameOf(rig.camera(pair[i]).name)},
+      json camera = {{"name", sides[i].camera.name},
+                     {"folder", fileNameOf(sides[i].camera.name)},
                      {"axis_pixel", vectorJson(r.views[i].axis_px)},
                      {"R", matrixJson(r.views[i].rectified_from_camera.matrix())},
                      {"P", is_flat ? matrixJson(r.projectionMatrix(i)) : json(nullptr)},
-                     {"share_without_source", output_.empty() ? json(nullptr) : json(dark[i])},
-                     {"images", imagesJson(images[i])}};
+                     {"share_without_source", output_.empty() ? json(nullptr) : json(sides[i].dark_share)},
+                     {"images", imagesJson(sides[i].images)}};
       cameras.push_back(std::move(camera));
     }
     json epipolar = nullptr;
@@ -421,23 +415,21 @@ class RigRectifyCommand final : public Command {
                   {"row_rms_px", e.row_rms_px},       {"row_mean_px", e.row_mean_px},
                   {"row_max_px", e.row_max_px}};
     }
-    return jsonText({{"folder", output_.empty() ? json(nullptr) : json(output_)},
-                     {"projection", projectionName(r.projection)},
-                     {"direction", r.is_vertical ? "vertical" : "horizontal"},
-                     {"image_size", r.size},
-                     {"scale_px", r.scale_px},
-                     {"baseline_m", r.baseline_m},
-                     {"disparity_at_infinity_px", r.disparityAtInfinity()},
-                     {"Q", is_flat ? matrixJson(r.disparityToDepth()) : json(nullptr)},
-                     {"share_cut", r.cut_share},
-                     {"cameras", std::move(cameras)},
-                     {"epipolar_errors", std::move(epipolar)},
-                     {"notes", told.at("notes")},
-                     {"warnings", told.at("warnings")}});
+    return {{"folder", output_.empty() ? json(nullptr) : json(output_)},
+            {"projection", projectionName(r.projection)},
+            {"direction", r.is_vertical ? "vertical" : "horizontal"},
+            {"image_size", r.size},
+            {"scale_px", r.scale_px},
+            {"baseline_m", r.baseline_m},
+            {"disparity_at_infinity_px", r.disparityAtInfinity()},
+            {"Q", is_flat ? matrixJson(r.disparityToDepth()) : json(nullptr)},
+            {"share_cut", r.cut_share},
+            {"cameras", std::move(cameras)},
+            {"epipolar_errors", std::move(epipolar)}};
   }
 
   std::string rig_path_;
-  RigInputs views_;
+  RigInputs views_{{.command = "rig rectify"}};
   std::string output_;
   std::vector<std::string> names_;
   std::string tolerance_ = "1px";

@@ -11,8 +11,8 @@
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/report/data/evidence.h"
+#include "command.h"
 #include "console.h"
-#include "options.h"
 #include "summary_lines.h"
 
 namespace alidade {
@@ -80,7 +80,7 @@ std::string cameraText(const RigCalibration& rig, std::size_t index, const Given
          (std_mm > 0 ? fmt::format(" (standard deviation {:.{}f} mm)", std_mm, decimals) : "");
 }
 
-// What a user has to know of the images that were given, although it is no fault of the rig.
+// Is this about the given images rather than the rig?
 bool isOfInput(const Diagnosis& diagnosis) {
   return diagnosis.severity == Severity::kNote &&
          (diagnosis.id == "unmatched_images" || diagnosis.id == "times_differ");

@@ -17,7 +17,7 @@ namespace alidade {
 [[nodiscard]] std::string rigSummaryText(const RigCalibration& rig, const std::vector<GivenViews>& given,
                                          int num_frames, bool is_coloured);
 
-/// What --verbose adds to the summary.
+/// The details that --verbose adds to the summary.
 [[nodiscard]] std::string rigDetailsText(const RigCalibration& rig, const std::vector<GivenViews>& given);
 
 }  // namespace alidade

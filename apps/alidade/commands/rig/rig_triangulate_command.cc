@@ -6,7 +6,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/camera/triangulation.h"
 #include "alidade/core/error.h"
@@ -17,9 +16,10 @@
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/files/text/table_lines.h"
 #include "alidade/report/data/json_output.h"
+#include "command.h"
 #include "commands/rig/rig_inputs.h"
 #include "console.h"
-#include "options.h"
+#include "outputs.h"
 
 namespace alidade {
 namespace {
@@ -119,7 +119,7 @@ std::array<double, 6> entriesOf(const Eigen::Matrix3d& matrix) {
   return {matrix(0, 0), matrix(0, 1), matrix(0, 2), matrix(1, 1), matrix(1, 2), matrix(2, 2)};
 }
 
-// What is told of a point, by name; the id and the status stand apart.
+// The numbers of a point by name, without its id and its status.
 using NamedNumbers = std::vector<std::pair<std::string, double>>;
 
 NamedNumbers numbersOf(const Triangulation& point, bool is_rig_known, bool has_covariance) {
@@ -147,8 +147,8 @@ NamedNumbers numbersOf(const Triangulation& point, bool is_rig_known, bool has_c
 
 class RigTriangulateCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade rig triangulate rig.yaml pixels.csv -o points.csv\n"
         "Output: id,x,y,z,std_x,std_y,std_z,std_by_pixels,std_by_rig,error_px,num_cameras,status, in metres "
         "in "
@@ -158,25 +158,21 @@ class RigTriangulateCommand final : public Command {
         "too_few_cameras, no_ray (of a pixel), at_infinity (parallel\nrays), behind (the rays meet behind a "
         "camera), undetermined (rays along the line through the cameras) or\nnot_converged; all numbers are "
         "nan unless it is ok.");
-    app.add_option("rig", rig_path_, "Rig file, or another file with several cameras and their poses")
-        ->type_name(kFileValue);
-    app.add_option("pixels", pixels_path_,
-                   "Table with the header id,camera,u,v[,sigma_px] and one row per pixel; standard input if "
-                   "omitted or -")
-        ->type_name(kFileValue);
-    app.add_option("-o,--output", output_, "Table to write (CSV). Default: standard output")
-        ->type_name(kFileValue);
-    app.add_option("--sigma", sigma_,
-                   "Standard deviation of each coordinate of a pixel, for rows without sigma_px")
-        ->check(pixelComplaint, "")
-        ->capture_default_str();
-    app.add_flag("--covariance", has_covariance_,
-                 "Append both parts of the covariance in m^2: by_pixels_xx to by_pixels_zz, by_rig_xx to "
-                 "by_rig_zz");
-    addCommonOptions(app, common_, true);
+    flags.add("rig", &rig_path_, "Rig file, or another file with several cameras and their poses", kFile);
+    flags.add("pixels", &pixels_path_,
+              "Table with the header id,camera,u,v[,sigma_px] and one row per pixel; standard input if "
+              "omitted or -",
+              kFile);
+    flags.add("-o,--output", &output_, "Table to write (CSV). Default: standard output", kFile);
+    flags.add("--sigma", &sigma_,
+              "Standard deviation of each coordinate of a pixel, for rows without sigma_px", kPixelText);
+    flags.addSwitch("--covariance", has_covariance_,
+                    "Append both parts of the covariance in m^2: by_pixels_xx to by_pixels_zz, by_rig_xx to "
+                    "by_rig_zz");
+    flags.addCommon(common_, true);
   }
 
-  int run(const CLI::App&) override {
+  int run(const Flags&) override {
     if (rig_path_.empty())
       throw missingError("rig triangulate", "no rig file", "a rig file and a table of pixels");
     checkOutput(output_, {rig_path_, pixels_path_, common_.config}, common_);

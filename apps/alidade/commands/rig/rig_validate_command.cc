@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -11,10 +10,10 @@
 #include "alidade/files/rig_file.h"
 #include "alidade/report/data/json_output.h"
 #include "alidade/rig/rig_validation.h"
+#include "command.h"
 #include "commands/rig/rig_footage.h"
 #include "commands/rig/rig_inputs.h"
 #include "console.h"
-#include "options.h"
 #include "summary_lines.h"
 
 namespace alidade {
@@ -89,34 +88,32 @@ std::string validationJson(const RigValidation& tested) {
 
 class RigValidateCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade rig validate rig.yaml left/ right/ --board checkerboard:9x6:25mm\n"
         "Example: alidade rig validate rig.yaml left/ right/ --footage\n"
         "Inputs are in the order of the rig's cameras, unless --names or their own names say otherwise.\n"
         "--footage needs no board: points that two cameras see at the same time show whether a camera was "
         "turned or its lens is\nanother one (docs/footage.md). It may be unable to tell.\n"
         "Exit code 3: the images contradict the rig.");
-    app.add_option("rig", rig_path_, "Rig file of any format that states where its cameras are")
-        ->type_name(kFileValue);
-    app.add_option("input", views_.inputs,
-                   "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)")
-        ->type_name(kFileValue);
-    views_.addOptions(app);
-    app.add_flag(
-           "--footage", is_footage_,
-           "The images are ordinary pictures, taken at the same time by all cameras; no board is needed")
-        ->group(kFootageGroup);
-    tolerance_flag_ =
-        app.add_option("--tolerance", tolerance_,
-                       "Error of a projected point that you accept (95 %). For --footage, whose default is "
-                       "0.2px, a fifth of the error of rows that surely fails")
-            ->check(pixelComplaint, "")
-            ->capture_default_str();
-    addCommonOptions(app, common_, true);
+    flags.add("rig", &rig_path_, "Rig file of any format that states where its cameras are", kFile);
+    flags.add("input", &views_.inputs,
+              "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)",
+              kFile);
+    views_.addOptions(flags);
+    flags.under(kFootageGroup);
+    flags.addSwitch(
+        "--footage", is_footage_,
+        "The images are ordinary pictures, taken at the same time by all cameras; no board is needed");
+    flags.under(nullptr);
+    flags.add("--tolerance", &tolerance_,
+              "Error of a projected point that you accept (95 %). For --footage, whose default is "
+              "0.2px, a fifth of the error of rows that surely fails",
+              kPixelText);
+    flags.addCommon(common_, true);
   }
 
-  int run(const CLI::App&) override {
+  int run(const Flags& flags) override {
     if (rig_path_.empty()) throw missingError("rig validate", "no rig file", "a rig file and images");
     RigRecord rig = loadRig(rig_path_);
     if (views_.inputs.size() != rig.cameras.size()) {
@@ -126,45 +123,48 @@ class RigValidateCommand final : public Command {
     }
     tellIfRejected(rig, rig_path_, common_.quiet);
     if (views_.names.empty()) {
-      views_.sortLike(mapped(rig.cameras, nameOf), "rig validate", common_.quiet);
+      views_.sortLike(mapped(rig.cameras, nameOf), common_.quiet);
     } else {
       sortByNames(rig);
     }
-    if (is_footage_) return testOnFootage(rig);
-    RigOptions options;
-    options.camera.tolerance_px = *parsePixels(tolerance_);
-    options.camera.jobs = common_.jobs;
-    options.camera.cancel = catchInterrupts();
-    RigInputViews given =
-        readRigViews("rig validate", views_, mapped(rig.cameras, nameOf), common_, options.camera.cancel);
-    options.frames = given.frames;
-    const RigValidation tested = validateRig(rig, given.boards, std::move(given.cameras), options);
-    printResult(common_.json ? validationJson(tested) : common_.quiet ? "" : validationText(tested));
-    if (tested.verdict() != Verdict::kNo) return 0;
-    printMessage("error: the images contradict the rig: " + tested.diagnoses.front().message());
+    const std::string no =
+        is_footage_ ? contradictionByFootage(rig, flags.isGiven("--tolerance")) : contradictionByBoards(rig);
+    if (no.empty()) return 0;
+    printMessage("error: the images contradict the rig: " + no);
     return kUntrustworthyExit;
   }
 
  private:
   static std::string nameOf(const RigCameraRecord& camera) { return camera.camera.name.name; }
 
-  [[nodiscard]] int testOnFootage(const RigRecord& record) const {
+  // Each test prints what it found. @returns what is wrong with the rig; empty: nothing
+  [[nodiscard]] std::string contradictionByBoards(const RigRecord& rig) const {
+    RigOptions options;
+    options.camera.tolerance_px = *parsePixels(tolerance_);
+    options.camera.jobs = common_.jobs;
+    options.camera.cancel = catchInterrupts();
+    RigInputViews given = readRigViews(views_, mapped(rig.cameras, nameOf), common_, options.camera.cancel);
+    options.frames = given.frames;
+    const RigValidation tested = validateRig(rig, given.boards, std::move(given.cameras), options);
+    printResult(common_.json ? validationJson(tested) : common_.quiet ? "" : validationText(tested));
+    return tested.verdict() == Verdict::kNo ? tested.diagnoses.front().message() : "";
+  }
+
+  [[nodiscard]] std::string contradictionByFootage(const RigRecord& record, bool has_tolerance) const {
     RigCheckOptions options{.num_jobs = common_.jobs, .cancel = catchInterrupts()};
-    if (tolerance_flag_->count() > 0) options.tolerance_px = *parsePixels(tolerance_);
+    if (has_tolerance) options.tolerance_px = *parsePixels(tolerance_);
     const RigFootage footage = matchRigFootage(record, views_, common_, options.cancel);
     const AnyRig rig = rigOf(record);
     const RigCheck check = checkRigOnFootage(rig, footage.pairs, options);
     printResult(common_.json    ? rigFootageJson(check, footage, rig)
                 : common_.quiet ? ""
                                 : rigFootageText(check, rig));
-    if (check.verdict != FootageVerdict::kInconsistent) return 0;
-    printMessage("error: the images contradict the rig: " + rigContradiction(check, rig));
-    return kUntrustworthyExit;
+    return check.verdict == FootageVerdict::kInconsistent ? rigContradiction(check, rig) : "";
   }
 
   // In the order of --names. A rig's frame need not be that of a camera.
   void sortByNames(RigRecord& rig) const {
-    const std::vector<std::string> names = views_.cameraNames("rig validate");
+    const std::vector<std::string> names = views_.cameraNames();
     std::vector<RigCameraRecord> sorted;
     for (const std::string& name : names) {
       const auto found = std::ranges::find(rig.cameras, name, nameOf);
@@ -180,10 +180,9 @@ class RigValidateCommand final : public Command {
   }
 
   std::string rig_path_;
-  RigInputs views_;
+  RigInputs views_{{.command = "rig validate"}};
   bool is_footage_ = false;
   std::string tolerance_ = "1px";
-  CLI::Option* tolerance_flag_ = nullptr;
 };
 
 }  // namespace

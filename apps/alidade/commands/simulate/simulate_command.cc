@@ -3,7 +3,6 @@
 #include <variant>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/files/camera_save.h"
@@ -18,9 +17,9 @@
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
+#include "command.h"
 #include "commands/simulate/simulated_footage.h"
 #include "console.h"
-#include "options.h"
 #include "pending_folder.h"
 
 namespace alidade {
@@ -28,22 +27,21 @@ namespace {
 
 class SimulateCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade simulate config/scene.yaml -o simulated\nWrites images/*.png, camera.yaml (the "
         "true camera), corners.csv (the true corners) and poses.yaml (the true poses).\n"
         "Example: alidade simulate config/footage.yaml -o footage\nWrites tracks.csv (true pixels of points "
         "in each frame) in place of corners.csv, and trajectory.txt (the poses as TUM trajectory).");
-    app.add_option("scene", scene_path_, "Scene file (YAML): camera and either board and views, or footage")
-        ->type_name(kFileValue);
-    app.add_option("-o,--output", output_, "Folder to create")->type_name(kFolderValue);
-    app.add_flag("--corners-only,--truth-only", truth_only_, "Write only the ground truth, no images");
-    app.add_flag("--overwrite", overwrite_,
-                 "Replace an earlier, unchanged result of this command; other files are never changed");
-    addCommonOptions(app, common_, true);
+    flags.add("scene", &scene_path_, "Scene file (YAML): camera and either board and views, or footage",
+              kFile);
+    flags.add("-o,--output", &output_, "Folder to create", kFolder);
+    flags.addSwitch("--corners-only,--truth-only", truth_only_, "Write only the ground truth, no images");
+    flags.addSwitch("--overwrite", overwrite_, kOverwriteText);
+    flags.addCommon(common_, true);
   }
 
-  int run(const CLI::App&) override {
+  int run(const Flags&) override {
     if (scene_path_.empty()) throw missingError("simulate", "no scene file", "a scene file (YAML)");
     if (output_.empty()) throw missingError("simulate", "no --output", "-o FOLDER");
     refuseFolderOfInputs(output_, {scene_path_, common_.config});
@@ -52,8 +50,7 @@ class SimulateCommand final : public Command {
     std::visit(
         [&](const auto& scene) {
           refuseFolderOfInputs(output_, scene.files);
-          if (common_.quiet) return;
-          for (const std::string& remark : scene.camera_remarks) printMessage("note: " + remark);
+          if (!common_.quiet) printNotes(scene.camera_remarks);
         },
         any_scene);
     if (const auto* footage = std::get_if<FootageScene>(&any_scene)) return runFootage(*footage, cancel);
@@ -68,17 +65,19 @@ class SimulateCommand final : public Command {
         detail::withPlace(scene_path_ + ": footage", [&] { return FootageSimulator(scene); });
     PendingFolder folder(output_, "simulate", overwrite_);
     if (!common_.quiet) noteLeftovers(folder);
-    const FootageCounts counts =
-        writeFootage(simulator, folder, {.with_images = !truth_only_, .is_quiet = common_.quiet}, cancel);
+    const std::vector<TrueTrack> tracks = simulator.trackPoints();
+    std::size_t num_pixels = 0;
+    for (const TrueTrack& track : tracks) num_pixels += track.pixels.size();
+    writeFootage(simulator, tracks, folder, !truth_only_, common_.quiet, cancel);
     folder.commit();
     if (common_.json) {
       printResult(jsonText({{"folder", output_},
                             {"num_frames", simulator.numFrames()},
-                            {"num_tracks", counts.num_tracks},
-                            {"num_pixels", counts.num_pixels}}));
+                            {"num_tracks", tracks.size()},
+                            {"num_pixels", num_pixels}}));
     } else if (!common_.quiet) {
       printResult(fmt::format("{}: {} frames, {} tracks of {} pixels{}\n", printable(output_),
-                              simulator.numFrames(), counts.num_tracks, counts.num_pixels,
+                              simulator.numFrames(), tracks.size(), num_pixels,
                               truth_only_ ? ", no images" : ""));
     }
     return 0;

@@ -37,8 +37,8 @@ std::string tracksText(const FootageSimulator& simulator, const std::vector<True
 
 }  // namespace
 
-FootageCounts writeFootage(const FootageSimulator& simulator, const PendingFolder& folder,
-                           const FootageOutput& output, const CancelFlag* cancel) {
+void writeFootage(const FootageSimulator& simulator, const std::vector<TrueTrack>& tracks,
+                  const PendingFolder& folder, bool with_images, bool is_quiet, const CancelFlag* cancel) {
   const FootageScene& scene = simulator.scene();
   std::vector<std::string> names;
   std::vector<SE3> poses;
@@ -48,25 +48,21 @@ FootageCounts writeFootage(const FootageSimulator& simulator, const PendingFolde
     poses.push_back(simulator.poseOf(i));
     times_s.push_back(simulator.timeOf(i));
   }
-  const std::vector<TrueTrack> tracks = simulator.trackPoints();
-  FootageCounts counts{.num_tracks = tracks.size()};
-  for (const TrueTrack& track : tracks) counts.num_pixels += track.pixels.size();
   folder.write([&] {
     saveCamera(folder.path("camera.yaml"),
                bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
     writeFileAtomically(folder.path("poses.yaml"), posesText(names, "camera_from_world", poses));
     writeFileAtomically(folder.path("trajectory.txt"), tumText(times_s, poses));
     writeFileAtomically(folder.path("tracks.csv"), tracksText(simulator, tracks));
-    if (!output.with_images) return;
+    if (!with_images) return;
     folder.makeSubfolder("images");
-    ProgressBar bar("rendering", output.is_quiet);
+    ProgressBar bar("rendering", is_quiet);
     for (std::size_t i = 0; i < names.size(); ++i) {
       GrayImage image = simulator.renderFrame(static_cast<int>(i), cancel);
       writeImage(folder.path("images/" + names[i]), {.size = image.size, .bytes = std::move(image.pixels)});
       bar.update(i + 1, names.size());
     }
   });
-  return counts;
 }
 
 }  // namespace alidade

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
+#include <vector>
 
 #include "alidade/core/cancel.h"
 #include "alidade/simulate/footage_simulator.h"
@@ -9,19 +9,10 @@
 
 namespace alidade {
 
-struct FootageOutput {
-  bool with_images = true;
-  bool is_quiet = false;
-};
-
-struct FootageCounts {
-  std::size_t num_tracks = 0;
-  std::size_t num_pixels = 0;  ///< of all tracks
-};
-
-/// Writes camera.yaml, poses.yaml, trajectory.txt, tracks.csv and images/*.png.
+/// Writes camera.yaml, poses.yaml, trajectory.txt, tracks.csv and, if they are wanted, images/*.png.
+/// @param tracks  of the simulator
 /// @throws Error (kInput) for files that cannot be written; Cancelled once `cancel` is raised
-FootageCounts writeFootage(const FootageSimulator& simulator, const PendingFolder& folder,
-                           const FootageOutput& output, const CancelFlag* cancel);
+void writeFootage(const FootageSimulator& simulator, const std::vector<TrueTrack>& tracks,
+                  const PendingFolder& folder, bool with_images, bool is_quiet, const CancelFlag* cancel);
 
 }  // namespace alidade

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the check of a camera on footage found out, as text and as JSON.
+// The result of the check of a camera on footage, as text and as JSON.
 #include <fmt/format.h>
 
 #include "alidade/core/size_groups.h"

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/parallel.h"
 #include "alidade/files/camera_list.h"
 #include "alidade/files/camera_source.h"
@@ -17,9 +16,11 @@
 #include "alidade/validate/camera_checks.h"
 #include "alidade/validate/file_tests.h"
 #include "board_views.h"
+#include "camera_files.h"
+#include "command.h"
 #include "commands/validate/validation_output.h"
 #include "console.h"
-#include "options.h"
+#include "outputs.h"
 #include "report_output.h"
 
 namespace alidade {
@@ -36,8 +37,8 @@ bool isJunitReport(const std::string& path) {
 
 class ValidateCommand final : public Command {
  public:
-  void setUp(CLI::App& app) override {
-    app.footer(
+  void setUp(Flags& flags) override {
+    flags.explain(
         "Example: alidade validate camera.yaml\nExample: alidade validate calibrations/ --strict --junit "
         "report.xml\nExample: alidade validate camera.yaml --images photos/ --board "
         "checkerboard:9x6:25mm\nExample: alidade validate "
@@ -56,180 +57,141 @@ class ValidateCommand final : public Command {
         "file with several.\nExit code 0: no file failed; 1: no camera file, or --images, --footage or "
         "--against "
         "cannot be used; 3: a file failed.");
-    app.add_option("file", files_, "Camera files, folders, or patterns in quotes")->type_name(kFileValue);
-    app.add_flag("--strict", is_strict_, "Treat warnings as failures");
-    app.add_flag("--verbose", is_verbose_, "Print every check");
-    app.add_option("--junit", junit_path_, "Write the result as JUnit XML to this file")
-        ->type_name(kFileValue);
-    app.add_option("--report", report_,
-                   "HTML page to write: what was found, with figures, in one file that needs no network")
-        ->type_name(kFileValue);
-    addCameraOptions(app, camera_);
-    app.add_option("--images", images_,
-                   "Images of a board that were not used for the calibration: folders, files or patterns, or "
-                   "corners files (.csv or .vnl)")
-        ->type_name(kFileValue);
-    addBoardOption(app, boards_);
-    addDetectionOptions(app, detection_);
-    app.add_option(
-           "--footage", footage_,
-           "Pictures of a scene in which nothing moves: a video, a numbered sequence (img%04d.png), or "
-           "photographs (folders, files or patterns)")
-        ->group(kFootageGroup)
-        ->type_name(kFileValue);
-    app.add_option(
-           "--front-end", front_end_,
-           "How points are followed from picture to picture. flow: small motions, as in a video; keypoints: "
-           "by what they look like, as in photographs. Not given: flow for a video or sequence, else "
-           "keypoints")
-        ->group(kFootageGroup)
-        ->check(CLI::IsMember({"flow", "keypoints"}));
-    app.add_option("--against", against_, "Camera file (any format) to compare with")->type_name(kFileValue);
-    tolerance_flag_ =
-        app.add_option("--tolerance", tolerance_px_,
-                       "Largest accepted error in pixels (95th percentile; --images: where boards were "
-                       "seen), for --images and --against. For --footage, whose default is 1, a fifth of the "
-                       "error that surely fails")
-            ->check(positiveNumber, "above 0")
-            ->capture_default_str();
-    takePixels(*tolerance_flag_);
-    addCommonOptions(app, common_, true);
+    flags.add("file", &files_, "Camera files, folders, or patterns in quotes", kFile);
+    flags.addSwitch("--strict", is_strict_, "Treat warnings as failures");
+    flags.addSwitch("--verbose", is_verbose_, "Print every check");
+    flags.add("--junit", &junit_path_, "Write the result as JUnit XML to this file", kFile);
+    flags.add("--report", &report_,
+              "HTML page to write: what was found, with figures, in one file that needs no network", kFile);
+    camera_.addOptions(flags);
+    flags.add("--images", &images_.inputs,
+              "Images of a board that were not used for the calibration: folders, files or patterns, or "
+              "corners files (.csv or .vnl)",
+              kFile);
+    images_.addBoards(flags);
+    images_.addDetection(flags, false);
+    flags.under(kFootageGroup);
+    flags.add("--footage", &footage_,
+              "Pictures of a scene in which nothing moves: a video, a numbered sequence (img%04d.png), or "
+              "photographs (folders, files or patterns)",
+              kFile);
+    flags.add("--front-end", &front_end_,
+              "How points are followed from picture to picture. flow: small motions, as in a video; "
+              "keypoints: by what they look like, as in photographs. Not given: flow for a video or "
+              "sequence, else keypoints",
+              oneOf({"flow", "keypoints"}));
+    flags.under(nullptr);
+    flags.add("--against", &against_, "Camera file (any format) to compare with", kFile);
+    flags.add("--tolerance", &tests_.tolerance_px,
+              "Largest accepted error in pixels (95th percentile; --images: where boards were "
+              "seen), for --images and --against. For --footage, whose default is 1, a fifth of the "
+              "error that surely fails",
+              {.complaint = positiveNumber, .limits = "above 0", .number = pixelsOrNan});
+    flags.addCommon(common_, true);
   }
 
-  int run(const CLI::App&) override {
+  int run(const Flags& flags) override {
     if (files_.empty())
       throw missingError("validate", "no file", "camera files, or folders with camera files");
     const std::vector<ListedFile> listed = listCameraFiles(files_);
-    checkJunitPath(listed);
-    checkReportPath(listed);
-    checkFootageFlags(listed);
+    checkUsage(listed);
+    const std::vector<std::optional<CameraSource>> known = readForFootage(listed);
     prepareComparisons();
-    followFootage();
-    ValidationResult result = judgeAll(listed);
-    result.tolerance_px = tests_.tolerance_px;
-    result.boards = tests_.boards;
-    if (result.files.empty()) {
-      throw inputError({.where = files_.front(),
-                        .found = fmt::format("no camera file among {} file{}", listed.size(),
-                                             listed.size() == 1 ? "" : "s"),
-                        .expected = "at least one",
-                        .next_step = "see docs/formats.md for the formats"});
-    }
-    if (!junit_path_.empty()) writeFileAtomically(junit_path_, junitText(result));
-    if (!report_.empty()) {
-      PageOptions page{.num_jobs = common_.jobs};
-      if (given_) page.pictures = picturesOf(*given_, passing_);
-      writeValidationReport(report_, validationEvidenceJson(result, printable(against_), tests_.other), page);
-    }
+    followFootage(flags.isGiven("--tolerance"));
+    const ValidationResult result = judgeAll(listed, known);
+    write(result);
     print(result);
-    if (!report_.empty() && !common_.quiet) printMessage("report written to " + report_);
-    const bool is_any_failed = std::any_of(result.files.begin(), result.files.end(),
-                                           [&](const auto& file) { return result.isFailed(file); });
+    const bool is_any_failed =
+        std::ranges::any_of(result.files, [&](const auto& file) { return result.isFailed(file); });
     return is_any_failed ? kUntrustworthyExit : 0;
   }
 
  private:
-  void checkJunitPath(const std::vector<ListedFile>& listed) const {
-    if (junit_path_ == "-") {
-      throw usageError({.where = "--junit -",
-                        .found = "standard output, which is used for the results",
-                        .expected = "a file"});
-    }
+  void checkUsage(const std::vector<ListedFile>& listed) const {
     std::vector<std::string> sources;
     for (const ListedFile& file : listed) {
       // A report of an earlier run in the same folder is replaced.
       if (!file.is_from_folder) sources.push_back(cameraFilePath(file.path));
     }
-    sources.insert(sources.end(), footage_.begin(), footage_.end());
-    checkOutput(junit_path_, sources, common_, "--junit");
-    namespace fs = std::filesystem;
+    append(sources, footage_);
+    const std::vector<Output> outputs = {{"--junit", junit_path_}, {"--report", report_, "page.html"}};
+    checkOutputs(std::span(outputs).first(1), sources, common_);
     std::error_code error;
-    if (!junit_path_.empty() && fs::is_regular_file(junit_path_, error) && !isJunitReport(junit_path_)) {
+    if (!junit_path_.empty() && std::filesystem::is_regular_file(junit_path_, error) &&
+        !isJunitReport(junit_path_)) {
       throw usageError({.where = "--junit " + junit_path_,
                         .found = "an existing file that is no JUnit report",
                         .expected = "a new file, or an earlier report",
                         .next_step = "choose another name, otherwise the file would be overwritten"});
     }
-  }
-
-  void checkReportPath(const std::vector<ListedFile>& listed) const {
-    if (report_.empty()) return;
-    const bool is_junit = !junit_path_.empty() && writtenPath(report_) == writtenPath(junit_path_);
-    if (report_ == "-" || is_junit) {
-      throw usageError(
-          {.where = "--report " + report_,
-           .found = is_junit ? "the same file as --junit" : "standard output, which is used for the results",
-           .expected = "a different file, for example page.html"});
-    }
-    std::vector<std::string> sources =
-        images_.empty() || isCornersFile(images_.front()) ? images_ : withImages(images_);
-    if (!footage_.empty()) {
-      const std::vector<std::string> pictures = withImages(footage_);
-      sources.insert(sources.end(), pictures.begin(), pictures.end());
-    }
-    for (const ListedFile& file : listed) sources.push_back(cameraFilePath(file.path));
-    sources.insert(sources.end(), boards_.begin(), boards_.end());
-    sources.insert(sources.end(), {cameraFilePath(against_), common_.config});
-    checkOutput(report_, sources, common_, "--report");
-  }
-
-  // Finds the boards and reads the other camera, once for all files that are tested.
-  void prepareComparisons() {
-    if (images_.empty() && !boards_.empty()) {
-      throw usageError({.where = "validate",
-                        .found = "--board without --images",
-                        .expected = "--images FOLDER with images of the board"});
-    }
-    tests_.tolerance_px = tolerance_px_;
-    tests_.jobs = common_.jobs;
-    if (!against_.empty()) tests_.other = readCameraTelling(against_, {}, common_.quiet);
-    if (images_.empty()) return;
-    tests_.cancel = catchInterrupts();
-    given_ = readViews({.command = "validate",
-                        .inputs = images_,
-                        .boards = boards_,
-                        .detection = detection_,
-                        .pictures = report_.empty() ? nullptr : &passing_,
-                        .image_size = camera_.readOptions().image_size},
-                       common_, tests_.cancel);
-    tests_.boards = given_->boards;
-    tests_.views = given_->views;
-    if (common_.quiet) return;
-    for (const std::string& reason : given_->reasons) printMessage("  " + reason);
-    for (const std::string& note : given_->notes) printMessage("note: " + note);
-  }
-
-  // Footage is of one camera: a file that was named must not have several.
-  void checkFootageFlags(const std::vector<ListedFile>& listed) const {
-    if (footage_.empty()) {
-      if (front_end_.empty()) return;
+    if (!report_.empty()) checkOutputs(outputs, allSources(listed), common_, 1);
+    if (footage_.empty() && !front_end_.empty()) {
       throw usageError({.where = "validate",
                         .found = "--front-end without --footage",
                         .expected = "--footage with a video or photographs"});
     }
-    for (const ListedFile& file : listed) {
-      if (file.is_from_folder) continue;
-      std::vector<std::string> names;
+  }
+
+  [[nodiscard]] std::vector<std::string> allSources(const std::vector<ListedFile>& listed) const {
+    std::vector<std::string> sources = images_.inputs;
+    if (!sources.empty() && !isCornersFile(sources.front())) sources = withImages(sources);
+    if (!footage_.empty()) append(sources, withImages(footage_));
+    for (const ListedFile& file : listed) sources.push_back(cameraFilePath(file.path));
+    append(sources, images_.boards);
+    append(sources, {cameraFilePath(against_), common_.config});
+    return sources;
+  }
+
+  // Finds the boards and reads the other camera, once for all files that are tested.
+  void prepareComparisons() {
+    if (images_.inputs.empty() && !images_.boards.empty()) {
+      throw usageError({.where = "validate",
+                        .found = "--board without --images",
+                        .expected = "--images FOLDER with images of the board"});
+    }
+    tests_.jobs = common_.jobs;
+    if (!against_.empty()) tests_.other = readCameraTelling(against_, {}, common_.quiet);
+    if (images_.inputs.empty()) return;
+    tests_.cancel = catchInterrupts();
+    images_.image_size = camera_.size;
+    images_.pictures = report_.empty() ? nullptr : &passing_;
+    given_ = readViews(images_, common_, tests_.cancel);
+    tests_.boards = given_->boards;
+    tests_.views = given_->views;
+    if (common_.quiet) return;
+    for (const std::string& reason : given_->reasons) printMessage("  " + reason);
+    printNotes(given_->notes);
+  }
+
+  // The content of named files if they are tested on footage, which is of one camera; others are read when
+  // they are judged. @throws Error (kUsage) for a file with several cameras
+  [[nodiscard]] std::vector<std::optional<CameraSource>> readForFootage(
+      const std::vector<ListedFile>& listed) const {
+    std::vector<std::optional<CameraSource>> sources(listed.size());
+    for (std::size_t i = 0; i < listed.size(); ++i) {
+      if (footage_.empty() || listed[i].is_from_folder) continue;
       try {
-        const CameraSource source = readCamerasToJudge(file.path, camera_.readOptions());
-        for (const StatedCamera& camera : source.cameras) names.push_back(cameraLabel(camera));
-        for (const RefusedCamera& camera : source.refused) names.push_back(cameraLabel(camera));
+        sources[i] = readCamerasToJudge(listed[i].path, camera_.readOptions());
       } catch (const Error&) {
         continue;  // its judgement says why
       }
+      std::vector<std::string> names = mapped(sources[i]->cameras, cameraLabel<StatedCamera>);
+      append(names, mapped(sources[i]->refused, cameraLabel<RefusedCamera>));
       if (names.size() <= 1) continue;
-      throw usageError({.where = "--footage: " + file.path,
+      const std::string& path = listed[i].path;
+      throw usageError({.where = "--footage: " + path,
                         .found = fmt::format("a file with {} cameras", names.size()),
                         .expected = "the one camera that took the footage",
-                        .next_step = fmt::format("test each camera alone: {}#{}", file.path, names.front())});
+                        .next_step = fmt::format("test each camera alone: {}#{}", path, names.front())});
     }
+    return sources;
   }
 
   // Follows points through the footage, once for all files that are tested.
-  void followFootage() {
+  void followFootage(bool has_tolerance) {
     if (footage_.empty()) return;
     tests_.cancel = catchInterrupts();
-    if (tolerance_flag_->count() > 0) tests_.footage_tolerance_px = tolerance_px_;
+    if (has_tolerance) tests_.footage_tolerance_px = tests_.tolerance_px;
     const bool is_flow = front_end_.empty() ? isVideoFootage(footage_) : front_end_ == "flow";
     FootagePass pass;
     ProgressBar bar("following points", common_.quiet);
@@ -239,17 +201,22 @@ class ValidateCommand final : public Command {
     tests_.footage =
         trackFootage(footage_, is_flow ? FrontEndKind::kFlow : FrontEndKind::kKeyPoints, pass, options);
     tests_.num_footage_frames = pass.num_frames - pass.num_damaged;
-    if (common_.quiet) return;
-    for (const std::string& note : pass.notes) printMessage("note: " + note);
+    if (!common_.quiet) printNotes(pass.notes);
   }
 
-  [[nodiscard]] ValidationResult judgeAll(const std::vector<ListedFile>& listed) const {
+  [[nodiscard]] ValidationResult judgeAll(const std::vector<ListedFile>& listed,
+                                          const std::vector<std::optional<CameraSource>>& known) const {
     std::vector<std::optional<FileJudgement>> judgements(listed.size());
     // The checks with images and footage share out their own work.
     const int num_jobs = tests_.views.empty() && !tests_.footage ? common_.jobs : 1;
-    parallelFor(listed.size(), num_jobs,
-                [&](std::size_t i) { judgements[i] = judgeFile(listed[i], camera_.readOptions(), tests_); });
-    ValidationResult result{.files = {}, .other_files = {}, .is_strict = is_strict_};
+    parallelFor(listed.size(), num_jobs, [&](std::size_t i) {
+      judgements[i] = judgeFile(listed[i], camera_.readOptions(), tests_, known[i] ? &*known[i] : nullptr);
+    });
+    ValidationResult result{.files = {},
+                            .other_files = {},
+                            .is_strict = is_strict_,
+                            .tolerance_px = tests_.tolerance_px,
+                            .boards = tests_.boards};
     for (std::size_t i = 0; i < listed.size(); ++i) {
       if (judgements[i]) {
         result.files.push_back(*std::move(judgements[i]));
@@ -257,13 +224,32 @@ class ValidateCommand final : public Command {
         result.other_files.push_back(listed[i].path);
       }
     }
-    return result;
+    if (!result.files.empty()) return result;
+    throw inputError(
+        {.where = files_.front(),
+         .found = fmt::format("no camera file among {} file{}", listed.size(), listed.size() == 1 ? "" : "s"),
+         .expected = "at least one",
+         .next_step = "see docs/formats.md for the formats"});
+  }
+
+  void write(const ValidationResult& result) const {
+    if (!junit_path_.empty()) writeFileAtomically(junit_path_, junitText(result));
+    if (report_.empty()) return;
+    PageOptions page{.num_jobs = common_.jobs};
+    if (given_) page.pictures = picturesOf(*given_, passing_);
+    writeValidationReport(report_, validationEvidenceJson(result, printable(against_), tests_.other), page);
   }
 
   void print(const ValidationResult& result) const {
-    if (common_.json) return printResult(judgementJson(result));
-    if (common_.quiet) return printResult(filesText(result, true));
-    printResult((is_verbose_ ? checksText(result) : filesText(result, false)) + totalsText(totalsOf(result)));
+    if (common_.json) {
+      printResult(judgementJson(result));
+    } else if (common_.quiet) {
+      printResult(filesText(result, true));
+    } else {
+      printResult((is_verbose_ ? checksText(result) : filesText(result, false)) +
+                  totalsText(totalsOf(result)));
+    }
+    if (!report_.empty() && !common_.quiet) printMessage("report written to " + report_);
   }
 
   std::vector<std::string> files_;
@@ -272,14 +258,10 @@ class ValidateCommand final : public Command {
   bool is_strict_ = false;
   bool is_verbose_ = false;
   CameraOptions camera_;
-  std::vector<std::string> images_;
-  std::vector<std::string> boards_;
-  DetectionOptions detection_;
+  BoardInputs images_{.command = "validate"};
   std::vector<std::string> footage_;
   std::string front_end_;
   std::string against_;
-  double tolerance_px_ = kDefaultTolerancePx;
-  CLI::Option* tolerance_flag_ = nullptr;
   FileTests tests_;
   std::optional<GivenViews> given_;
   PassingPictures passing_;

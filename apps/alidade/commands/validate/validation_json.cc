@@ -3,6 +3,7 @@
 #include <limits>
 #include <utility>
 
+#include "alidade/core/mapped.h"
 #include "alidade/report/data/json_output.h"
 #include "commands/validate/validation_output.h"
 #include "console.h"
@@ -28,12 +29,6 @@ json checksJson(const std::vector<FileCheck>& list) {
   return checks;
 }
 
-// What a document holds besides the checks.
-struct DocumentParts {
-  std::span<const Board> boards;  // that the images show
-  bool has_corners = false;
-};
-
 json cornersJson(const HeldOutView& view) {
   json corners = json::array();
   for (const HeldOutCorner& corner : view.corners) {
@@ -46,7 +41,7 @@ json cornersJson(const HeldOutView& view) {
   return corners;
 }
 
-json heldOutViewJson(const HeldOutView& view, const DocumentParts& parts) {
+json heldOutViewJson(const HeldOutView& view, const std::vector<Board>& boards, bool has_corners) {
   double largest_px = view.corners.empty() ? std::numeric_limits<double>::quiet_NaN() : 0;
   for (const HeldOutCorner& corner : view.corners) largest_px = std::max(largest_px, corner.error_px.norm());
   json document = {{"image", view.image},
@@ -56,9 +51,9 @@ json heldOutViewJson(const HeldOutView& view, const DocumentParts& parts) {
                    {"max_error_px", largest_px},
                    {"fixed_rms_px", view.fixed_rms_px},
                    {"freed_rms_px", view.freed_rms_px}};
-  if (parts.boards.size() > 1) document["board"] = parts.boards[view.board].spec();
+  if (boards.size() > 1) document["board"] = boards[view.board].spec();
   if (!view.corners.empty()) document["camera_from_board"] = view.camera_from_board;
-  if (parts.has_corners) document["corners"] = cornersJson(view);
+  if (has_corners) document["corners"] = cornersJson(view);
   return document;
 }
 
@@ -77,12 +72,10 @@ json freedJson(const Calibration& freed) {
   return document;
 }
 
-json heldOutJson(const HeldOutJudgement& judgement, const DocumentParts& parts) {
-  json boards = json::array();
-  for (const Board& board : parts.boards) boards.push_back(board.spec());
+json heldOutJson(const HeldOutJudgement& judgement, const std::vector<Board>& boards, bool has_corners) {
   json views = json::array();
-  for (const HeldOutView& view : judgement.views) views.push_back(heldOutViewJson(view, parts));
-  return {{"boards", std::move(boards)},
+  for (const HeldOutView& view : judgement.views) views.push_back(heldOutViewJson(view, boards, has_corners));
+  return {{"boards", mapped(boards, &Board::spec)},
           {"num_views_given", judgement.num_views_given},
           {"num_corners", judgement.numCorners()},
           {"rms_px", judgement.held_out_rms_px},
@@ -96,14 +89,15 @@ json heldOutJson(const HeldOutJudgement& judgement, const DocumentParts& parts) 
           {"views", std::move(views)}};
 }
 
-json cameraJson(const CameraJudgement& camera, const DocumentParts& parts) {
-  json document = {{"name", camera.name},
-                   {"model", nullptr},
-                   {"image_size", orNull(camera.image_size)},
-                   {"calibration", nullptr},
-                   {"held_out", camera.held_out ? heldOutJson(*camera.held_out, parts) : json(nullptr)},
-                   {"footage", camera.footage ? footageJson(*camera.footage) : json(nullptr)},
-                   {"checks", checksJson(camera.checks)}};
+json cameraJson(const CameraJudgement& camera, const std::vector<Board>& boards, bool has_corners) {
+  json document = {
+      {"name", camera.name},
+      {"model", nullptr},
+      {"image_size", orNull(camera.image_size)},
+      {"calibration", nullptr},
+      {"held_out", camera.held_out ? heldOutJson(*camera.held_out, boards, has_corners) : json(nullptr)},
+      {"footage", camera.footage ? footageJson(*camera.footage) : json(nullptr)},
+      {"checks", checksJson(camera.checks)}};
   if (const auto& stated = camera.calibration) {
     const auto orNone = [](const std::vector<double>& values) {
       return values.empty() ? json(nullptr) : json(values);
@@ -123,12 +117,12 @@ json cameraJson(const CameraJudgement& camera, const DocumentParts& parts) {
 }
 
 json validationDocument(const ValidationResult& result, bool has_corners) {
-  const DocumentParts parts{.boards = result.boards, .has_corners = has_corners};
   const auto textOrNull = [](const std::string& text) { return text.empty() ? json(nullptr) : json(text); };
   json files = json::array();
   for (const FileJudgement& file : result.files) {
     json cameras = json::array();
-    for (const CameraJudgement& camera : file.cameras) cameras.push_back(cameraJson(camera, parts));
+    for (const CameraJudgement& camera : file.cameras)
+      cameras.push_back(cameraJson(camera, result.boards, has_corners));
     files.push_back({{"file", file.file},
                      {"status", severityName(outcomeOf(result, file))},
                      {"format", textOrNull(file.format)},

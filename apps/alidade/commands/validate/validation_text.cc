@@ -34,7 +34,7 @@ std::string modelText(const CameraJudgement& camera) {
   return camera.camera ? std::string(camera.camera->modelId()) : "-";
 }
 
-// What a column says of all cameras of a file.
+// The text of a column for all cameras of a file.
 template <class TextOf>
 std::string commonText(const FileJudgement& file, const TextOf& textOf) {
   if (file.cameras.empty()) return "-";

@@ -10,7 +10,7 @@ class Error;
 
 namespace alidade {
 
-/// What is wrong with a command line that the parser of `app` refused, and the nearest thing that it accepts.
+/// The complaint about a command line that the parser of `app` refused, with the nearest thing it accepts.
 [[nodiscard]] std::string explainRefusal(const CLI::Error& error, CLI::App& app, int argc, char** argv);
 
 /// The same of a word that is no command of a program or group.

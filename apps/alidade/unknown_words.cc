@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "help/unknown_words.h"
+#include "unknown_words.h"
 
 #include <algorithm>
 #include <string_view>
@@ -9,7 +9,7 @@
 
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
-#include "options.h"
+#include "flags.h"
 
 namespace alidade {
 namespace {
@@ -30,7 +30,7 @@ std::vector<std::string> flagsOf(const CLI::App& app) {
   return flags;
 }
 
-// The next step after words that were not understood: the nearest flag, or the help.
+// The next step after unknown words: the nearest flag, or the help.
 std::string flagAdvice(const std::vector<std::string>& words, const std::vector<std::string>& flags,
                        const std::string& help) {
   for (const std::string& word : words) {
@@ -41,7 +41,7 @@ std::string flagAdvice(const std::vector<std::string>& words, const std::vector<
   return "\n  next: " + help;
 }
 
-// What is wrong with a command line that names no command of a program or group.
+// The complaint about a command line that names no command of a program or group.
 std::string explainNoCommand(const CLI::App& app, std::vector<std::string> words) {
   const std::string prefix = prefixOf(app);
   const std::string help = callOf(app) + " --help";

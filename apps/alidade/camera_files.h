@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "alidade/files/camera_source.h"
+#include "flags.h"
+
+namespace alidade {
+
+/// Properties that a camera file of another tool may leave open.
+struct CameraOptions {
+  std::string size;     ///< "640x480"; empty = the file says
+  std::string read_as;  ///< model; empty = the file says
+
+  /// The flags --image-size and --read-as.
+  void addOptions(Flags& flags);
+  [[nodiscard]] ReadOptions readOptions() const;
+};
+
+/// The one camera of a file of any format. What was passed over or assumed in reading it is told, unless
+/// `quiet`.
+[[nodiscard]] CameraRecord readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet);
+
+/// The same of a file that was read.
+[[nodiscard]] CameraRecord onlyCameraTelling(const CameraSource& source, bool quiet);
+
+/// Tells what was passed over or assumed in reading a file.
+void tellRemarks(const CameraSource& source);
+
+/// The ids of all camera formats, for the flag --to.
+[[nodiscard]] std::vector<std::string> formatIds();
+
+}  // namespace alidade
