@@ -117,7 +117,7 @@ def printed_jobs():
 
 
 def help_jobs():
-    lines = ["--help", "--version", "help", "nonsense", "", "help nonsense", "help --write written", "rig", "rig --help"]
+    lines = ["--help", "--version", "help", "nonsense", "", "help nonsense", "rig", "rig --help"]
     for command in PROGRAM_COMMANDS:
         lines += [command + " --help", "help " + command, command, command + " --bord", command + " --json nothing"]
     return [Job("help", lines)]
