@@ -143,7 +143,7 @@ void refuseFolderOfInputs(const std::string& folder, const std::vector<std::stri
   }
 }
 
-PendingFolder::PendingFolder(const std::string& target, std::string command, bool may_replace)
+PendingFolder::PendingFolder(const std::string& target, std::string command, bool may_replace, bool is_quiet)
     : command_(std::move(command)), may_replace_(may_replace) {
   std::error_code error;
   if (fs::is_symlink(fs::symlink_status(target, error)) && !fs::exists(target, error)) {
@@ -167,6 +167,10 @@ PendingFolder::PendingFolder(const std::string& target, std::string command, boo
   for (int i = 2; !makeFolder(pending, target); ++i) pending = siblingPath(fmt::format("{}.tmp", i));
   pending_ = pending;
   if (is_there) takeOwnerAndMode(target_, pending_);
+  if (is_quiet) return;
+  for (const std::string& name : leftovers())
+    printMessage("note: '" + name +
+                 "' beside the output is left over from an interrupted run\n  next: delete it");
 }
 
 PendingFolder::~PendingFolder() {
@@ -293,12 +297,6 @@ void PendingFolder::commit() {
   }
   pending_.clear();
   if (replaces) removeOwn(old);
-}
-
-void noteLeftovers(const PendingFolder& folder) {
-  for (const std::string& name : folder.leftovers())
-    printMessage("note: '" + name +
-                 "' beside the output is left over from an interrupted run\n  next: delete it");
 }
 
 }  // namespace alidade

@@ -30,9 +30,10 @@ class PendingFolder {
 
   /// @param command  that makes the folder, and whose earlier results may be replaced
   /// @param may_replace  accept a target that holds an earlier result and nothing else
+  /// @param is_quiet  do not name what killed runs left beside the folder, which nobody else removes
   /// @throws Error (kInput) for a target that is no folder, is the current folder or one above it, or holds
   /// anything but what may be replaced
-  PendingFolder(const std::string& target, std::string command, bool may_replace);
+  PendingFolder(const std::string& target, std::string command, bool may_replace, bool is_quiet = true);
   ~PendingFolder();
   PendingFolder(const PendingFolder&) = delete;
   PendingFolder& operator=(const PendingFolder&) = delete;
@@ -42,8 +43,6 @@ class PendingFolder {
   void makeSubfolder(const std::string& name) const;
   /// Puts the folder in place. @throws Error (kInput)
   void commit();
-  /// The names of what killed runs left beside the folder, for a note. Nobody else removes it.
-  [[nodiscard]] std::vector<std::string> leftovers() const;
   /// Runs what writes entries. @throws Error what that throws, naming the entries as they are going to be
   template <class Write>
   void write(const Write& entries) const {
@@ -57,6 +56,7 @@ class PendingFolder {
  private:
   [[nodiscard]] std::string renamed(std::string message) const;
   [[nodiscard]] std::filesystem::path siblingPath(const std::string& ending) const;
+  [[nodiscard]] std::vector<std::string> leftovers() const;
   // @returns whether it exists. @throws Error (kInput) where it is no folder, or holds anything else than
   // what may be replaced
   [[nodiscard]] bool checkTarget() const;
@@ -68,8 +68,5 @@ class PendingFolder {
   std::filesystem::path target_;
   std::filesystem::path pending_;
 };
-
-/// Names leftovers() to the user.
-void noteLeftovers(const PendingFolder& folder);
 
 }  // namespace alidade

@@ -93,8 +93,7 @@ class ReportCommand final : public Command {
 
   void write(const std::string& evidence, const PageOptions& options) const {
     if (!figures_.empty()) {
-      PendingFolder folder(figures_, "report", overwrite_);
-      if (!common_.quiet) noteLeftovers(folder);
+      PendingFolder folder(figures_, "report", overwrite_, common_.quiet);
       writeFigures(folder, evidence, evidenceFile(), options);
       folder.commit();
     }

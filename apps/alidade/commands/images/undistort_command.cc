@@ -72,8 +72,7 @@ class UndistortCommand final : public Command {
   // @returns the share of the view's pixels that have no source
   double write(const CameraRecord& source, const ViewChoice& choice, std::vector<RemappedImage>& images,
                const CancelFlag* cancel) const {
-    PendingFolder folder(output_, "undistort", view_.may_overwrite);
-    if (!common_.quiet) noteLeftovers(folder);
+    PendingFolder folder(output_, "undistort", view_.may_overwrite, common_.quiet);
     const RemapTable table =
         makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, cancel);
     folder.write([&] {

@@ -248,8 +248,7 @@ class RigRectifyCommand final : public Command {
   }
 
   void write(const RigRecord& record, const Rectification& r, Sides& sides, const CancelFlag* cancel) const {
-    PendingFolder folder(output_, "rig rectify", view_.may_overwrite);
-    if (!common_.quiet) noteLeftovers(folder);
+    PendingFolder folder(output_, "rig rectify", view_.may_overwrite, common_.quiet);
     for (std::size_t i = 0; i < 2; ++i) {
       Side& side = sides[i];
       const std::string name = fileNameOf(side.camera.name);

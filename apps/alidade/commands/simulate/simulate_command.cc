@@ -63,8 +63,7 @@ class SimulateCommand final : public Command {
     // Whether objects can cover the wanted share is known only now.
     const FootageSimulator simulator =
         detail::withPlace(scene_path_ + ": footage", [&] { return FootageSimulator(scene); });
-    PendingFolder folder(output_, "simulate", overwrite_);
-    if (!common_.quiet) noteLeftovers(folder);
+    PendingFolder folder(output_, "simulate", overwrite_, common_.quiet);
     const std::vector<TrueTrack> tracks = simulator.trackPoints();
     std::size_t num_pixels = 0;
     for (const TrueTrack& track : tracks) num_pixels += track.pixels.size();
@@ -95,8 +94,7 @@ class SimulateCommand final : public Command {
 
     const CornersFile corners = trueCorners(scene, poses, names);
     const std::vector<std::string> without_corners = viewsWithoutCorners(corners);
-    PendingFolder folder(output_, "simulate", overwrite_);
-    if (!common_.quiet) noteLeftovers(folder);
+    PendingFolder folder(output_, "simulate", overwrite_, common_.quiet);
     folder.write([&] {
       writeCornersFile(folder.path("corners.csv"), corners);
       saveCamera(folder.path("camera.yaml"),
