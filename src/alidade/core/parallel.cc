@@ -48,7 +48,7 @@ void parallelFor(std::size_t count, int num_jobs, const std::function<void(std::
   try {
     for (std::size_t t = 1; t < num_threads; ++t) threads.emplace_back(run);
   } catch (const std::system_error&) {
-    // No more threads to be had: those there are, and this one, do the work.
+    // No more threads are available; continue with those there are.
   }
   run();
   threads.clear();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What loops over short vectors take to be compiled well. They are written once, for vectors, which GCC and
-// Clang know on any processor; on x86-64 they are compiled for AVX2 with fused multiplication besides, and
-// the processor decides. Other compilers get vectors of one.
+// Helpers that make compilers vectorise short loops. Loops are written once, for vectors, which GCC and Clang
+// know on any processor; on x86-64 they are compiled for AVX2 with fused multiplication besides, and the
+// processor decides. Other compilers get vectors of one.
 #pragma once
 
 #if defined(__GNUC__) || defined(__clang__)

@@ -188,7 +188,7 @@ void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<SurveyNote>
   if (!note.images.empty()) notes.push_back(std::move(note));
 }
 
-// Of one board, in images of one size.
+// Compares the images of one board, which have one size.
 void triageBoard(std::span<ImageOutcome> outcomes, const Board& board, std::span<const Board> others,
                  std::vector<SurveyNote>& notes) {
   refusePartsOfAnother(outcomes, board, others);

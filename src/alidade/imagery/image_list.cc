@@ -56,7 +56,7 @@ std::vector<fs::path> entriesOf(const fs::path& folder, std::error_code& error) 
   return entries;
 }
 
-/// Links that lead nowhere count, so that reading complains about them rather than nobody.
+/// Links that lead nowhere count, so that reading complains about them.
 bool isImage(const fs::path& path) {
   return hasImageName(path) && !isFolder(path);
 }

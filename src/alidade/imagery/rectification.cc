@@ -268,7 +268,7 @@ std::optional<Vector3d> Rectification::pointFromDisparity(const Vector2d& pixel,
   const double first = (pixel[along] - views[0].axis_px[along]) / scale_px;
   const double second = (pixel[along] - disparity - views[1].axis_px[along]) / scale_px;
   const double slope = tangentOf(*this, first) - tangentOf(*this, second);
-  // Of the right sign, and finite.
+  // The depth has the right sign and is finite.
   const double depth = baseline_m / slope;
   if (!(depth > 0) || !std::isfinite(depth)) return std::nullopt;
   const double across = is_vertical ? ray->x() : ray->y();

@@ -36,9 +36,9 @@ struct RemapTable {
   }
 };
 
-/// Projects the ray of each pixel of `view` by `camera`. No source has a pixel without a ray, a ray that the
-/// camera does not see (behind it, beyond a fold, out of its domain), and one that falls outside of the image
-/// [-0.5, width - 0.5) x [-0.5, height - 0.5).
+/// Projects the ray of each pixel of `view` by `camera`. A pixel has no source if it has no ray, or one
+/// that the camera does not see (behind it, beyond a fold, out of its domain) or that falls outside of the
+/// image [-0.5, width - 0.5) x [-0.5, height - 0.5).
 /// @param num_jobs  threads; 0: one a processor. The table does not depend on it.
 /// @throws Cancelled once `cancel` is raised
 [[nodiscard]] RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size,

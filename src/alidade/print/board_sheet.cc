@@ -76,7 +76,7 @@ class SheetPen {
   }
 
  private:
-  // Of the pattern's top left corner.
+  // The place of the pattern's top left corner.
   [[nodiscard]] Vector2d origin() const {
     return {0.5 * (sheet_.drawing_mm.x() - extentMm(sheet_.ink).x()), kWhiteMm};
   }
@@ -96,7 +96,7 @@ class SheetPen {
     cairo_fill(context_);
   }
 
-  // Which corner the ids start from.
+  // The axes show which corner the ids start from.
   void drawAxes() const {
     constexpr double kLength = 8;
     const Vector2d corner = origin() - Vector2d(2.5, 2.5);
@@ -280,7 +280,7 @@ BoardSheet layOutBoard(const BoardInk& ink, const std::string& spec, const std::
       if (sheets.back().numPages() == 1) return sheets.back();
     }
   }
-  // Of the largest paper.
+  // The sheet on the largest paper.
   const BoardSheet& best =
       *std::min_element(sheets.end() - 2, sheets.end(),
                         [](const BoardSheet& a, const BoardSheet& b) { return a.numPages() < b.numPages(); });

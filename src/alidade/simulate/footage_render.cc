@@ -62,7 +62,7 @@ class RowViews {
   std::vector<std::vector<BodyView>> rows_;
 };
 
-// Of the rays of one row.
+// Numbers of the rays of one row.
 struct RowBuffers {
   std::vector<double> u, v, x, y, z;
   std::vector<ProjectStatus> status;

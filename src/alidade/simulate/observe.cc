@@ -19,7 +19,7 @@ bool isInside(const Projection& p, ImageSize size) {
          p.pixel.y() < size.height - 0.5;
 }
 
-// Of the image of a disc; nothing if a part of it is not seen.
+// The centroid of a disc's image; nothing if a part of it is not seen.
 std::optional<Eigen::Vector2d> discCentroid(const AnyCamera& camera, ImageSize size, const Board& board,
                                             const SE3& camera_from_board, int id) {
   constexpr int kPoints = 32;

@@ -15,7 +15,8 @@
 namespace alidade {
 namespace {
 
-// Of a block, by the ends of its sides along x and y; in turn, so that neighbours are the ends of a side.
+// The corners of a block, by the ends of its sides along x and y; in turn, so that neighbours are the ends of
+// a side.
 constexpr std::array<std::array<int, 2>, 4> kCorners = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
 
 int divideUp(int a, int b) {

@@ -91,7 +91,7 @@ class BoardLight {
 
   [[nodiscard]] double level(BoardTone tone) const { return levels_[static_cast<std::size_t>(tone)]; }
 
-  // Of a place on the board's plane in homogeneous coordinates, in units of the pattern.
+  // The tone of a place on the board's plane in homogeneous coordinates, in units of the pattern.
   [[nodiscard]] BoardTone toneAt(double x, double y, double w) const {
     return w > 0 ? pattern_.tone({x / w, y / w}) : BoardTone::kBackground;
   }

@@ -125,7 +125,7 @@ class Bundle {
     return is_evaluable && std::isfinite(cost) ? cost : std::numeric_limits<double>::quiet_NaN();
   }
 
-  // Of the cost by the intrinsics of a camera, all of them free; nothing where a corner does not project.
+  // The cost's gradient by the intrinsics of a camera, all free; nothing where a corner does not project.
   // Zero for a camera without views.
   [[nodiscard]] std::optional<std::vector<double>> gradient(std::size_t camera) {
     constrain(camera, {});
@@ -201,7 +201,7 @@ class Bundle {
   // Where no step lowers the cost, Ceres comes to rest by its smallness, which is no optimum by itself.
   [[nodiscard]] Termination terminationOf(const ceres::Solver::Summary& summary) const {
     constexpr double kPerfect = 1e-12;  // px^2 a residual
-    // Of the cost: what a step may promise that does not lower it, as where the loss has a kink.
+    // Share of the cost that a step may promise without lowering it, as where the loss has a kink.
     constexpr double kNegligible = 1e-10;
     switch (summary.termination_type) {
       case ceres::NO_CONVERGENCE:

@@ -17,7 +17,7 @@ using PoseJacobian = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
 
 constexpr Eigen::Index kPose = 6;
 
-// Of the tangent at a pose by the seven numbers of its block.
+// The Jacobian of the tangent at a pose by the seven numbers of its block.
 PoseJacobian tangentByBlock(const double* pose) {
   PoseJacobian J;
   SE3Manifold().MinusJacobian(pose, J.data());
@@ -59,7 +59,7 @@ bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double*
   const double* shape = has_shape_ ? blocks[has_rig_pose_ ? 3 : 2] : nullptr;
   Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
   if (jacobians == nullptr) {
-    // Of any residuals with the same sum of squares the cost is the same.
+    // All residuals with the same sum of squares have the same cost.
     const double rho = sumOfRho(params, camera_from_board, shape);
     r.setZero();
     r(0) = std::sqrt(rho);

@@ -130,7 +130,7 @@ std::optional<SE3> poseFromRays(std::span<const Eigen::Vector2d> on_board,
   const auto R = nearestRotation(H->col(0), H->col(1));
   if (!R) return std::nullopt;
 
-  // Of all translations, the one that brings the turned points nearest to their rays.
+  // The translation that brings the turned points nearest to their rays.
   Eigen::Matrix3d sum_across = Eigen::Matrix3d::Zero();
   Eigen::Vector3d sum_points = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < rays.size(); ++i) {

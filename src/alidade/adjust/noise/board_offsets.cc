@@ -20,7 +20,7 @@ constexpr double kFirstScatter = 0.02;  // of the points' distance
 constexpr double kLeastScatter = 1e-5;  // less is no offset
 constexpr double kFewestOffsets = 3;    // coordinates that the corners determine
 
-// The inverse of a symmetric positive definite matrix, scaled first; nothing for another one.
+// The inverse of a symmetric positive definite matrix, scaled first; nothing if it is not.
 std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
   if (matrix.size() == 0) return matrix;
   if (!(matrix.diagonal().minCoeff() > 0)) return std::nullopt;
@@ -116,7 +116,7 @@ class OffsetPrior {
 
   // Frees each mode as far as the corners say that it is displaced: its likeliest variance is the square of
   // what they alone have for it, less their own variance. None is held tighter than the scatter holds it.
-  // What comes out does not depend on how the modes were held.
+  // The result does not depend on how the modes were held.
   // @param inverse  of the sum of what the corners and this prior say; over `variance` a covariance
   void freeModes(const Eigen::VectorXd& offsets, const Eigen::MatrixXd& inverse, double variance) {
     constexpr int kMaxRounds = 100;
@@ -309,7 +309,7 @@ class OffsetEquations {
 
   [[nodiscard]] std::vector<OffsetPrior> priors() const { return mapped(boards_, &UnevenBoard::prior); }
 
-  // Of the errors, over what it is without a step.
+  // The variance of the errors over what it is without a step.
   [[nodiscard]] double varianceShare() const { return variance_ / (squares_ / freedom_); }
 
   // Gives the fit the offsets and their scatter; returns the largest step over the points' distance.

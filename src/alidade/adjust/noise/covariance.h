@@ -35,7 +35,7 @@ struct IntrinsicsInformation {
   std::optional<Eigen::MatrixXd> inverse;
 };
 
-/// Of a fit of one camera. Corners that do not project are left out.
+/// The information of a fit of one camera; corners that do not project are left out.
 [[nodiscard]] IntrinsicsInformation intrinsicsInformation(const Fit& fit);
 
 /// Mean slope psi' of Huber's estimate over both axes of all corners: 1 where none lies beyond the threshold.

@@ -45,7 +45,7 @@ std::optional<Fit> withoutFold(int fold, const Fit& fit, const CancelFlag* cance
   return withOffsets(std::move(without), OffsetScatter::kKeep, cancel);
 }
 
-// Of a view of `fit`, by the camera and the board's shape of the others.
+// Errors of a view of `fit` by the camera and the board's shape of the others.
 std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view, const Fit& without) {
   const FitCamera& camera = without.cameras[view.camera];
   const FitBoard& board = without.boards[boardIndex(fit, view)];

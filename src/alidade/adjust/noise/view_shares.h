@@ -21,7 +21,7 @@ namespace alidade {
 enum class PullLift {
   /// So that under independent noise their expected squares are right: "CR2".
   kForNoise,
-  /// To what they would be if the view had had no part in the fit: the jackknife's, "CR3". It is never too
+  /// As if the view had had no part in the fit: the jackknife's, "CR3". The covariance is never too
   /// small, even where every view has a camera of its own and one view decides nearly all.
   kLeaveOneOut
 };

@@ -114,7 +114,7 @@ class Ladder {
     return covariance && (!priorOf(fit).isNone() || leastKnown(*covariance, scale_).sigma <= kUnseen);
   }
 
-  // Of the lens' parameters that are free, in natural sizes.
+  // The largest of the lens' free parameters, in natural sizes.
   [[nodiscard]] double largest(const Fit& fit) const {
     double largest = 0;
     for (std::size_t i = 0; i < scale_.size.size(); ++i) {

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// What is seen from the outermost line of corners outwards, over one square.
+// The picture from the outermost line of corners outwards, over one square.
 struct OuterSquare {
   bool is_dark = false;  // as the mesh's colours have it
   // What lies beyond is like the margin; a dark square also ends a step from the line, give or take.
@@ -74,7 +74,7 @@ Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNo
 
 MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direction) {
   const std::vector<MeshNode> nodes = sideNodes(mesh, direction);
-  // Of bright and of dark squares.
+  // Bright and dark squares.
   std::array<int, 2> num_seen{};
   std::array<int, 2> num_closing{};
   std::array<int, 2> num_continuing{};

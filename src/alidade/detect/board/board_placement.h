@@ -12,7 +12,7 @@ namespace alidade {
 
 /// What the picture shows beyond the outermost corners of a mesh on one side.
 enum class MeshSide {
-  kUnclear,    ///< something in front of the board, a dark background, or no telling
+  kUnclear,    ///< something in front of the board, a dark background, or it cannot be decided
   kOutside,    ///< the next line of corners would lie outside the image, and no margin is seen before it
   kCloses,     ///< the last squares, whole, and then a margin as bright as the bright squares: the board ends
   kContinues,  ///< more squares: the board goes on
@@ -35,11 +35,11 @@ struct Placement {
 
 /// All ways to lay the mesh on the board that neither its sides nor the colours of its squares exclude.
 /// The colours of a board that looks the same turned by 180 degrees may be printed either way round, so they
-/// exclude nothing there, except that corner 0 of a square board has a dark square wherever that can be had.
+/// exclude nothing there, except that corner 0 of a square board has a dark square wherever that is possible.
 [[nodiscard]] std::vector<Placement> possiblePlacements(const CornerMesh& mesh, const MeshSides& sides,
                                                         const Checkerboard& board);
 
-/// True if all placements put the mesh on the same corners up to turns of the board that nobody can see.
+/// True if all placements put the mesh on the same corners up to turns of the board that cannot be seen.
 [[nodiscard]] bool areEquivalent(const std::vector<Placement>& placements, const CornerMesh& mesh,
                                  const Checkerboard& board);
 

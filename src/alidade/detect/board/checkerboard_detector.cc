@@ -30,7 +30,8 @@ constexpr int kFinestSearchPx = 2600;
 constexpr int kCoarsestSearchPx = 160;
 constexpr std::size_t kMinMesh = 4;
 constexpr std::size_t kMaxMeshes = 4;  // of a level, the largest
-constexpr std::size_t kMinSeen = 9;    // corners to be spoken of; fewer are seen in window panes and tiles
+constexpr std::size_t kMinSeen =
+    9;  // fewest corners that count as a board; fewer are seen in window panes and tiles
 constexpr std::size_t kMinPlaced = 8;  // corners that are worth placing on the board
 constexpr double kMinSpacingPx = 5;
 
@@ -162,7 +163,7 @@ Vector2d meanStep(const CornerMesh& mesh, int direction) {
   return sum;
 }
 
-// Of placements that nobody can tell apart, the one whose columns run to the right.
+// Among placements that look the same, the one whose columns run to the right.
 Placement choosePlacement(const std::vector<Placement>& placements, const CornerMesh& mesh,
                           const Checkerboard& board) {
   const auto merit = [&](const Placement& placement) {
@@ -288,7 +289,7 @@ bool isRegular(const CornerMesh& mesh) {
   return is_regular;
 }
 
-// What the refined corners say of the view.
+// Measures of the view by its refined corners.
 ViewMeasures measure(const RefinedMesh& refined, ImageSize size) {
   const auto median = [](std::vector<double> values) {
     return values.empty() ? std::numeric_limits<double>::quiet_NaN() : medianOf(std::move(values));

@@ -23,7 +23,7 @@ struct SeenCircles {
   std::optional<double> diameter;  ///< as a share of the board's spacing; nothing if too few circles tell
 };
 
-/// Of the largest grid of circles in an image, if it is seen whole and its rows are as far apart as on a
+/// The largest grid of circles in an image, if it is seen whole and its rows are as far apart as on a
 /// board that findBoard() takes; of a symmetric one, the longer side first.
 [[nodiscard]] std::optional<SeenCircles> seenCircleGrid(const GrayImage& image);
 

@@ -48,7 +48,7 @@ std::array<std::pair<int, int>, 2> CircleSearch::oppositePairs(int id) const {
            {idAt(column, row - rows_apart), idAt(column, row + rows_apart)}}};
 }
 
-// Of a pair of opposite neighbours, in each of the two directions that have one.
+// The mean of opposite neighbours, in each of the two directions that have a pair.
 std::optional<DiscFit> CircleSearch::between(int id) const {
   DiscFit mean{
       .pixel = Vector2d::Zero(), .shape = Eigen::Matrix2d::Zero(), .covariance = Eigen::Matrix2d::Zero()};
@@ -114,7 +114,7 @@ void CircleSearch::fitAt(int id, const Vector2d& pixel, const Eigen::Matrix2d& s
 // Those of the other colour, and those that lie elsewhere or are shaped otherwise than their neighbours say.
 void CircleSearch::dropOdd() {
   keepOneColour(found_, [](std::size_t, const DiscFit& disc) { return disc.contrast > 0; });
-  // Of the step, and of the shape: perspective and the lens leave less between neighbours.
+  // Shares of the step and of the shape: perspective and the lens change less between neighbours.
   constexpr double kMostOff = 0.25;
   constexpr double kMostReshaped = 0.4;
   std::vector<int> misplaced;

@@ -77,7 +77,7 @@ std::string dictionaryWith(const MarkerFamily& family, int num_markers) {
   return std::string(family.largest);
 }
 
-// To what somebody may have chosen, if it is as near as what is measured is certain.
+// Rounds to a share that somebody may have chosen, if one is within the measurement's uncertainty.
 double plausibleShare(double measured) {
   constexpr double kNear = 0.015;  // of the share
   for (const double step : {0.05, 0.01}) {
@@ -118,7 +118,7 @@ std::optional<double> gapByCrossRatio(const std::vector<Detection>& detections, 
     for (int k = 1; k < 4; ++k) c[static_cast<std::size_t>(k)] = findCorner(detection, first.id + k * step);
     if (std::ranges::count(c, nullptr) > 0) return;
     const auto distance = [&](std::size_t a, std::size_t b) { return (c[a]->pixel - c[b]->pixel).norm(); };
-    // Of places 0, 1, 1 + gap and 2 + gap it is t / (t - 1), where t is the square of 1 + gap.
+    // For places 0, 1, 1 + gap and 2 + gap it is t / (t - 1), where t is the square of 1 + gap.
     const double ratio = distance(0, 2) * distance(1, 3) / (distance(1, 2) * distance(0, 3));
     if (ratio > 1) gaps.push_back(std::sqrt(ratio / (ratio - 1)) - 1);
   };

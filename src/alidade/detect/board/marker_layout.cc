@@ -20,7 +20,7 @@ using Eigen::Vector2i;
 
 constexpr std::size_t kMinMarkers = 4;  // as many neighbours are no accident
 
-// A marker and another one of the same image.
+// Two markers of the same image.
 struct Neighbours {
   int from = 0;
   int to = 0;
@@ -55,7 +55,7 @@ std::vector<Neighbours> neighboursIn(const std::vector<SeenMarker>& markers) {
   return result;
 }
 
-// Of each marker the nearest other one.
+// The nearest neighbour of each marker.
 std::vector<Vector2d> nearestOffsets(const std::vector<std::vector<Neighbours>>& images) {
   std::vector<Vector2d> offsets;
   for (const auto& neighbours : images) {

@@ -372,7 +372,7 @@ Detection refuseAsOther(const ChosenPattern& chosen, const Board& board) {
   return detection;
 }
 
-// Of markers that tell no place of the board.
+// A sentence about markers that tell no place of the board.
 std::string tellStrays(const ChosenPattern& chosen, const Board& board) {
   const std::string marker(board.words().marker);
   const std::string& dictionary = chosen.pattern->print.dictionary;

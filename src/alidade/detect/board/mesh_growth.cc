@@ -24,7 +24,7 @@ struct Link {
 };
 using Links = std::vector<std::array<Link, 4>>;
 
-// Of half-edge `edge` of a corner; edges count modulo 4.
+// The link of half-edge `edge` of a corner; edges count modulo 4.
 Link& linkAt(Links& links, int corner, int edge) {
   return links[static_cast<std::size_t>(corner)][static_cast<std::size_t>(edge & 3)];
 }

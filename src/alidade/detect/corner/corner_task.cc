@@ -15,7 +15,7 @@ namespace {
 // The squares around a corner; those that look like the one between step_u and step_v come first.
 constexpr std::array<std::array<double, 2>, 4> kSquares = {{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
 
-// Of the four squares, at `share` of the way along both steps.
+// Grey levels of the four squares, at `share` of the way along both steps.
 std::array<std::optional<double>, 4> greyOfSquares(const CornerTask& task, const Eigen::Vector2d& corner,
                                                    double share) {
   constexpr double kClearOfMarkers = 0.6;
