@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -10,8 +9,6 @@
 #include "flags.h"
 
 namespace alidade {
-
-inline constexpr double kDegPerRad = 180 / std::numbers::pi;
 
 /// The exit code where the work is done and the answer is no.
 inline constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);

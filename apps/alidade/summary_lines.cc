@@ -9,6 +9,7 @@
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 #include "command.h"
 #include "console.h"
@@ -38,7 +39,7 @@ std::string boardText(const Fit& fit, std::size_t board) {
   if (fit.boards.size() > 1) {
     const std::size_t num_views = numViews(fit, board);
     if (num_views == 0) return text + ", not used";
-    text += fmt::format(" in {} view{}", num_views, num_views == 1 ? "" : "s");
+    text += fmt::format(" in {}", counted(num_views, "view"));
   }
   const std::string uneven = unevenText(fit.boards[board]);
   if (fit.boards[board].is_shape_fixed) return text + (uneven.empty() ? ", flat" : uneven);
@@ -94,9 +95,7 @@ Lines diagnosisLines(const Diagnosis& diagnosis) {
 
 Lines moreLines(std::size_t num_warnings, std::size_t num_notes) {
   if (num_warnings + num_notes == 0) return {};
-  const auto count = [](std::size_t n, const char* what) {
-    return n == 0 ? "" : fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
-  };
+  const auto count = [](std::size_t n, const char* what) { return n == 0 ? "" : counted(n, what); };
   return {fmt::format("{:<{}}{}{}{}: see --verbose", "More", kIndent, count(num_warnings, "more warning"),
                       num_warnings > 0 && num_notes > 0 ? ", " : "", count(num_notes, "note"))};
 }

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstdio>
 #include <string>
+#include <string_view>
 
 namespace alidade {
 
@@ -26,6 +28,11 @@ namespace alidade {
   if (percent > 0 && percent < 1) return "< 1 %";
   if (percent > 99 && percent < 100) return "> 99 %";
   return numberText("%.0f", std::clamp(percent, 0.0, 100.0)) + " %";
+}
+
+/// "1 view", "3 views".
+[[nodiscard]] std::string counted(std::integral auto count, std::string_view noun) {
+  return std::to_string(count).append(" ").append(noun).append(count == 1 ? "" : "s");
 }
 
 }  // namespace alidade

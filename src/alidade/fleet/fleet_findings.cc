@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/text/table_lines.h"
@@ -24,18 +25,15 @@ std::string firstOf(const Indices& indices, const TextOf& textOf) {
   return join(names, ", ") + (num_more > 0 ? fmt::format(" and {} more", num_more) : "");
 }
 
-std::string units(std::size_t count) {
-  return fmt::format("{} unit{}", count, count == 1 ? "" : "s");
-}
-
 void addGroupFindings(const Fleet& fleet, const FleetGroup& group, std::vector<Diagnosis>& findings) {
   constexpr double kShareOfStrangers = 0.2;
   const std::string size = sizeText(group.size) + " px";
   if (!group.typical) {
-    findings.push_back({.severity = Severity::kNote,
-                        .id = "too_few_units",
-                        .cause = units(group.units.size()) + " of " + size + ": too few for a typical camera",
-                        .limit = fmt::format("{} of one model", kFewestUnits)});
+    findings.push_back(
+        {.severity = Severity::kNote,
+         .id = "too_few_units",
+         .cause = counted(group.units.size(), "unit") + " of " + size + ": too few for a typical camera",
+         .limit = fmt::format("{} of one model", kFewestUnits)});
     return;
   }
   const TypicalCamera& typical = *group.typical;
@@ -43,16 +41,17 @@ void addGroupFindings(const Fleet& fleet, const FleetGroup& group, std::vector<D
     findings.push_back(
         {.severity = Severity::kNote,
          .id = "too_few_to_judge",
-         .cause = fmt::format("{} of {} are too few to tell which of them deviate", units(typical.num_units),
-                              size),
+         .cause = fmt::format("{} of {} are too few to tell which of them deviate",
+                              counted(typical.num_units, "unit"), size),
          .limit = fmt::format("{} units", fewestForOutliers(typical.camera.parameters().size()))});
   }
   if (typical.num_without_covariance > 0) {
-    findings.push_back({.severity = Severity::kNote,
-                        .id = "no_covariance",
-                        .cause = fmt::format("{} of {} of {} state no covariance and are treated as exact",
-                                             typical.num_without_covariance, units(typical.num_units), size),
-                        .evidence = "the spread between units contains their errors"});
+    findings.push_back(
+        {.severity = Severity::kNote,
+         .id = "no_covariance",
+         .cause = fmt::format("{} of {} of {} state no covariance and are treated as exact",
+                              typical.num_without_covariance, counted(typical.num_units, "unit"), size),
+         .evidence = "the spread between units contains their errors"});
   }
   const double strangers =
       1 - static_cast<double>(typical.population.numMembers()) / static_cast<double>(typical.num_units);
@@ -60,7 +59,8 @@ void addGroupFindings(const Fleet& fleet, const FleetGroup& group, std::vector<D
     findings.push_back(
         {.severity = Severity::kWarning,
          .id = "several_kinds",
-         .cause = fmt::format("the {} of {} are probably of several kinds", units(typical.num_units), size),
+         .cause = fmt::format("the {} of {} are probably of several kinds",
+                              counted(typical.num_units, "unit"), size),
          .evidence = fmt::format("{:.0f} % of them do not belong to the largest one", 100 * strangers),
          .limit = fmt::format("{:.0f} %", 100 * kShareOfStrangers),
          .next_step = "put the files of each kind of camera into a folder of its own"});
@@ -73,7 +73,7 @@ void addGroupFindings(const Fleet& fleet, const FleetGroup& group, std::vector<D
          .cause =
              fmt::format("{} of {} differ from the typical camera by more than their uncertainty and the "
                          "spread between units explain",
-                         deviating.size(), units(group.units.size())),
+                         deviating.size(), counted(group.units.size(), "unit")),
          .evidence = firstOf(deviating,
                              [&](std::size_t i) {
                                return fmt::format("{} ({:.2g} px)", fleet.files.units[group.units[i]].file,
@@ -132,7 +132,7 @@ std::vector<Diagnosis> fleetFindings(const Fleet& fleet) {
          .id = "drifted_units",
          .cause = fmt::format("{} of {} with a previous calibration changed by more than both uncertainties "
                               "explain",
-                              drifted.size(), units(fleet.drifts.size())),
+                              drifted.size(), counted(fleet.drifts.size(), "unit")),
          .evidence = firstOf(drifted,
                              [&](std::size_t d) {
                                return fmt::format("{} ({:.2g} px)",
@@ -147,7 +147,7 @@ std::vector<Diagnosis> fleetFindings(const Fleet& fleet) {
       if (fleet.files.units[i].verdict == Verdict::kNo) which.push_back(i);
     findings.push_back({.severity = Severity::kWarning,
                         .id = "rejected_units",
-                        .cause = units(rejected) + " are rejected by their own files",
+                        .cause = counted(rejected, "unit") + " are rejected by their own files",
                         .evidence = firstOf(which, [&](std::size_t i) { return fleet.files.units[i].file; }),
                         .next_step = "calibrate these units again"});
   }
@@ -157,8 +157,9 @@ std::vector<Diagnosis> fleetFindings(const Fleet& fleet) {
     for (std::size_t i = 0; i < files.size(); ++i) all.push_back(i);
     findings.push_back({.severity = Severity::kWarning,
                         .id = id,
-                        .cause = fmt::format("{} {}file{} cannot be read and {} left out", files.size(), what,
-                                             files.size() == 1 ? "" : "s", files.size() == 1 ? "is" : "are"),
+                        .cause = fmt::format("{} cannot be read and {} left out",
+                                             counted(files.size(), std::string(what) + "file"),
+                                             files.size() == 1 ? "is" : "are"),
                         .evidence = firstOf(all, [&](std::size_t i) { return files[i].file; }),
                         .next_step = "run alidade validate on them"});
   };
@@ -167,7 +168,7 @@ std::vector<Diagnosis> fleetFindings(const Fleet& fleet) {
   if (fleet.num_unpaired > 0) {
     findings.push_back({.severity = Severity::kNote,
                         .id = "no_previous",
-                        .cause = units(fleet.num_unpaired) + " have no previous calibration",
+                        .cause = counted(fleet.num_unpaired, "unit") + " have no previous calibration",
                         .evidence = "none of the same serial number, name or file name"});
   }
   std::ranges::stable_sort(findings, std::ranges::greater(), &Diagnosis::severity);

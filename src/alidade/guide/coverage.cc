@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <set>
 #include <utility>
 
 #include <fmt/format.h>
 #include <Eigen/LU>
 
+#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/geometry/decompositions.h"
@@ -203,10 +203,9 @@ SO3 tiltedBoard(const BoardTilt& tilt) {
 }
 
 std::string tiltText(const BoardTilt& tilt) {
-  constexpr double kDegrees = 180 / std::numbers::pi;
   constexpr double kLeastDegrees = 5;
-  const double across = kDegrees * std::abs(tilt.right_rad);
-  const double along = kDegrees * std::abs(tilt.lower_rad);
+  const double across = kDegPerRad * std::abs(tilt.right_rad);
+  const double along = kDegPerRad * std::abs(tilt.lower_rad);
   const bool is_across = across >= kLeastDegrees;
   const bool is_along = along >= kLeastDegrees;
   if (!is_across && !is_along) return "not tilted";

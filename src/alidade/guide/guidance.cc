@@ -15,6 +15,8 @@
 #include "alidade/adjust/board/view_kernel.h"
 #include "alidade/camera/batch.h"
 #include "alidade/camera/projection_uncertainty.h"
+#include "alidade/core/degrees.h"
+#include "alidade/core/number_text.h"
 
 namespace alidade {
 namespace {
@@ -27,7 +29,6 @@ constexpr int kPlacesAlong = 7;
 constexpr int kPlacesAcross = 5;
 constexpr std::array<double, 3> kSpans = {0.3, 0.6, 0.95};  // of the image's smaller side
 constexpr std::array<double, 5> kTiltsDeg = {0, -20, 20, -40, 40};
-constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr double kMargin = 0.02;           // of the image's smaller side
 constexpr double kLeastSquarePx = 6;       // below, corners are not found reliably
 constexpr double kLeastSine = 0.25881905;  // of 15 degrees, between a line of sight and the board
@@ -449,8 +450,8 @@ std::string targetText(const Guidance& guidance) {
     return text + fmt::format("even {} more views like the suggested one are not enough ({:.2g} px)\n",
                               kMaxForecast, target.forecast_px);
   }
-  return text + fmt::format("needs about {} more view{} like the suggested one\n", *target.num_more_views,
-                            *target.num_more_views == 1 ? "" : "s");
+  return text +
+         fmt::format("needs about {} like the suggested one\n", counted(*target.num_more_views, "more view"));
 }
 
 }  // namespace alidade

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "alidade/adjust/board/errors.h"
+#include "alidade/core/degrees.h"
 #include "alidade/core/diagnosis_order.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
@@ -23,7 +24,6 @@ namespace {
 constexpr double kRadius95 =
     1.7308;  // of a normal variable in the plane, over the root mean square of a distance
 constexpr double kMillimetres = 1000;
-constexpr double kDegrees = 57.29577951308232;
 
 // "left/1.png, left/2.png and 7 more".
 std::string listedImages(const RigCalibration& rig, const std::vector<RigImage>& images) {
@@ -62,7 +62,7 @@ void judgeMotions(const RigCalibration& rig, double tolerance_px, std::vector<Di
                               "moves points at the boards' distance by {:.2f} px",
                               rig.cameras.size() == 2 ? name + " relative to the other camera" : name,
                               motion.from_frame, change.translation.norm() * kMillimetres,
-                              change.rotation.log().norm() * kDegrees, motion.effect_px),
+                              change.rotation.log().norm() * kDegPerRad, motion.effect_px),
          .next_step = "fix the cameras to each other; calibrate the frames before and after it separately",
          .effect_px = motion.effect_px});
   }

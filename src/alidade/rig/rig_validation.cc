@@ -15,6 +15,7 @@
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/triangulation.h"
+#include "alidade/core/degrees.h"
 #include "alidade/core/diagnosis_order.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -256,7 +257,6 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
   constexpr double kSure = 3;  // standard deviations
   constexpr double kWrongLength = 0.002;
   constexpr double kMmPerM = 1000;
-  constexpr double kDegPerRad = 57.29577951308232;
   std::vector<Diagnosis> diagnoses;
   for (const TestedRigCamera& camera : tested.cameras) {
     if (camera.sigmas > kSure) {

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "alidade/camera/model_traits.h"
+#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/record/correlations.h"
@@ -224,7 +224,7 @@ std::optional<FileCheck> checkTangential(const CameraRecord& record) {
 // Which share of the image has a ray.
 FileCheck checkOneToOne(const CameraRecord& record, const DomainCertificate& domain, bool is_size_guessed) {
   const double share = domain.full_image ? 1.0 : rayShare(record.camera, record.image_size);
-  const double degrees = domain.cone.max_angle_rad * 180 / std::numbers::pi;
+  const double degrees = domain.cone.max_angle_rad * kDegPerRad;
   FileCheck check{
       .severity = Severity::kPass,
       .id = "one_to_one",

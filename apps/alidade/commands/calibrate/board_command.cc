@@ -7,6 +7,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 #include "alidade/files/board_file.h"
 #include "alidade/files/text/atomic_file.h"
@@ -97,8 +98,8 @@ class BoardCommand final : public Command {
                             {"drawing_mm", {sheet.drawing_mm.x(), sheet.drawing_mm.y()}},
                             {"num_pages", sheet.numPages()}}));
     } else if (!common_.quiet) {
-      printResult(fmt::format("{}: {} on {} ({} page{}); print at 100 %\n", printable(output_), sheet.spec,
-                              sheet.paper.name, sheet.numPages(), sheet.numPages() == 1 ? "" : "s"));
+      printResult(fmt::format("{}: {} on {} ({}); print at 100 %\n", printable(output_), sheet.spec,
+                              sheet.paper.name, counted(sheet.numPages(), "page")));
     }
     return 0;
   }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "alidade/adjust/board/errors.h"
+#include "alidade/core/degrees.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
@@ -103,8 +103,7 @@ std::string boardShapesText(const Calibration& result) {
   std::string text;
   for (std::size_t b = 0; b < fit.boards.size(); ++b) {
     const std::size_t num_views = numViews(fit, b);
-    text += fmt::format("Board    {}: {} view{}\n", fit.boards[b].target.spec(), num_views,
-                        num_views == 1 ? "" : "s");
+    text += fmt::format("Board    {}: {}\n", fit.boards[b].target.spec(), counted(num_views, "view"));
     if (num_views > 0) text += "         " + boardShapeText(result, b).substr(kDetailIndent);
   }
   return text;
@@ -122,7 +121,7 @@ std::string modelChoiceText(const ModelChoice& choice) {
   const auto px = [](double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "-"; };
   const std::string field =
       std::isfinite(choice.field_rad)
-          ? fmt::format("a field of view of {:.0f} degrees", choice.field_rad * 180 / std::numbers::pi)
+          ? fmt::format("a field of view of {:.0f} degrees", choice.field_rad * kDegPerRad)
           : "an image wider than the field of view of the lens";
   std::string text = fmt::format("Models   compared by cross-validation RMS, for {}\n", field);
   text += fmt::format("  {:<14} {:>10} {:>9} {:>9} {:>20}\n", "", "parameters", "RMS px", "held-out",
@@ -167,8 +166,7 @@ std::string projectionText(const Uncertainty& known) {
 std::string domainText(const Calibration& result) {
   const CertifiedCone& cone = result.domain.cone;
   return fmt::format("Domain   one-to-one up to {:.1f} degrees from the axis{}; {}\n",
-                     cone.max_angle_rad * 180 / std::numbers::pi,
-                     cone.is_limited_by_fold ? " (a fold or pole)" : "",
+                     cone.max_angle_rad * kDegPerRad, cone.is_limited_by_fold ? " (a fold or pole)" : "",
                      result.domain.full_image ? "every pixel of the image has a ray"
                                               : "NOT every pixel of the image has a ray");
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <filesystem>
-#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
@@ -56,7 +56,7 @@ std::string poseText(const SE3& camera_from_first) {
       Eigen::Vector3d::Zero() + camera_from_first.inverse().translation * kMillimetres;
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm from the first camera, turned by {:.4g} degrees",
                      origin.x(), origin.y(), origin.z(),
-                     camera_from_first.rotation.log().norm() * 180 / std::numbers::pi);
+                     camera_from_first.rotation.log().norm() * kDegPerRad);
 }
 
 std::vector<int> pixelNumbers(const std::string& flag, const std::string& text, char separator,
@@ -151,10 +151,10 @@ std::string summaryText(const Converted& converted) {
     text +=
         fmt::format("  {:<6} {}\n", file.camera.parameterNames()[i], exactText(file.camera.parameters()[i]));
   }
-  text += fmt::format("Domain   valid up to {:.1f} degrees off-axis; {}",
-                      file.domain->max_angle_rad * 180 / std::numbers::pi,
-                      file.domain->full_image ? "every pixel of the image has a ray"
-                                              : "some pixels of the image have NO ray");
+  text +=
+      fmt::format("Domain   valid up to {:.1f} degrees off-axis; {}", file.domain->max_angle_rad * kDegPerRad,
+                  file.domain->full_image ? "every pixel of the image has a ray"
+                                          : "some pixels of the image have NO ray");
   for (const ConversionProblem problem : conversion.problems)
     text += fmt::format("\nFAILED   {} [{}]", problemText(problem, converted), problemId(problem));
   return text;

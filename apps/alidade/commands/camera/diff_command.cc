@@ -8,7 +8,9 @@
 
 #include "alidade/compare/projection_difference.h"
 #include "alidade/compare/ray_alignment.h"
+#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
@@ -271,9 +273,7 @@ class DiffCommand final : public Command {
 
  private:
   void checkUsage() const {
-    if (files_.size() != 2)
-      throw missingError("diff", fmt::format("{} file{}", files_.size(), files_.size() == 1 ? "" : "s"),
-                         "two camera files");
+    if (files_.size() != 2) throw missingError("diff", counted(files_.size(), "file"), "two camera files");
     if (same_frame_ && distance_m_) {
       throw usageError({.where = "--same-frame and --distance",
                         .found = "both",

@@ -10,6 +10,7 @@
 #include "alidade/core/error_text.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_save.h"
@@ -89,9 +90,8 @@ Lines groupLines(const FleetGroup& group, double tolerance_px, bool has_spread) 
 std::string fleetSummary(const Fleet& fleet, bool is_verbose) {
   constexpr std::size_t kMostGroups = 2;
   constexpr std::size_t kMostFindings = 3;
-  Lines lines = wrapped("Fleet", fmt::format("{} camera{} in {} file{}", fleet.files.units.size(),
-                                             fleet.files.units.size() == 1 ? "" : "s", fleet.files.num_files,
-                                             fleet.files.num_files == 1 ? "" : "s"));
+  Lines lines = wrapped("Fleet", fmt::format("{} in {}", counted(fleet.files.units.size(), "camera"),
+                                             counted(fleet.files.num_files, "file")));
   append(lines, wrapped("Verdicts", verdictsText(fleet)));
   const std::size_t num_groups =
       is_verbose ? fleet.groups.size() : std::min(kMostGroups, fleet.groups.size());
@@ -258,9 +258,8 @@ class FleetCommand final : public Command {
   }
 
   static void tellUnreadable(const std::vector<UnreadableFile>& files, const char* kind) {
-    printListed(
-        mapped(files, [](const UnreadableFile& file) { return oneLine(file.reason); }),
-        fmt::format("warning: {} {}file{} left out:", files.size(), kind, files.size() == 1 ? "" : "s"));
+    printListed(mapped(files, [](const UnreadableFile& file) { return oneLine(file.reason); }),
+                fmt::format("warning: {} left out:", counted(files.size(), std::string(kind) + "file")));
   }
 
   std::vector<std::string> files_;

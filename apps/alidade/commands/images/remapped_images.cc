@@ -12,6 +12,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/error_text.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/imagery/image_file.h"
@@ -131,8 +132,8 @@ std::vector<std::string> orientationNotes(const std::vector<RemappedImage>& imag
   orientations.erase(1);
   for (const auto& [orientation, count] : orientations) {
     notes.push_back(fmt::format(
-        "{} image{} {} an Exif orientation ({}); it is ignored, and the results are not rotated", count,
-        count == 1 ? "" : "s", count == 1 ? "has" : "have", describeExifOrientation(orientation)));
+        "{} {} an Exif orientation ({}); it is ignored, and the results are not rotated",
+        counted(count, "image"), count == 1 ? "has" : "have", describeExifOrientation(orientation)));
   }
   return notes;
 }

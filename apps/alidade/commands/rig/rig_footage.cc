@@ -11,6 +11,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -67,10 +68,9 @@ std::vector<Instant> instantsOf(const RigRecord& rig, const RigInputs& inputs, b
   if (!frames.unmatched.empty() && !is_quiet) {
     const RigImage& first = frames.unmatched.front();
     printMessage(
-        fmt::format("note: {} image{} without one of the same instant by another camera, for example {} of "
+        fmt::format("note: {} without one of the same instant by another camera, for example {} of "
                     "{}: not used",
-                    frames.unmatched.size(), frames.unmatched.size() == 1 ? "" : "s", first.image,
-                    cameras[first.camera].name));
+                    counted(frames.unmatched.size(), "image"), first.image, cameras[first.camera].name));
   }
   std::vector<Instant> instants(frames.names.size(), Instant(cameras.size()));
   for (std::size_t c = 0; c < cameras.size(); ++c) {
@@ -145,8 +145,8 @@ std::string gapText(const RigPairCheck& pair) {
              "baselines";
     case FootageGap::kNone:
     case FootageGap::kFewFrames:
-      return fmt::format("{} instant{} with enough matches; take three or more, of different scenes",
-                         pair.num_instants, pair.num_instants == 1 ? "" : "s");
+      return fmt::format("{} with enough matches; take three or more, of different scenes",
+                         counted(pair.num_instants, "instant"));
     case FootageGap::kUnsolved:
       return "another value that may explain the images could not be computed; take other images, or test "
              "with a board";
@@ -192,11 +192,10 @@ Lines pairLines(const RigPairCheck& pair, std::string_view first, std::string_vi
   }
   Lines lines = wrapped("Pair", text);
   if (!pair.changes.empty() || pair.is_behind) {
-    append(lines,
-           wrapped("", fmt::format("{} instant{}, {} of {} matches; epipolar error {:.2f} px RMS, noise "
-                                   "{:.2f} px; parallax {:.0f} px",
-                                   pair.num_instants, pair.num_instants == 1 ? "" : "s", pair.num_used,
-                                   pair.num_matches, pair.rms_px, pair.noise_px, pair.parallax_px)));
+    append(lines, wrapped("", fmt::format("{}, {} of {} matches; epipolar error {:.2f} px RMS, noise "
+                                          "{:.2f} px; parallax {:.0f} px",
+                                          counted(pair.num_instants, "instant"), pair.num_used,
+                                          pair.num_matches, pair.rms_px, pair.noise_px, pair.parallax_px)));
   }
   if (pair.verdict == FootageVerdict::kInconsistent) append(lines, wrapped("", "next: " + nextStepOf(pair)));
   if (pair.verdict != FootageVerdict::kInconsistent && pair.explanation) {

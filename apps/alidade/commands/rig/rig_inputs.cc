@@ -12,6 +12,7 @@
 #include "alidade/core/distinct_names.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 #include "alidade/files/frame_table_file.h"
 #include "command.h"
@@ -85,10 +86,10 @@ void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>
   const std::vector<RigImage> named = namedWithoutViews(frames, cameras);
   if (named.empty()) return;
   const RigImage& first = named.front();
-  printMessage(fmt::format("note: {} image{} of {} {} in no corners file, for example '{}' of {} ({}): {}",
-                           named.size(), named.size() == 1 ? "" : "s", frames.path,
-                           named.size() == 1 ? "is" : "are", first.image, cameras[first.camera].name,
-                           first.frame, "no board was found there, or the name is misspelt"));
+  printMessage(fmt::format("note: {} of {} {} in no corners file, for example '{}' of {} ({}): {}",
+                           counted(named.size(), "image"), frames.path, named.size() == 1 ? "is" : "are",
+                           first.image, cameras[first.camera].name, first.frame,
+                           "no board was found there, or the name is misspelt"));
 }
 
 }  // namespace

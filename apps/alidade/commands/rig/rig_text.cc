@@ -8,6 +8,7 @@
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/report/data/evidence.h"
@@ -45,9 +46,9 @@ std::string fitTextOfRig(const RigCalibration& rig, int num_frames) {
     num_repeated += camera.alone.dropped.repeated.size();
   }
   return fmt::format(
-             "{} cameras; {} board{} seen by two or more, in {} frame{}; RMS {:.3f} px, cross-validation {}",
-             rig.cameras.size(), rig.links.num_linked, rig.links.num_linked == 1 ? "" : "s", num_frames,
-             num_frames == 1 ? "" : "s", rms(rig.fit),
+             "{} cameras; {} seen by two or more, in {}; RMS {:.3f} px, cross-validation {}",
+             rig.cameras.size(), counted(rig.links.num_linked, "board"), counted(num_frames, "frame"),
+             rms(rig.fit),
              rig.holdout.num_corners > 0 ? fmt::format("{:.3f} px", rig.holdout.rms_px) : "impossible") +
          (rig.frames.time_spread > 0 ? "; matched by nearest times" : "") +
          countText(rig.frames.unmatched.size(), "image without a partner", "images without a partner") +

@@ -2,6 +2,7 @@
 // The result of the check of a camera on footage, as text and as JSON.
 #include <fmt/format.h>
 
+#include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/report/data/json_output.h"
 #include "commands/validate/validation_output.h"
@@ -72,9 +73,9 @@ std::string changeLines(const FootageCheck& check) {
 
 std::string checkLines(const FootageJudgement& judgement, const FootageCheck& check) {
   std::string text =
-      fmt::format("      {} of {} frames in {} window{}, {} points, {} pixels; parallax {:.0f} px\n",
-                  check.num_frames, judgement.num_frames_given, check.num_windows,
-                  check.num_windows == 1 ? "" : "s", check.num_points, check.num_pixels, check.parallax_px);
+      fmt::format("      {} of {} frames in {}, {} points, {} pixels; parallax {:.0f} px\n", check.num_frames,
+                  judgement.num_frames_given, counted(check.num_windows, "window"), check.num_points,
+                  check.num_pixels, check.parallax_px);
   if (check.num_windows > 0)
     text += fmt::format("      held-out error {:.2f} px RMS, noise {:.2f} px\n", check.holdout_rms_px,
                         check.noise_px);

@@ -24,10 +24,6 @@ std::string nameOf(const Fit& fit, const FitView& view) {
   return view.image + boardSuffix(fit, boardIndex(fit, view));
 }
 
-std::string counted(std::size_t count, const char* what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
-
 }  // namespace
 
 // Nothing contradicts a mistake in a few views, so all that is claimed of them may be wrong.
