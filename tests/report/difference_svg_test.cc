@@ -7,7 +7,7 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/report/canvas/svg_canvas.h"
+#include "alidade/report/canvas/figure_canvas.h"
 #include "report/svg_checks.h"
 
 namespace alidade {
@@ -41,9 +41,9 @@ struct Arrow {
 
 // The shafts of the arrows over the image; heads have three points.
 std::vector<Arrow> arrowsIn(const std::string& svg) {
-  const std::size_t start = svg.find("stroke-linecap");
+  const std::size_t start = svg.find("<g class=\"arrows\">");
   const std::string group = svg.substr(start, svg.find("</g>", start) - start);
-  const std::regex shaft("points=\"([-0-9.]+),([-0-9.]+) ([-0-9.]+),([-0-9.]+) \"");
+  const std::regex shaft("M([-0-9.]+),([-0-9.]+) L([-0-9.]+),([-0-9.]+) (?=[M\"])");
   std::vector<Arrow> arrows;
   for (std::sregex_iterator i(group.begin(), group.end(), shaft), end; i != end; ++i) {
     const auto number = [&](int k) { return std::stod((*i)[static_cast<std::size_t>(k)]); };
@@ -56,8 +56,9 @@ TEST(DifferenceSvg, DrawsALongerFocalLengthAsArrowsFromTheMiddle) {
   const std::string svg = drawn(pinhole(500), pinhole(505), {.freed = std::nullopt});
   const std::vector<Arrow> arrows = arrowsIn(svg);
   int num_outward = 0;
+  const Eigen::Vector2d middle = imagePlot(kSize, FigureCanvas::kFileWidth).area.at(319.5, 239.5);
   for (const Arrow& arrow : arrows)
-    num_outward += (arrow.x - 319.5) * arrow.dx + (arrow.y - 239.5) * arrow.dy > 0 ? 1 : 0;
+    num_outward += (arrow.x - middle.x()) * arrow.dx + (arrow.y - middle.y()) * arrow.dy > 0 ? 1 : 0;
   EXPECT_GT(num_outward, 150);
   EXPECT_EQ(num_outward, static_cast<int>(arrows.size()));
   EXPECT_GE(countOf(svg, "<rect"), 40U * 30U);
@@ -75,7 +76,7 @@ TEST(DifferenceSvg, CutsArrowsWhereTheScaleEndsAndSaysSo) {
   EXPECT_THAT(svg, AllOf(HasSubstr(">more<"), HasSubstr(" px or more, from the projection by A")));
   double longest = 0;
   for (const Arrow& arrow : arrowsIn(svg)) longest = std::max(longest, std::hypot(arrow.dx, arrow.dy));
-  EXPECT_NEAR(longest, 0.8 * 640 / 18, 0.2);
+  EXPECT_NEAR(longest, 0.8 * imagePlot(kSize, FigureCanvas::kFileWidth).area.box.sizes().x() / 18, 0.2);
 }
 
 TEST(DifferenceSvg, HatchesWhatOneOrNoneOfTheCamerasSees) {

@@ -52,7 +52,7 @@ TEST(NextViewSvg, MarksTheSidesThatAreNearer) {
   EXPECT_EQ(countOf(svg, ">nearer<"), 1u);
   std::smatch label;
   ASSERT_TRUE(std::regex_search(svg, label, std::regex("<text x=\"([-0-9.]+)\"[^>]*>nearer<")));
-  EXPECT_LT(std::stod(label[1]), 250);
+  EXPECT_LT(std::stod(label[1]), 260);
 }
 
 TEST(NextViewSvg, DrawsWhatThereIsWhereNothingIsKnown) {

@@ -2,7 +2,7 @@
 # Turns text files into C++ strings: cmake -D OUTPUT=assets.cc -D FOLDER=assets -P embed_assets.cmake
 # Each file of the list becomes a function of report_assets.h.
 set(assets "palette.css:paletteCss" "figure.css:figureCss" "page.css:pageCss" "page.js:pageScript")
-set(code "// Made by embed_assets.cmake.\n#include \"alidade/report/report_assets.h\"\n\nnamespace alidade {\n")
+set(code "// Made by embed_assets.cmake.\n#include \"alidade/report/canvas/report_assets.h\"\n\nnamespace alidade {\n")
 foreach(asset IN LISTS assets)
   string(REPLACE ":" ";" parts "${asset}")
   list(GET parts 0 file)

@@ -2,16 +2,21 @@
 #include "alidade/report/canvas/figure_canvas.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
+
+#include "alidade/core/text.h"
+#include "alidade/report/canvas/report_assets.h"
 
 namespace alidade {
 namespace {
 
 using Eigen::Vector2d;
 
+constexpr double kLegendRow = 17;
 constexpr double kLetterWidth = 7.2;  // of a sans-serif font as large as on small screens, on average
 
 // "0.25" for a step of 0.05: as many decimals as the step has.
@@ -26,6 +31,20 @@ std::string clippedText(const std::string& text, std::size_t most) {
   std::size_t end = most;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
   return text.substr(0, end) + "…";
+}
+
+// A word of at most `most` bytes: of a longer one, such as a path, its ends. UTF-8 characters stay whole.
+std::string shortened(const std::string& word, std::size_t most) {
+  const std::string gap = "...";
+  if (word.size() <= most) return word;
+  const auto isWithin = [&word](std::size_t i) {
+    return (static_cast<unsigned char>(word[i]) & 0xC0U) == 0x80U;
+  };
+  std::size_t head = (most - gap.size()) / 2;
+  std::size_t tail = word.size() - (most - gap.size() - head);
+  while (head > 0 && isWithin(head)) --head;
+  while (tail < word.size() && isWithin(tail)) ++tail;
+  return word.substr(0, head) + gap + word.substr(tail);
 }
 
 }  // namespace
@@ -89,6 +108,25 @@ std::string pathThrough(const std::vector<Vector2d>& points, bool is_closed) {
   return is_closed && !d.empty() ? d + "Z" : d;
 }
 
+std::string rampColour(double share) {
+  constexpr std::array<std::array<double, 3>, 3> kRamp = {{{232, 244, 250}, {254, 232, 168}, {240, 128, 92}}};
+  const double at = 2 * std::clamp(share, 0.0, 1.0);
+  const std::size_t low = at < 1 ? 0 : 1;
+  const double t = at - static_cast<double>(low);
+  std::array<int, 3> rgb{};
+  for (std::size_t c = 0; c < 3; ++c)
+    rgb[c] = static_cast<int>(std::lround((1 - t) * kRamp[low][c] + t * kRamp[low + 1][c]));
+  return fmt::format("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
+}
+
+std::string standaloneSvg(const std::string& svg) {
+  const std::size_t end_of_tag = svg.find('>') + 1;
+  return "<svg xmlns=\"http://www.w3.org/2000/svg\"" + svg.substr(4, end_of_tag - 4) +
+         fmt::format("\n<style>\n{}{}svg {{ background: var(--ground); }}\n</style>\n", paletteCss(),
+                     figureCss()) +
+         svg.substr(end_of_tag);
+}
+
 double roundBelow(double value) {
   const double power = std::pow(10.0, std::floor(std::log10(value)));
   for (const double step : {5.0, 2.0}) {
@@ -127,6 +165,12 @@ std::string starPath(const Vector2d& middle, double radius) {
                      (i % 2 == 0 ? radius : 0.45 * radius) * Vector2d(std::cos(angle), std::sin(angle)));
   }
   return pathThrough(points, true);
+}
+
+Legend warmthLegend(double most_px) {
+  return {{"warmth weak", fmt::format("RMS {} px", shortNumber(most_px / 3))},
+          {"warmth middling", fmt::format("{} px", shortNumber(2 * most_px / 3))},
+          {"warmth", fmt::format("{} px", shortNumber(most_px))}};
 }
 
 std::string timesLonger(double times) {
@@ -243,7 +287,7 @@ void FigureCanvas::addValues(const PlotArea& area, std::string_view y_name) {
 void FigureCanvas::addImageFrame(const PlotArea& area) {
   const Vector2d low = area.box.min();
   const Vector2d high = area.box.max();
-  // Of pixels, a mark at 0 stands at the centre of the first.
+  // A mark at 0 stands at the centre of the first pixel.
   for (const double x : roundTicks(0, area.high.x(), std::max(2, static_cast<int>((high - low).x() / 55)))) {
     const double at = area.at(x, 0).x();
     addLine({at, high.y()}, {at, high.y() + 3}, "class=\"mark\"");
@@ -258,17 +302,26 @@ void FigureCanvas::addImageFrame(const PlotArea& area) {
   addRect(low, high, "class=\"frame\"");
 }
 
-void FigureCanvas::addLegend(const Vector2d& at,
-                             const std::vector<std::pair<std::string, std::string>>& class_and_words) {
+void FigureCanvas::addMeanArrows(const std::string& d) {
+  addPath(d, "class=\"mean halo-line\"");
+  addPath(d, "class=\"mean\"");
+}
+
+void FigureCanvas::addClip(std::string_view id, const PlotArea& area) {
+  addRaw(fmt::format("<clipPath id=\"{}\">", id));
+  addRect(area.box.min(), area.box.max(), "");
+  addRaw("</clipPath>\n");
+}
+
+void FigureCanvas::addLegend(const Vector2d& at, const Legend& legend) {
   constexpr double kSwatch = 12;
-  constexpr double kRow = 17;
   Vector2d place = at;
-  for (const auto& [shape, words] : class_and_words) {
+  for (const auto& [shape, words] : legend) {
     // Arrows are as long as they stand for.
     const std::size_t end_of_length = shape.starts_with("arrow ") ? shape.find(' ', 6) : 0;
     const double swatch = end_of_length > 0 ? std::stod(shape.substr(6)) : kSwatch;
     const double length = swatch + 5 + kLetterWidth * static_cast<double>(words.size()) + 12;
-    if (place.x() > at.x() && place.x() + length > width_) place = {at.x(), place.y() + kRow};
+    if (place.x() > at.x() && place.x() + length > width_) place = {at.x(), place.y() + kLegendRow};
     const Vector2d middle = place + Vector2d(0.5 * kSwatch, 0.5 * kSwatch);
     if (end_of_length > 0) {
       addPath(arrowPath({place.x(), middle.y()}, {swatch, 0}),
@@ -286,7 +339,61 @@ void FigureCanvas::addLegend(const Vector2d& at,
     addText(place + Vector2d(swatch + 5, kSwatch - 2), words, "start");
     place.x() += length;
   }
-  height_ = std::max(height_, place.y() + kRow);
+  height_ = std::max(height_, place.y() + kLegendRow);
+}
+
+void FigureCanvas::addRamp(std::string_view least, std::string_view most) {
+  constexpr int kSteps = 24;
+  constexpr double kStep = 8;
+  const double left = 72;
+  const double base = height_ + 10;
+  for (int i = 0; i < kSteps; ++i) {
+    const Vector2d low(left + i * kStep, height_);
+    addRect(low, low + Vector2d(1.05 * kStep, 12),
+            fmt::format("fill=\"{}\"", rampColour(i / (kSteps - 1.0))));
+  }
+  addText({left - 5, base}, least, "end");
+  addText({left + kSteps * kStep + 6, base}, most, "start");
+  height_ += kLegendRow;
+}
+
+void FigureCanvas::addCaption(std::string_view text) {
+  constexpr double kEdge = 8;
+  const auto most = static_cast<std::size_t>((width_ - 2 * kEdge) / kLetterWidth);
+  std::string line;
+  const auto flush = [&] {
+    if (line.empty()) return;
+    height_ += kLegendRow;
+    addText({kEdge, height_ - 6}, line, "start");
+    line.clear();
+  };
+  for (const std::string_view row : split(text, '\n')) {
+    for (const std::string_view whole : split(row, ' ')) {
+      if (whole.empty()) continue;
+      const std::string word = shortened(std::string(whole), most);
+      if (line.size() + word.size() > most) flush();
+      line += (line.empty() ? "" : " ") + word;
+    }
+    flush();
+  }
+}
+
+std::string FigureCanvas::addErrorCells(const PlotArea& area, int columns, int rows,
+                                        const std::vector<ErrorCell>& cells) {
+  const double most = std::ranges::max_element(cells, {}, &ErrorCell::rms_px)->rms_px;
+  const Vector2d sides = area.box.sizes().cwiseQuotient(Vector2d(columns, rows));
+  std::string arrows;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const ErrorCell& cell = cells[i];
+    if (cell.count == 0) continue;
+    const int index = static_cast<int>(i);
+    const Vector2d low = area.box.min() + sides.cwiseProduct(Vector2d(index % columns, index / columns));
+    addRect(low, low + sides,
+            fmt::format("class=\"warmth\" fill-opacity=\"{:.2f}\" data-count=\"{}\" data-rms=\"{:.9g}\"",
+                        0.1 + 0.5 * (most > 0 ? cell.rms_px / most : 0), cell.count, cell.rms_px));
+    arrows += arrowPath(low + 0.5 * sides, cell.arrow);
+  }
+  return arrows;
 }
 
 std::string FigureCanvas::svg(std::string_view alt, std::string_view attributes) const {
@@ -296,14 +403,19 @@ std::string FigureCanvas::svg(std::string_view alt, std::string_view attributes)
       svg_);
 }
 
-ImagePlot imagePlot(const ImageSize& size) {
+Figure FigureCanvas::drawn(Figure words, std::string_view attributes) const {
+  words.svg = svg(words.alt, attributes);
+  return words;
+}
+
+ImagePlot imagePlot(const ImageSize& size, double width) {
   constexpr double kLeft = 36;
   constexpr double kRight = 10;
   constexpr double kTop = 8;
   constexpr double kMarks = 22;
-  constexpr double kMostHeight = 330;
-  const double most_width = FigureCanvas::kWidth - kLeft - kRight;
-  const double scale = std::min(most_width / size.width, kMostHeight / size.height);
+  const double most_height = 0.75 * width;
+  const double most_width = width - kLeft - kRight;
+  const double scale = std::min(most_width / size.width, most_height / size.height);
   const Vector2d sides(scale * size.width, scale * size.height);
   const double left = kLeft + 0.5 * (most_width - sides.x());
   ImagePlot plot;

@@ -52,6 +52,12 @@ struct Figure {
 /// Two digits, as for what is uncertain; "unknown" for what is not finite.
 [[nodiscard]] std::string twoDigits(double value);
 
+/// Colours from little (0) to much (1), pale enough for lines on top.
+[[nodiscard]] std::string rampColour(double share);
+
+/// A drawing (see FigureCanvas::svg()) as a file of its own, with the style that it needs.
+[[nodiscard]] std::string standaloneSvg(const std::string& svg);
+
 /// A part of a drawing with coordinates of its own.
 struct PlotArea {
   Eigen::AlignedBox2d box;     ///< in the drawing; y downwards
@@ -65,11 +71,25 @@ struct PlotArea {
   [[nodiscard]] double scale() const { return box.sizes().x() / (high.x() - low.x()); }
 };
 
+/// The class of a swatch and its words, see FigureCanvas::addLegend().
+using Legend = std::vector<std::pair<std::string, std::string>>;
+
+/// Its entries for the warmth of cells, up to the largest RMS.
+[[nodiscard]] Legend warmthLegend(double most_px);
+
+/// Errors in a part of an image.
+struct ErrorCell {
+  int count = 0;
+  double rms_px = 0;
+  Eigen::Vector2d arrow{0, 0};  ///< their mean, as long as it is drawn
+};
+
 /// A drawing of the report in units in which text is kTextSize high. Colours and fonts are classes of
 /// assets/figure.css, so that one drawing suits bright and dark pages, and print.
 class FigureCanvas {
  public:
   static constexpr double kWidth = 440;
+  static constexpr double kFileWidth = 660;  ///< of files of their own, so that paths fit under them
   static constexpr double kTextSize = 11;
 
   explicit FigureCanvas(double height, double width = kWidth) : width_(width), height_(height) {}
@@ -87,6 +107,10 @@ class FigureCanvas {
   /// @param anchor  start, middle or end
   void addText(const Eigen::Vector2d& at, std::string_view text, std::string_view anchor = "middle",
                std::string_view attributes = "");
+  /// A clip path of this id around the area.
+  void addClip(std::string_view id, const PlotArea& area);
+  /// Arrows that stand out from what they lie on. @param d  see arrowPath()
+  void addMeanArrows(const std::string& d);
   /// SVG as it stands.
   void addRaw(std::string_view svg) { svg_ += svg; }
 
@@ -101,11 +125,20 @@ class FigureCanvas {
   void addImageFrame(const PlotArea& area);
   /// Rows of swatches with words; the drawing becomes high enough for them. The first word of a class may be
   /// "line", "dot", "star" or, with the length before the class, "arrow 25"; otherwise it is a filled square.
-  void addLegend(const Eigen::Vector2d& at,
-                 const std::vector<std::pair<std::string, std::string>>& class_and_words);
+  void addLegend(const Eigen::Vector2d& at, const Legend& legend);
+
+  /// A row under the drawing with a bar of the ramp's colours, between what it begins and ends at.
+  void addRamp(std::string_view least, std::string_view most);
+  /// Lines of text under the drawing, broken where they get too long.
+  void addCaption(std::string_view text);
+  /// Draws cells over an image row by row, each as warm as its RMS is large, with RMS and count as data-rms
+  /// and data-count. @returns a path of their arrows
+  std::string addErrorCells(const PlotArea& area, int columns, int rows, const std::vector<ErrorCell>& cells);
 
   /// The element. @param alt  what it shows, for readers who cannot see it
   [[nodiscard]] std::string svg(std::string_view alt, std::string_view attributes = "") const;
+  /// The figure with the element.
+  [[nodiscard]] Figure drawn(Figure words, std::string_view attributes = "") const;
 
  private:
   // Frame and marks of y.
@@ -121,6 +154,7 @@ struct ImagePlot {
   PlotArea area;
   double legend_top = 0;
 };
-[[nodiscard]] ImagePlot imagePlot(const ImageSize& size);
+/// @param width  of the drawing
+[[nodiscard]] ImagePlot imagePlot(const ImageSize& size, double width = FigureCanvas::kWidth);
 
 }  // namespace alidade

@@ -17,7 +17,7 @@ struct MapCorner {
   double value = 0;
 };
 
-// Of a cell, clockwise from its upper left.
+// Corners of a cell, clockwise from its upper left.
 std::array<MapCorner, 4> cornersOf(const LevelMap& map, int column, int row) {
   std::array<MapCorner, 4> corners;
   constexpr std::array<std::pair<int, int>, 4> kAround = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};

@@ -47,9 +47,8 @@ void addContourWords(FigureCanvas& canvas, const std::vector<std::vector<Contour
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> addToleranceMap(LevelMap errors, double tolerance_px,
-                                                                 const PlotArea& area, FigureCanvas& canvas,
-                                                                 const std::vector<Vector2d>& avoid) {
+Legend addToleranceMap(LevelMap errors, double tolerance_px, const PlotArea& area, FigureCanvas& canvas,
+                       const std::vector<Vector2d>& avoid) {
   double least = std::numeric_limits<double>::infinity();
   double most = 0;
   for (const double value : errors.values) {
@@ -61,7 +60,7 @@ std::vector<std::pair<std::string, std::string>> addToleranceMap(LevelMap errors
   for (double& value : errors.values) value = std::isnan(value) ? value : std::log(std::max(value, 1e-9));
   std::vector<std::vector<ContourSegment>> contours;
   std::vector<std::string> words;
-  std::vector<std::pair<std::string, std::string>> legend;
+  Legend legend;
   canvas.addPath(areaFrom(errors, -1e300), "class=\"level0\"");
   double previous = 0;
   for (std::size_t i = 0; i < kMapLevels.size(); ++i) {
@@ -83,8 +82,7 @@ std::vector<std::pair<std::string, std::string>> addToleranceMap(LevelMap errors
   return legend;
 }
 
-std::string toleranceSentence(const std::vector<std::pair<std::string, std::string>>& legend,
-                              double tolerance_px) {
+std::string toleranceSentence(const Legend& legend, double tolerance_px) {
   const bool has_line =
       std::ranges::any_of(legend, [](const auto& entry) { return entry.first == "line contour main"; });
   return fmt::format("{} your tolerance of {:g} px: blue is within it, yellow to red is not.",

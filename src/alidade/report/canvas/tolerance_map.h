@@ -14,12 +14,10 @@ namespace alidade {
 /// @param errors  in px; NaN where there is none
 /// @param avoid   places in the drawing from which the values keep away
 /// @returns the entries of a legend, of what there is on the map
-std::vector<std::pair<std::string, std::string>> addToleranceMap(
-    LevelMap errors, double tolerance_px, const PlotArea& area, FigureCanvas& canvas,
-    const std::vector<Eigen::Vector2d>& avoid = {});
+Legend addToleranceMap(LevelMap errors, double tolerance_px, const PlotArea& area, FigureCanvas& canvas,
+                       const std::vector<Eigen::Vector2d>& avoid = {});
 
 /// How its colours relate to the tolerance, in a sentence. @param legend  what addToleranceMap() returned
-[[nodiscard]] std::string toleranceSentence(const std::vector<std::pair<std::string, std::string>>& legend,
-                                            double tolerance_px);
+[[nodiscard]] std::string toleranceSentence(const Legend& legend, double tolerance_px);
 
 }  // namespace alidade

@@ -4,20 +4,22 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
-#include "alidade/report/canvas/svg_canvas.h"
+#include "alidade/report/canvas/figure_canvas.h"
 
 namespace alidade {
 namespace {
 
 constexpr const char* kBeyondColour = "#c8402a";
-constexpr const char* kArrowColour = "#1c2b45";
-constexpr const char* kWorstColour = "#7a0016";
-constexpr int kMostCells = 120;  // on a side: more would be seen by nobody
+constexpr std::string_view kStyle =
+    "<style>.beyond{fill:#c8402a}.one{fill:url(#one)}.neither{fill:url(#neither)}"
+    ".shaft{stroke:#1c2b45;stroke-linecap:round}</style>\n";
+constexpr int kMostCells = 120;  // on a side: nobody would see more
 constexpr int kArrows = 18;      // on the longer side
 
 enum class Sight { kBoth, kOne, kNeither };
@@ -50,7 +52,7 @@ double roundAbove(double value) {
   return 10 * power;
 }
 
-// What colours and arrows end at. Below a thousandth of a pixel there is nothing but rounding to see.
+// Where the scale of colours and arrows ends. Less than a thousandth of a pixel is rounding.
 double scaleEnd(const ProjectionDifference& difference) {
   constexpr double kLeastPx = 1e-3;
   return roundAbove(std::max(difference.p95_px, kLeastPx));
@@ -93,7 +95,7 @@ CellGrid cellsOf(const ComparedCamera& a, const ComparedCamera& b, const Project
                 .high = {edgeAfter(xs, right, a.size.width), edgeAfter(ys, bottom, a.size.height)},
                 .pixel = difference.pixels[at(top, left)],
                 .sight = Sight::kNeither};
-      // Of several pixels the one that differs most stands for all.
+      // The pixel that differs most stands for all.
       for (int row = top; row <= bottom; ++row) {
         for (int column = left; column <= right; ++column) {
           const std::size_t i = at(row, column);
@@ -114,19 +116,17 @@ CellGrid cellsOf(const ComparedCamera& a, const ComparedCamera& b, const Project
 }
 
 // Diagonal lines on grey: both what one camera sees and what neither does are no colour of the scale.
-void addPatterns(SvgCanvas& drawing) {
-  const auto pattern = [&](const char* id, const char* ground, const char* line) {
-    const double step = 1.2 * drawing.unit();
-    drawing.addText(
-        fmt::format("<pattern id=\"{}\" width=\"{:.2f}\" height=\"{:.2f}\" patternUnits=\"userSpaceOnUse\" "
-                    "patternTransform=\"rotate(45)\"><rect width=\"{:.2f}\" height=\"{:.2f}\" "
-                    "fill=\"{}\"/><rect width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"/></pattern>\n",
-                    id, step, step, step, step, ground, 0.3 * step, step, line));
+void addPatterns(FigureCanvas& canvas) {
+  const auto pattern = [](const char* id, const char* ground, const char* line) {
+    return fmt::format(
+        "<pattern id=\"{}\" width=\"8\" height=\"8\" patternUnits=\"userSpaceOnUse\" "
+        "patternTransform=\"rotate(45)\"><rect width=\"8\" height=\"8\" fill=\"{}\"/><rect width=\"2.4\" "
+        "height=\"8\" fill=\"{}\"/></pattern>\n",
+        id, ground, line);
   };
-  drawing.addText("<defs>\n");
-  pattern("one", "#f4f4f4", "#9a9a9a");
-  pattern("neither", "#8a8a8a", "#6e6e6e");
-  drawing.addText("</defs>\n");
+  canvas.addRaw(kStyle);
+  canvas.addRaw("<defs>\n" + pattern("one", "#f4f4f4", "#9a9a9a") + pattern("neither", "#8a8a8a", "#6e6e6e") +
+                "</defs>\n");
 }
 
 std::string fillOf(const Cell& cell, double scale_end) {
@@ -136,20 +136,24 @@ std::string fillOf(const Cell& cell, double scale_end) {
   return length > scale_end ? kBeyondColour : rampColour(length / scale_end);
 }
 
-void addArrow(SvgCanvas& drawing, const Eigen::Vector2d& from, const Eigen::Vector2d& along) {
-  const double length = along.norm();
-  const Eigen::Vector2d to = from + along;
-  drawing.addLine({from, to}, kArrowColour, 0.22);
-  const double head = std::min(1.1 * drawing.unit(), 0.4 * length);
-  const Eigen::Vector2d back = head / length * along;
-  const Eigen::Vector2d side(-0.5 * back.y(), 0.5 * back.x());
-  drawing.addLine({to - back + side, to, to - back - side}, kArrowColour, 0.22);
+void addCells(const CellGrid& grid, const ImageSize& size, double scale_end, const PlotArea& area,
+              FigureCanvas& canvas) {
+  canvas.open("shape-rendering=\"crispEdges\"");
+  // Each lies a little under the next, or the gaps between rounded edges would show.
+  const Eigen::Vector2d border(size.width - 0.5, size.height - 0.5);
+  for (const Cell& cell : grid.cells) {
+    const Eigen::Vector2d overlap = 0.05 * (cell.high - cell.low);
+    const Eigen::Vector2d high = (cell.high + overlap).cwiseMin(border);
+    canvas.addRect(area.at(cell.low), area.at(high), fmt::format("fill=\"{}\"", fillOf(cell, scale_end)));
+  }
+  canvas.close();
 }
 
 // The difference's own length, cut where the scale ends, as an arrow of the drawing.
-void addArrows(SvgCanvas& drawing, const CellGrid& grid, double scale_end, double longest) {
+std::string arrowsPath(const CellGrid& grid, double scale_end, double longest, const PlotArea& area) {
   const int step = std::max(1, (std::max(grid.columns, grid.rows) + kArrows / 2) / kArrows);
-  // As far from one border as from the other, and not on it where there is a choice.
+  const double least = 0.003 * area.box.sizes().maxCoeff();
+  // Arrows are equally far from both borders, and not on them if possible.
   const auto places = [step](int count) {
     const int num_arrows = std::max(1, (count - 1) / step);
     std::vector<int> found;
@@ -157,80 +161,42 @@ void addArrows(SvgCanvas& drawing, const CellGrid& grid, double scale_end, doubl
       found.push_back((count - 1 - (num_arrows - 1) * step) / 2 + i * step);
     return found;
   };
-  drawing.addText("<g stroke-linecap=\"round\">\n");
+  std::string d;
   for (const int row : places(grid.rows)) {
     for (const int column : places(grid.columns)) {
       const Cell& cell = grid.cells[static_cast<std::size_t>(row * grid.columns + column)];
       if (cell.sight != Sight::kBoth) continue;
       const double length = cell.difference.norm();
       const double drawn = longest * std::min(1.0, length / scale_end);
-      if (drawn < 0.3 * drawing.unit()) continue;
-      addArrow(drawing, cell.pixel, drawn / length * cell.difference);
+      if (drawn >= least) d += arrowPath(area.at(cell.pixel), drawn / length * cell.difference);
     }
   }
-  drawing.addText("</g>\n");
+  return d;
 }
 
-void addTicks(SvgCanvas& drawing) {
-  const ImageSize size = drawing.size();
-  const double unit = drawing.unit();
-  const int step = static_cast<int>(roundAbove(std::max(1.0, std::max(size.width, size.height) / 7.0)));
-  for (int x = 0; x < size.width; x += step) {
-    const auto at = static_cast<double>(x);
-    drawing.addLine({{at, -0.5}, {at, -0.5 - 0.7 * unit}}, "#333", 0.2);
-    drawing.addLabel({at, -0.5 - 1.2 * unit}, "#333", std::to_string(x));
-  }
-  for (int y = 0; y < size.height; y += step) {
-    const auto at = static_cast<double>(y);
-    drawing.addLine({{-0.5, at}, {-0.5 - 0.7 * unit, at}}, "#333", 0.2);
-    drawing.addLabel({-0.5 - 1.2 * unit, at + 0.75 * unit}, "#333", std::to_string(y), "end");
-  }
-}
-
-void addWorst(SvgCanvas& drawing, const ProjectionDifference& difference) {
+void addWorst(const ProjectionDifference& difference, const PlotArea& area, FigureCanvas& canvas) {
   constexpr double kRoundingPx = 1e-6;
   if (difference.max_px < kRoundingPx) return;
-  const double unit = drawing.unit();
-  const Eigen::Vector2d& at = difference.worst_pixel;
-  drawing.addRing(at, kWorstColour, 1.2);
-  const bool is_right = at.x() > 0.5 * drawing.size().width;
-  const bool is_top = at.y() < 4 * unit;
-  drawing.addLabel(at + Eigen::Vector2d(is_right ? -2 * unit : 2 * unit, is_top ? 3 * unit : -1.5 * unit),
-                   kWorstColour, fmt::format("at most {:.4g} px", difference.max_px),
-                   is_right ? "end" : "start");
+  const Eigen::Vector2d at = area.at(difference.worst_pixel);
+  canvas.addCircle(at, 6, "class=\"worst worst-halo\"");
+  canvas.addCircle(at, 6, "class=\"worst\"");
+  const bool is_right = at.x() > area.box.center().x();
+  const bool is_top = at.y() < area.box.min().y() + 24;
+  canvas.addText(at + Eigen::Vector2d(is_right ? -11 : 11, is_top ? 17 : -8),
+                 fmt::format("at most {:.4g} px", difference.max_px), is_right ? "end" : "start",
+                 "class=\"halo\"");
 }
 
-void addLegend(SvgCanvas& drawing, const CellGrid& grid, const ProjectionDifference& difference,
-               double scale_end, double longest_arrow) {
-  const double unit = drawing.unit();
-  const auto nextRow = [&] { return drawing.takeRow(3) - 2 * unit; };
-  const auto addText = [&](double x, double top, const std::string& text) {
-    drawing.addLabel({x, top + 1.7 * unit}, "#111", text, "start");
-  };
-  const double top = nextRow();
-  const double end = drawing.addRamp(top, "0 px", fmt::format("{:g} px", scale_end));
-  const double x = end + unit + 8 * unit;
+Legend legendOf(const CellGrid& grid, const ProjectionDifference& difference, double scale_end,
+                double longest_arrow) {
   const bool goes_beyond = difference.max_px > scale_end;
-  if (goes_beyond) {
-    drawing.addRect({x, top}, {x + 3 * unit, top + 2 * unit}, kBeyondColour);
-    addText(x + 4 * unit, top, "more");
-  }
-  const double arrow_top = nextRow();
-  addArrow(drawing, {8 * unit - longest_arrow, arrow_top + unit}, {longest_arrow, 0});
-  addText(9 * unit, arrow_top,
-          fmt::format("{:g} px{}, from the projection by A to the projection by B", scale_end,
-                      goes_beyond ? " or more" : ""));
-  const auto addBox = [&](const char* fill, const char* text) {
-    const double box_top = nextRow();
-    drawing.addRect({4 * unit, box_top}, {8 * unit, box_top + 2 * unit}, fill);
-    addText(9 * unit, box_top, text);
-  };
-  if (grid.has(Sight::kOne)) addBox("url(#one)", "seen by only one of the cameras");
-  if (grid.has(Sight::kNeither)) addBox("url(#neither)", "seen by neither camera");
-  if (grid.pixels_a_side > 1)
-    drawing.addCaption(
-        fmt::format("Each cell covers {0}x{0} pixels of the grid and shows their largest difference.",
-                    grid.pixels_a_side));
+  Legend legend = {{fmt::format("arrow {:.1f} shaft", longest_arrow),
+                    fmt::format("{:g} px{}, from the projection by A to the projection by B", scale_end,
+                                goes_beyond ? " or more" : "")}};
+  if (goes_beyond) legend.emplace_back("beyond", "more");
+  if (grid.has(Sight::kOne)) legend.emplace_back("one", "seen by only one of the cameras");
+  if (grid.has(Sight::kNeither)) legend.emplace_back("neither", "seen by neither camera");
+  return legend;
 }
 
 }  // namespace
@@ -240,27 +206,28 @@ std::string differenceSvg(const ComparedCamera& a, const ComparedCamera& b,
   expect(
       difference.columns > 0 && difference.rows > 0 && difference.is_converged && difference.num_compared > 0,
       "a grid of pixels that were compared");
-  constexpr double kMargin = 7;
-  SvgCanvas drawing(a.size, kMargin);
+  const ImagePlot plot = imagePlot(a.size, FigureCanvas::kFileWidth);
+  const PlotArea& area = plot.area;
+  FigureCanvas canvas(plot.legend_top, FigureCanvas::kFileWidth);
   const CellGrid grid = cellsOf(a, b, difference);
   const double scale_end = scaleEnd(difference);
-  const double longest_arrow = 0.8 * 100 / kArrows * drawing.unit();
-  addPatterns(drawing);
-  drawing.addText("<g shape-rendering=\"crispEdges\">\n");
-  // Each lies a little under the next, or the gaps between rounded edges would show.
-  const Eigen::Vector2d border(a.size.width - 0.5, a.size.height - 0.5);
-  for (const Cell& cell : grid.cells) {
-    const Eigen::Vector2d overlap = 0.05 * (cell.high - cell.low);
-    drawing.addRect(cell.low, (cell.high + overlap).cwiseMin(border), fillOf(cell, scale_end));
-  }
-  drawing.addText("</g>\n");
-  drawing.addFrame();
-  addArrows(drawing, grid, scale_end, longest_arrow);
-  addTicks(drawing);
-  addWorst(drawing, difference);
-  addLegend(drawing, grid, difference, scale_end, longest_arrow);
-  for (const std::string& line : lines) drawing.addCaption(line);
-  return drawing.text();
+  const double longest_arrow = 0.8 * area.box.sizes().maxCoeff() / kArrows;
+  addPatterns(canvas);
+  addCells(grid, a.size, scale_end, area, canvas);
+  canvas.open("class=\"arrows\"");
+  canvas.addPath(arrowsPath(grid, scale_end, longest_arrow, area), "class=\"shaft\"");
+  canvas.close();
+  canvas.addImageFrame(area);
+  addWorst(difference, area, canvas);
+  canvas.addRamp("0 px", fmt::format("{:g} px", scale_end));
+  canvas.addLegend({8, canvas.height()}, legendOf(grid, difference, scale_end, longest_arrow));
+  if (grid.pixels_a_side > 1)
+    canvas.addCaption(
+        fmt::format("Each cell covers {0}x{0} pixels of the grid and shows their largest difference.",
+                    grid.pixels_a_side));
+  for (const std::string& line : lines) canvas.addCaption(line);
+  return standaloneSvg(
+      canvas.svg(fmt::format("Difference between the two cameras, up to {:.4g} px.", difference.max_px)));
 }
 
 }  // namespace alidade

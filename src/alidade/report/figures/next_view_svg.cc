@@ -11,47 +11,51 @@
 #include <fmt/format.h>
 
 #include "alidade/camera/projection_uncertainty.h"
+#include "alidade/core/mapped.h"
 #include "alidade/guide/coverage.h"
-#include "alidade/report/canvas/svg_canvas.h"
+#include "alidade/report/canvas/figure_canvas.h"
 
 namespace alidade {
 namespace {
 
+using Eigen::Vector2d;
+
 constexpr double kMarked = 0.087;  // tilts from 5 degrees on have a side that is marked, as in tiltText()
 
 // The share of the scale goes with the logarithm: uncertainty grows steeply towards the image's corners.
-void addMap(const UncertaintyGrid& grid, double inflation, SvgCanvas& drawing) {
+void addMap(const UncertaintyGrid& grid, double inflation, const ImageSize& size, const PlotArea& area,
+            FigureCanvas& canvas) {
   double least = std::numeric_limits<double>::infinity();
   for (const double std : grid.std_px) {
     if (std > 0) least = std::min(least, std);  // false for NaN
   }
   if (!(least < grid.worst_px)) return;
   const double range = std::log(grid.worst_px / least);
-  const ImageSize size = drawing.size();
-  const Eigen::Vector2d half(0.5 * size.width / (grid.columns - 1),
-                             0.5 * size.height / std::max(1, grid.rows - 1));
-  drawing.addText("<g stroke=\"none\">\n");
+  const Vector2d half(0.5 * size.width / (grid.columns - 1), 0.5 * size.height / std::max(1, grid.rows - 1));
+  const Vector2d border(size.width - 0.5, size.height - 0.5);
+  canvas.open("shape-rendering=\"crispEdges\"");
   for (std::size_t i = 0; i < grid.pixels.size(); ++i) {
     if (!std::isfinite(grid.std_px[i])) continue;
-    drawing.addRect((grid.pixels[i] - half).cwiseMax(-0.5),
-                    (grid.pixels[i] + half).cwiseMin(Eigen::Vector2d(size.width - 0.5, size.height - 0.5)),
-                    rampColour(std::log(grid.std_px[i] / least) / range));
+    const Vector2d low = (grid.pixels[i] - half).cwiseMax(-0.5);
+    const Vector2d high = (grid.pixels[i] + half).cwiseMin(border);
+    canvas.addRect(area.at(low), area.at(high),
+                   fmt::format("fill=\"{}\"", rampColour(std::log(grid.std_px[i] / least) / range)));
   }
-  drawing.addText("</g>\n");
-  drawing.addRamp(
-      drawing.takeRow(3) + drawing.unit(), fmt::format("{:.2g} px", inflation * least),
+  canvas.close();
+  canvas.addRamp(
+      fmt::format("{:.2g} px", inflation * least),
       fmt::format("{:.2g} px projection uncertainty (one standard deviation)", inflation * grid.worst_px));
 }
 
 struct BoardSide {
-  std::vector<Eigen::Vector2d> pixels;
-  Eigen::Vector2d middle{0, 0};
+  std::vector<Vector2d> pixels;
+  Vector2d middle{0, 0};
 };
 
 // The four sides of the squares, as far as the camera shows them.
 std::vector<BoardSide> boardSides(const AnyCamera& camera, const Board& board, const SE3& camera_from_board) {
   const auto corner = [&](Eigen::AlignedBox2d::CornerType which) { return board.printed().corner(which); };
-  const std::array<Eigen::Vector2d, 4> corners = {
+  const std::array<Vector2d, 4> corners = {
       corner(Eigen::AlignedBox2d::BottomLeft), corner(Eigen::AlignedBox2d::BottomRight),
       corner(Eigen::AlignedBox2d::TopRight), corner(Eigen::AlignedBox2d::TopLeft)};
   std::vector<BoardSide> sides;
@@ -60,7 +64,7 @@ std::vector<BoardSide> boardSides(const AnyCamera& camera, const Board& board, c
     BoardSide side;
     for (int i = 0; i <= kSteps; ++i) {
       const double t = static_cast<double>(i) / kSteps;
-      const Eigen::Vector2d point = (1 - t) * corners[k] + t * corners[(k + 1) % corners.size()];
+      const Vector2d point = (1 - t) * corners[k] + t * corners[(k + 1) % corners.size()];
       const Projection projection =
           camera.project(camera_from_board * Eigen::Vector3d(point.x(), point.y(), 0));
       if (!projection.ok()) continue;
@@ -74,45 +78,73 @@ std::vector<BoardSide> boardSides(const AnyCamera& camera, const Board& board, c
   return sides;
 }
 
-void addNextView(const AnyCamera& camera, const Board& board, const NextView& next, SvgCanvas& drawing) {
+void addDots(const std::vector<Vector2d>& pixels, double radius, const char* attributes, const PlotArea& area,
+             FigureCanvas& canvas) {
+  canvas.open(attributes);
+  for (const Vector2d& pixel : pixels) canvas.addCircle(area.at(pixel), radius, "");
+  canvas.close();
+}
+
+void addNextView(const AnyCamera& camera, const Board& board, const NextView& next, const PlotArea& area,
+                 FigureCanvas& canvas) {
   const std::vector<BoardSide> sides = boardSides(camera, board, next.camera_from_board);
-  for (const BoardSide& side : sides) drawing.addLine(side.pixels, "#0b5d1e", 0.4);
-  std::vector<Eigen::Vector2d> corners;
+  const auto addSide = [&](const BoardSide& side, const char* attributes) {
+    canvas.addPath(pathThrough(mapped(side.pixels, [&](const Vector2d& pixel) { return area.at(pixel); })),
+                   attributes);
+  };
+  for (const BoardSide& side : sides) addSide(side, "stroke=\"#0b5d1e\" stroke-width=\"2\"");
+  std::vector<Vector2d> corners;
   for (const Eigen::Vector3d& point : board.corners()) {
     const Projection projection = camera.project(next.camera_from_board * point);
     if (projection.ok()) corners.push_back(projection.pixel);
   }
-  drawing.addDots(corners, "#0b5d1e", 0.4);
-  const auto mark = [&](const Eigen::Vector2d& direction) {
-    const auto side = std::max_element(sides.begin(), sides.end(), [&](const auto& a, const auto& b) {
-      return a.middle.dot(direction) < b.middle.dot(direction);
-    });
+  addDots(corners, 2.2, "fill=\"#0b5d1e\"", area, canvas);
+  const auto mark = [&](const Vector2d& direction) {
+    const auto side =
+        std::ranges::max_element(sides, {}, [&](const BoardSide& s) { return s.middle.dot(direction); });
     if (side == sides.end()) return;
-    drawing.addLine(side->pixels, "#b3001b", 1);
-    drawing.addLabel(drawing.inside(side->middle + 3 * drawing.unit() * direction), "#b3001b", "nearer");
+    addSide(*side, "class=\"nearer\"");
+    constexpr double kEdge = 24;  // where the word can be read as a whole
+    const Vector2d place = (area.at(side->middle) + 18 * direction)
+                               .cwiseMax(Vector2d(kEdge, 12))
+                               .cwiseMin(Vector2d(canvas.width() - kEdge, area.box.max().y() - 4));
+    canvas.addText(place, "nearer", "middle", "class=\"nearer-words halo\"");
   };
   const BoardTilt& tilt = next.sighting.tilt;
   if (std::abs(tilt.right_rad) > kMarked) mark({tilt.right_rad > 0 ? 1 : -1, 0});
   if (std::abs(tilt.lower_rad) > kMarked) mark({0, tilt.lower_rad > 0 ? 1 : -1});
 }
 
+// The image with a margin for a board that sticks out of it.
+PlotArea areaAround(const ImageSize& size) {
+  const int margin = std::max(size.width, size.height) / 10;
+  PlotArea area = imagePlot({.width = size.width + 2 * margin, .height = size.height + 2 * margin},
+                            FigureCanvas::kFileWidth)
+                      .area;
+  area.low -= Vector2d::Constant(margin);
+  area.high -= Vector2d::Constant(margin);
+  return area;
+}
+
 }  // namespace
 
 std::string nextViewSvg(const Calibration& calibration, std::span<const View> views,
                         const Guidance& guidance) {
-  constexpr double kMargin = 10;  // for a board that sticks out of the image
   const AnyCamera camera = calibration.camera();
   const ImageSize size = calibration.imageSize();
-  SvgCanvas drawing(size, kMargin);
+  const PlotArea area = areaAround(size);
+  FigureCanvas canvas(area.box.max().y() + 6, FigureCanvas::kFileWidth);
   if (guidance.is_determined && calibration.uncertainty.covariance) {
     const ProjectionUncertainty uncertainty(camera, size, std::numeric_limits<double>::infinity());
-    addMap(uncertainty.grid(*calibration.uncertainty.covariance), guidance.inflation, drawing);
+    addMap(uncertainty.grid(*calibration.uncertainty.covariance), guidance.inflation, size, area, canvas);
   }
-  drawing.addFrame();
-  for (const auto& corners : usedCorners(calibration, views)) drawing.addDots(corners, "#34568b", 0.25);
-  if (guidance.next) addNextView(camera, guidance.board, *guidance.next, drawing);
-  drawing.addCaption("Next: " + nextViewText(guidance, size));
-  return drawing.text();
+  canvas.addRect(area.at(-0.5, -0.5), area.at(size.width - 0.5, size.height - 0.5), "class=\"frame\"");
+  for (const auto& corners : usedCorners(calibration, views))
+    addDots(corners, 1.4, "fill=\"#34568b\"", area, canvas);
+  if (guidance.next) addNextView(camera, guidance.board, *guidance.next, area, canvas);
+  const std::string words = "Next: " + nextViewText(guidance, size);
+  canvas.addCaption(words);
+  return standaloneSvg(canvas.svg(words));
 }
 
 }  // namespace alidade

@@ -7,7 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "alidade/report/report_assets.h"
+#include "alidade/core/number_text.h"
+#include "alidade/report/canvas/report_assets.h"
 
 namespace alidade {
 namespace {
@@ -41,35 +42,31 @@ std::string effectText(const Diagnosis& finding) {
 }
 
 // Findings of one kind, such as one for each camera of a rig.
-struct FindingGroup {
-  std::vector<const Diagnosis*> findings;
-
-  [[nodiscard]] const Diagnosis& first() const { return *findings.front(); }
-};
+using FindingGroup = std::vector<const Diagnosis*>;
 
 std::vector<FindingGroup> grouped(const std::vector<Diagnosis>& findings) {
   std::vector<FindingGroup> groups;
   for (const Diagnosis& finding : findings) {
     const auto like = std::ranges::find_if(groups, [&](const FindingGroup& group) {
-      return group.first().id == finding.id && group.first().severity == finding.severity;
+      return group.front()->id == finding.id && group.front()->severity == finding.severity;
     });
     if (like == groups.end()) {
-      groups.push_back({{&finding}});
+      groups.push_back({&finding});
     } else {
-      like->findings.push_back(&finding);
+      like->push_back(&finding);
     }
   }
   return groups;
 }
 
 std::string groupHtml(const FindingGroup& group, const std::vector<std::string>& names) {
-  const Severity severity = group.first().severity;
+  const Severity severity = group.front()->severity;
   const char* name = severity == Severity::kFailure ? "Failure"
                      : severity <= Severity::kNote  ? "Note"
                                                     : "Warning";
   std::string sentences;
   std::vector<std::string> steps;
-  for (const Diagnosis* finding : group.findings) {
+  for (const Diagnosis* finding : group) {
     const std::string sentence = sentenceOf(*finding, names);
     sentences += fmt::format("{}{}{}{}", sentences.empty() ? "" : "<br>", escapedMarkup(sentence),
                              fullStopOf(sentence), effectText(*finding));
@@ -154,7 +151,7 @@ std::string headHtml(const std::string& title) {
       escapedMarkup(title), paletteCss(), figureCss(), pageCss());
 }
 
-// What can be expected; of what is rejected the reason first.
+// The expected accuracy; for a rejected camera, the reason first.
 std::string verdictSentence(const PageContent& page) {
   if (page.verdict != Verdict::kNo) return page.sentence;
   std::string text = mainFindingText(page.findings, page.names);
@@ -206,7 +203,7 @@ std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::vect
   int num_notes = 0;
   int num_others = 0;
   for (const FindingGroup& group : grouped(findings)) {
-    const bool is_note = group.first().severity <= Severity::kNote;
+    const bool is_note = group.front()->severity <= Severity::kNote;
     num_notes += is_note ? 1 : 0;
     num_others += is_note ? 0 : 1;
     std::string& to = is_note ? notes : num_others <= kMostShown ? list : others;
@@ -220,14 +217,13 @@ std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::vect
   }
   std::string html = list.empty() ? "" : "<ul class=\"findings\">\n" + list + "</ul>\n";
   if (!others.empty())
-    html += fmt::format(
-        "<details><summary>{} more warning{}</summary>\n<ul class=\"findings\">\n{}</ul></details>\n",
-        num_others - kMostShown, num_others == kMostShown + 1 ? "" : "s", others);
+    html += fmt::format("<details><summary>{}</summary>\n<ul class=\"findings\">\n{}</ul></details>\n",
+                        counted(num_others - kMostShown, "more warning"), others);
   if (num_notes > 0) {
     html += fmt::format(
-        "<details><summary>{} note{} without effect on the verdict</summary>\n<ul "
+        "<details><summary>{} without effect on the verdict</summary>\n<ul "
         "class=\"findings\">\n{}</ul></details>\n",
-        num_notes, num_notes == 1 ? "" : "s", notes);
+        counted(num_notes, "note"), notes);
   }
   return html;
 }
@@ -238,8 +234,8 @@ std::string mainFindingText(const std::vector<Diagnosis>& findings, const std::v
   const auto num_more = std::ranges::count(findings, main->severity, &Diagnosis::severity) - 1;
   const std::string sentence = sentenceOf(*main, names);
   if (num_more == 0) return sentence + fullStopOf(sentence);
-  return fmt::format("{} (and {} more {}{}).", sentence, num_more, severityName(main->severity),
-                     num_more == 1 ? "" : "s");
+  return fmt::format("{} (and {}).", sentence,
+                     counted(num_more, fmt::format("more {}", severityName(main->severity))));
 }
 
 std::string figuresHtml(const std::vector<Figure>& figures, const std::string& more) {
@@ -275,16 +271,8 @@ std::string pageText(const PageContent& page, const json& evidence) {
 std::vector<FigureFile> figureFiles(const std::vector<PageSection>& sections) {
   std::vector<FigureFile> files;
   for (const PageSection& section : sections) {
-    for (const Figure& figure : section.figures) {
-      // The style goes into the drawing, with a ground of its own.
-      const std::size_t end_of_tag = figure.svg.find('>') + 1;
-      files.push_back({.name = figure.id + ".svg",
-                       .svg = "<svg xmlns=\"http://www.w3.org/2000/svg\"" +
-                              figure.svg.substr(4, end_of_tag - 4) +
-                              fmt::format("\n<style>\n{}{}svg {{ background: var(--ground); }}\n</style>\n",
-                                          paletteCss(), figureCss()) +
-                              figure.svg.substr(end_of_tag)});
-    }
+    for (const Figure& figure : section.figures)
+      files.push_back({.name = figure.id + ".svg", .svg = standaloneSvg(figure.svg)});
   }
   return files;
 }
