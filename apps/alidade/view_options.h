@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "alidade/core/degrees.h"
 #include "alidade/imagery/remap.h"
 #include "alidade/imagery/undistortion_view.h"
 #include "command.h"

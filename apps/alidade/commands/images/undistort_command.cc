@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/files/camera_save.h"

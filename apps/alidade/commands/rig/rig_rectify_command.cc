@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "alidade/adjust/board/errors.h"
+#include "alidade/core/degrees.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"

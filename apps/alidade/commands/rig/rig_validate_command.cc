@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
