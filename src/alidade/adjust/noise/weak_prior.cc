@@ -11,7 +11,7 @@
 #include "alidade/adjust/noise/model_soundness.h"
 #include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/camera/any_camera.h"
-#include "alidade/camera/model_list.h"
+#include "alidade/camera/camera_model.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
