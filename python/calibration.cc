@@ -22,6 +22,7 @@
 #include "alidade/files/camera_save.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_set.h"
+#include "alidade/report/data/json_output.h"
 #include "alidade/report/pages/page.h"
 #include "bindings.h"
 #include "camera.h"
@@ -39,11 +40,11 @@ struct CalibrationValue {
   CalibratorOptions options;
   CameraRecord record;
 
-  [[nodiscard]] std::string evidence() const {
-    return evidenceJson(result, from.given, from.views, advice,
-                        {.settings = {{"model", {options.model}}},
-                         .tolerance_px = options.tolerance_px,
-                         .created_by = creatorName()});
+  [[nodiscard]] nlohmann::json evidence() const {
+    return evidenceDocument(result, from.given, from.views, advice,
+                            {.settings = {{"model", {options.model}}},
+                             .tolerance_px = options.tolerance_px,
+                             .created_by = creatorName()});
   }
 };
 
@@ -222,8 +223,7 @@ PageOptions pageOptions(const ViewsValue& from) {
 void writeReport(const CalibrationValue& self, const py::object& path) {
   const std::string file = pathOf(path);
   const py::gil_scoped_release without_lock;
-  writeFileAtomically(
-      file, reportPage(nlohmann::json::parse(self.evidence()), "the evidence", pageOptions(self.from)));
+  writeFileAtomically(file, reportPage(self.evidence(), "the evidence", pageOptions(self.from)));
 }
 
 std::string titleOf(const CalibrationValue& self) {
@@ -240,7 +240,7 @@ py::str htmlOf(const CalibrationValue& self) {
   std::vector<FigureFile> figures;
   {
     const py::gil_scoped_release without_lock;
-    figures = reportFigures(nlohmann::json::parse(self.evidence()), "the evidence");
+    figures = reportFigures(self.evidence(), "the evidence");
   }
   return resultHtml(titleOf(self), self.result.diagnoses, figures,
                     {{"accuracy.svg", "Error of a projected point, 95 %, and where boards were seen"},
@@ -419,7 +419,7 @@ void bindResult(py::module_& module) {
       .def_property_readonly(
           "evidence",
           [](const CalibrationValue& self) {
-            return py::module_::import("json").attr("loads")(self.evidence());
+            return py::module_::import("json").attr("loads")(jsonText(self.evidence()));
           },
           doc("Calibration.evidence"))
       .def("save", &save, "path"_a, "format"_a = "alidade", py::kw_only(), "keep_untrustworthy"_a = false,

@@ -14,6 +14,7 @@
 #include "alidade/core/number_text.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/files/text/atomic_file.h"
+#include "alidade/report/data/json_output.h"
 #include "alidade/report/data/rig_evidence.h"
 #include "alidade/report/pages/page.h"
 #include "alidade/rig/rig_calibrator.h"
@@ -70,8 +71,8 @@ std::vector<CameraValue> camerasOf(const RigValue& self) {
   return cameras;
 }
 
-std::string evidenceOf(const RigValue& self) {
-  return rigEvidenceJson(self.result, self.tolerance_px, creatorName());
+nlohmann::json evidenceOf(const RigValue& self) {
+  return rigEvidenceDocument(self.result, self.tolerance_px, creatorName());
 }
 
 void saveRigOf(const RigValue& self, const py::object& path, bool keep_untrustworthy) {
@@ -84,7 +85,7 @@ void saveRigOf(const RigValue& self, const py::object& path, bool keep_untrustwo
 void writeRigReport(const RigValue& self, const py::object& path) {
   const std::string file = pathOf(path);
   const py::gil_scoped_release without_lock;
-  writeFileAtomically(file, reportPage(nlohmann::json::parse(evidenceOf(self)), "the evidence"));
+  writeFileAtomically(file, reportPage(evidenceOf(self), "the evidence"));
 }
 
 std::string rigTitle(const RigValue& self) {
@@ -95,7 +96,7 @@ std::string rigTitle(const RigValue& self) {
 }
 
 py::str rigHtml(const RigValue& self) {
-  const auto figures = reportFigures(nlohmann::json::parse(evidenceOf(self)), "the evidence");
+  const auto figures = reportFigures(evidenceOf(self), "the evidence");
   return resultHtml(rigTitle(self), self.result.diagnoses, figures,
                     {{"scene.svg", "The cameras and the boards"}});
 }
@@ -126,7 +127,9 @@ void bindRig(py::module_& module) {
           doc("RigCalibration.warnings"))
       .def_property_readonly(
           "evidence",
-          [](const RigValue& self) { return py::module_::import("json").attr("loads")(evidenceOf(self)); },
+          [](const RigValue& self) {
+            return py::module_::import("json").attr("loads")(jsonText(evidenceOf(self)));
+          },
           doc("RigCalibration.evidence"))
       .def("save", &saveRigOf, "path"_a, py::kw_only(), "keep_untrustworthy"_a = false,
            doc("RigCalibration.save"))

@@ -6,30 +6,17 @@
 #include <set>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "alidade/core/error.h"
-#include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/image_set.h"
-#include "alidade/report/data/json_output.h"
-#include "alidade/report/pages/validation_page.h"
+#include "alidade/report/data/utf8.h"
 
 namespace alidade {
 namespace {
 
-json parsedEvidence(const std::string& text, const std::string& file) {
-  try {
-    return json::parse(text);
-  } catch (const json::exception& error) {
-    throw inputError({.where = file,
-                      .found = "no valid JSON (" + std::string(error.what()) + ")",
-                      .expected = "the file that alidade calibrate --evidence writes"});
-  }
-}
-
-// As in a document that was written and read.
-std::string nameInJson(const std::string& name) {
-  return json::parse(json(name).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
-}
+using nlohmann::json;
 
 std::optional<GrayImage> readOrNone(const ImageSet& set, std::size_t i) {
   try {
@@ -40,11 +27,10 @@ std::optional<GrayImage> readOrNone(const ImageSet& set, std::size_t i) {
 }
 
 // The images of an evidence document, each once; what is no such document has none, and is refused later.
-std::set<std::string> viewNames(const std::string& evidence) {
-  const json document = json::parse(evidence, nullptr, false);
+std::set<std::string> viewNames(const json& evidence) {
   std::set<std::string> names;
-  if (!document.is_object() || !document.contains("views") || !document["views"].is_array()) return names;
-  for (const json& view : document["views"]) {
+  if (!evidence.is_object() || !evidence.contains("views") || !evidence["views"].is_array()) return names;
+  for (const json& view : evidence["views"]) {
     if (view.is_object() && view.contains("image") && view["image"].is_string())
       names.insert(view["image"].get<std::string>());
   }
@@ -56,7 +42,7 @@ std::set<std::string> viewNames(const std::string& evidence) {
 PictureSource picturesOf(const GivenViews& given, const PassingPictures& passing) {
   if (!given.image_set) return {};
   std::map<std::string, std::size_t> index_of;
-  for (std::size_t i = 0; i < given.images.size(); ++i) index_of[nameInJson(given.images[i])] = i;
+  for (std::size_t i = 0; i < given.images.size(); ++i) index_of[validUtf8(given.images[i])] = i;
   const auto pathOf = [index_of, paths = given.paths](const std::string& name) -> std::string {
     const auto found = index_of.find(name);
     return found == index_of.end() ? "" : paths[found->second];
@@ -71,10 +57,10 @@ PictureSource picturesOf(const GivenViews& given, const PassingPictures& passing
           .picture_of = [=, &passing](const std::string& name) { return passing.pictureOf(pathOf(name)); }};
 }
 
-PictureSource picturesFrom(const std::string& evidence, const std::vector<std::string>& paths) {
+PictureSource picturesFrom(const json& evidence, const std::vector<std::string>& paths) {
   const std::vector<std::string> names = shortNames(paths);
   std::map<std::string, std::string> path_of;
-  for (std::size_t i = 0; i < names.size(); ++i) path_of[nameInJson(names[i])] = paths[i];
+  for (std::size_t i = 0; i < names.size(); ++i) path_of[validUtf8(names[i])] = paths[i];
   std::vector<std::string> images;
   std::map<std::string, std::size_t> index_of;
   for (const std::string& name : viewNames(evidence)) {
@@ -93,25 +79,6 @@ PictureSource picturesFrom(const std::string& evidence, const std::vector<std::s
         return found == index_of.end() ? std::nullopt : readOrNone(set, found->second);
       },
       .picture_of = {}};
-}
-
-void writeFigures(const PendingFolder& folder, const std::string& evidence, const std::string& evidence_file,
-                  const PageOptions& options) {
-  const std::vector<FigureFile> figures =
-      reportFigures(parsedEvidence(evidence, evidence_file), evidence_file, options);
-  folder.write([&] {
-    for (const FigureFile& figure : figures) writeFileAtomically(folder.path(figure.name), figure.svg);
-  });
-}
-
-void writeReport(const std::string& path, const std::string& evidence, const std::string& evidence_file,
-                 const PageOptions& options) {
-  const std::string file = evidence_file.empty() ? "the evidence" : evidence_file;
-  writeFileAtomically(path, reportPage(parsedEvidence(evidence, file), file, options));
-}
-
-void writeValidationReport(const std::string& path, const std::string& evidence, const PageOptions& options) {
-  writeFileAtomically(path, validationPage(json::parse(evidence), options.pictures, options.num_jobs));
 }
 
 }  // namespace alidade

@@ -113,9 +113,8 @@ TEST(RadialFigure, SaysThatAnImageCornerHasNoRay) {
 
 TEST(TiltFigure, PlacesAViewTowardsItsNearerSide) {
   ReportData data = withMisplacedPoint(0, {0, 0, 0});
-  for (ReportedView& view : data.views) view.right_nearer_rad = view.lower_nearer_rad = 0;
-  data.views[2].right_nearer_rad = 0.4;
-  const std::string svg = tiltFigure(data).svg;
+  data.views[2].tilt.right_rad = 0.4;
+  const std::string svg = tiltFigure(CalibrationEvidence{data}).svg;
   const std::regex dot("<circle cx=\"([-0-9.]+)\" cy=\"([-0-9.]+)\" r=\"4\" class=\"view\"");
   std::vector<Eigen::Vector2d> dots;
   for (std::sregex_iterator i(svg.begin(), svg.end(), dot), end; i != end; ++i)

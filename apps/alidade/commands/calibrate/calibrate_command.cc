@@ -18,7 +18,9 @@
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/files/vnl_file.h"
 #include "alidade/report/data/evidence.h"
+#include "alidade/report/data/json_output.h"
 #include "alidade/report/figures/next_view_svg.h"
+#include "alidade/report/pages/page.h"
 #include "alidade/target/board_spec.h"
 #include "board_views.h"
 #include "camera_files.h"
@@ -240,13 +242,14 @@ class CalibrateCommand final : public Command {
     if (!next_view_.empty())
       writeFileAtomically(next_view_, nextViewSvg(result, given.views, advice.guidance));
     if (!evidence_.empty() || !report_.empty()) {
-      const std::string evidence = evidenceJson(
+      const nlohmann::json evidence = evidenceDocument(
           result, imagesOf(given), given.views, advice,
           {.settings = flags.settings(), .tolerance_px = options_.tolerance_px, .created_by = programName()});
-      if (!evidence_.empty()) writeFileAtomically(evidence_, evidence);
+      if (!evidence_.empty()) writeFileAtomically(evidence_, jsonText(evidence));
       if (!report_.empty())
-        writeReport(report_, evidence, evidence_,
-                    {.pictures = picturesOf(given, passing_), .num_jobs = common_.jobs});
+        writeFileAtomically(report_,
+                            reportPage(evidence, evidence_,
+                                       {.pictures = picturesOf(given, passing_), .num_jobs = common_.jobs}));
     }
     if (!output_.empty() && output_ != "-" && isKept(result)) saveCamera(output_, recordOf(result), format_);
   }

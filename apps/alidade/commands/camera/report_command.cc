@@ -7,6 +7,7 @@
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/report/data/json_output.h"
+#include "alidade/report/pages/page.h"
 #include "camera_files.h"
 #include "command.h"
 #include "console.h"
@@ -49,7 +50,7 @@ class ReportCommand final : public Command {
     const std::vector<std::string> images =
         images_.empty() ? std::vector<std::string>() : listInputs(images_).all();
     checkUsage(images);
-    const std::string evidence = readEvidence();
+    const json evidence = readEvidence();
     const PageOptions options = pageOptions(images, evidence);
     write(evidence, options);
     print();
@@ -66,20 +67,20 @@ class ReportCommand final : public Command {
     if (!figures_.empty()) refuseFolderOfInputs(figures_, sources);
   }
 
-  [[nodiscard]] std::string readEvidence() const {
-    const std::string evidence = readTextFile(evidenceFile(), kMaxEvidenceBytes);
-    if (!evidence_.empty()) requireSameCamera(evidence);
-    if (evidence_.empty() && !looksLikeJson(evidence)) {
+  [[nodiscard]] json readEvidence() const {
+    const std::string text = readTextFile(evidenceFile(), kMaxEvidenceBytes);
+    if (evidence_.empty() && !looksLikeJson(text)) {
       throw inputError({.where = file_,
                         .found = "no evidence file",
                         .expected = "the JSON file that alidade calibrate --evidence writes",
                         .next_step = "give it with --evidence"});
     }
+    json evidence = parsedEvidence(text, evidenceFile());
+    if (!evidence_.empty()) requireSameCamera(evidence);
     return evidence;
   }
 
-  [[nodiscard]] PageOptions pageOptions(const std::vector<std::string>& images,
-                                        const std::string& evidence) const {
+  [[nodiscard]] PageOptions pageOptions(const std::vector<std::string>& images, const json& evidence) const {
     PageOptions options{.num_jobs = common_.jobs};
     if (!images.empty()) options.pictures = picturesFrom(evidence, images);
     if (against_.empty()) return options;
@@ -91,13 +92,16 @@ class ReportCommand final : public Command {
     return options;
   }
 
-  void write(const std::string& evidence, const PageOptions& options) const {
+  void write(const json& evidence, const PageOptions& options) const {
     if (!figures_.empty()) {
       PendingFolder folder(figures_, "report", overwrite_, common_.quiet);
-      writeFigures(folder, evidence, evidenceFile(), options);
+      const std::vector<FigureFile> figures = reportFigures(evidence, evidenceFile(), options);
+      folder.write([&] {
+        for (const FigureFile& figure : figures) writeFileAtomically(folder.path(figure.name), figure.svg);
+      });
       folder.commit();
     }
-    if (!output_.empty()) writeReport(output_, evidence, evidenceFile(), options);
+    if (!output_.empty()) writeFileAtomically(output_, reportPage(evidence, evidenceFile(), options));
   }
 
   void print() const {
@@ -115,14 +119,23 @@ class ReportCommand final : public Command {
     return first != std::string::npos && text[first] == '{';
   }
 
+  static json parsedEvidence(const std::string& text, const std::string& file) {
+    try {
+      return json::parse(text);
+    } catch (const json::exception& error) {
+      throw inputError({.where = file,
+                        .found = "no valid JSON (" + std::string(error.what()) + ")",
+                        .expected = "the file that alidade calibrate --evidence writes"});
+    }
+  }
+
   // The camera file has the parameters that the evidence tells about.
-  void requireSameCamera(const std::string& evidence) const {
+  void requireSameCamera(const json& evidence) const {
     const CameraRecord record = readCameraTelling(file_, {}, common_.quiet);
-    const json document = json::parse(evidence, nullptr, false);
-    if (document.is_discarded() || !document.is_object() || !document.contains("parameters"))
+    if (!evidence.is_object() || !evidence.contains("parameters"))
       return;  // refused with its reason when the page is made
-    const json& values = document["parameters"];
-    bool is_same = document.value("model", json()) == json(record.camera.modelId());
+    const json& values = evidence["parameters"];
+    bool is_same = evidence.value("model", json()) == json(record.camera.modelId());
     const auto names = record.camera.parameterNames();
     for (std::size_t i = 0; is_same && i < names.size(); ++i) {
       const json value = values.is_object() ? values.value(std::string(names[i]), json()) : json();

@@ -14,7 +14,9 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/files/text/atomic_file.h"
+#include "alidade/report/data/json_output.h"
 #include "alidade/report/data/rig_evidence.h"
+#include "alidade/report/pages/page.h"
 #include "alidade/rig/rig_calibrator.h"
 #include "camera_files.h"
 #include "command.h"
@@ -22,7 +24,6 @@
 #include "commands/rig/rig_text.h"
 #include "console.h"
 #include "outputs.h"
-#include "report_output.h"
 
 namespace alidade {
 namespace {
@@ -115,10 +116,10 @@ class RigCalibrateCommand final : public Command {
   void write(const RigCalibration& rig, const RigRecord& record, double tolerance_px) const {
     if (!output_.empty() && isKept(rig)) saveRig(output_, record);
     if (evidence_.empty() && report_.empty()) return;
-    const std::string evidence = rigEvidenceJson(rig, tolerance_px, programName());
-    if (!evidence_.empty()) writeFileAtomically(evidence_, evidence);
+    const nlohmann::json evidence = rigEvidenceDocument(rig, tolerance_px, programName());
+    if (!evidence_.empty()) writeFileAtomically(evidence_, jsonText(evidence));
     if (report_.empty()) return;
-    writeReport(report_, evidence, evidence_, {});
+    writeFileAtomically(report_, reportPage(evidence, evidence_));
     if (!common_.quiet) printMessage("report written to " + report_);
   }
 

@@ -8,11 +8,13 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/parallel.h"
 #include "alidade/files/camera_list.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/footage/follow/footage_frames.h"
+#include "alidade/report/pages/validation_page.h"
 #include "alidade/validate/camera_checks.h"
 #include "alidade/validate/file_tests.h"
 #include "board_views.h"
@@ -212,11 +214,15 @@ class ValidateCommand final : public Command {
     parallelFor(listed.size(), num_jobs, [&](std::size_t i) {
       judgements[i] = judgeFile(listed[i], camera_.readOptions(), tests_, known[i] ? &*known[i] : nullptr);
     });
-    ValidationResult result{.files = {},
-                            .other_files = {},
-                            .is_strict = is_strict_,
+    ValidationResult result{.is_strict = is_strict_,
                             .tolerance_px = tests_.tolerance_px,
-                            .boards = tests_.boards};
+                            .boards = tests_.boards,
+                            .created_by = programName()};
+    if (const auto& other = tests_.other)
+      result.rival = {.name = printable(against_),
+                      .camera = other->camera,
+                      .size = other->image_size,
+                      .covariance = statedCovariance(*other)};
     for (std::size_t i = 0; i < listed.size(); ++i) {
       if (judgements[i]) {
         result.files.push_back(*std::move(judgements[i]));
@@ -225,19 +231,17 @@ class ValidateCommand final : public Command {
       }
     }
     if (!result.files.empty()) return result;
-    throw inputError(
-        {.where = files_.front(),
-         .found = fmt::format("no camera file among {} file{}", listed.size(), listed.size() == 1 ? "" : "s"),
-         .expected = "at least one",
-         .next_step = "see docs/formats.md for the formats"});
+    throw inputError({.where = files_.front(),
+                      .found = "no camera file among " + counted(listed.size(), "file"),
+                      .expected = "at least one",
+                      .next_step = "see docs/formats.md for the formats"});
   }
 
   void write(const ValidationResult& result) const {
     if (!junit_path_.empty()) writeFileAtomically(junit_path_, junitText(result));
     if (report_.empty()) return;
-    PageOptions page{.num_jobs = common_.jobs};
-    if (given_) page.pictures = picturesOf(*given_, passing_);
-    writeValidationReport(report_, validationEvidenceJson(result, printable(against_), tests_.other), page);
+    const PictureSource pictures = given_ ? picturesOf(*given_, passing_) : PictureSource{};
+    writeFileAtomically(report_, validationPage(result, validationEvidence(result), pictures, common_.jobs));
   }
 
   void print(const ValidationResult& result) const {

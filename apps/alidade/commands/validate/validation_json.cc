@@ -32,11 +32,7 @@ json checksJson(const std::vector<FileCheck>& list) {
 json cornersJson(const HeldOutView& view) {
   json corners = json::array();
   for (const HeldOutCorner& corner : view.corners) {
-    corners.push_back({{"id", corner.id},
-                       {"u", corner.pixel.x()},
-                       {"v", corner.pixel.y()},
-                       {"dx", corner.error_px.x()},
-                       {"dy", corner.error_px.y()}});
+    corners.push_back(cornerJson(corner.id, corner.pixel, corner.error_px));
   }
   return corners;
 }
@@ -124,14 +120,14 @@ json validationDocument(const ValidationResult& result, bool has_corners) {
     for (const CameraJudgement& camera : file.cameras)
       cameras.push_back(cameraJson(camera, result.boards, has_corners));
     files.push_back({{"file", file.file},
-                     {"status", severityName(outcomeOf(result, file))},
+                     {"status", severityName(result.outcomeOf(file))},
                      {"format", textOrNull(file.format)},
                      {"error", textOrNull(file.error)},
                      {"cameras", std::move(cameras)},
                      {"rig_checks", checksJson(file.rig_checks)}});
   }
   const ValidationTotals totals = totalsOf(result);
-  return {{"created_by", programName()},
+  return {{"created_by", result.created_by},
           {"strict", result.is_strict},
           {"tolerance_px", result.tolerance_px},
           {"totals",
@@ -150,21 +146,19 @@ std::string judgementJson(const ValidationResult& result) {
   return jsonText(validationDocument(result, false));
 }
 
-std::string validationEvidenceJson(const ValidationResult& result, const std::string& other_name,
-                                   const std::optional<CameraRecord>& other) {
+json validationEvidence(const ValidationResult& result) {
   json document = validationDocument(result, true);
   document["against"] = nullptr;
-  if (other) {
-    const AnyCamera& camera = other->camera;
-    const auto covariance = statedCovariance(*other);
-    document["against"] = {{"file", other_name},
+  if (const auto& rival = result.rival) {
+    const AnyCamera& camera = rival->camera;
+    document["against"] = {{"file", rival->name},
                            {"model", camera.modelId()},
-                           {"image_size", other->image_size},
+                           {"image_size", rival->size},
                            {"parameters", parametersJson(camera.parameterNames(), camera.parameters())},
                            {"covariance", nullptr}};
-    if (covariance) document["against"]["covariance"] = lowerTriangle(covariance->view());
+    if (rival->covariance) document["against"]["covariance"] = lowerTriangle(rival->covariance->view());
   }
-  return jsonText(document);
+  return document;
 }
 
 }  // namespace alidade

@@ -1,34 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <optional>
-#include <span>
 #include <string>
-#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "alidade/record/camera_record.h"
-#include "alidade/target/board.h"
-#include "alidade/validate/camera_checks.h"
+#include "alidade/report/data/validation_data.h"
 
 namespace alidade {
-
-/// All that validate found out.
-struct ValidationResult {
-  std::vector<FileJudgement> files;
-  std::vector<std::string> other_files;  ///< in folders; not camera files
-  bool is_strict = false;                ///< a warning fails a file
-  double tolerance_px = 0;               ///< for images and for the other camera
-  std::vector<Board> boards = {};        ///< that the images show; none without images
-
-  [[nodiscard]] bool isFailed(const FileJudgement& file) const {
-    return file.severity() >= (is_strict ? Severity::kWarning : Severity::kFailure);
-  }
-};
-
-/// A failure, a warning or a pass.
-[[nodiscard]] Severity outcomeOf(const ValidationResult& result, const FileJudgement& file);
 
 struct ValidationTotals {
   std::size_t num_files = 0;
@@ -55,10 +34,7 @@ struct ValidationTotals {
 /// Everything for programs: one JSON document.
 [[nodiscard]] std::string judgementJson(const ValidationResult& result);
 /// The same with the errors of all corners and the camera that the files were compared with: what the report
-/// page is made from.
-/// @param other_name  of its file
-[[nodiscard]] std::string validationEvidenceJson(const ValidationResult& result,
-                                                 const std::string& other_name,
-                                                 const std::optional<CameraRecord>& other);
+/// page embeds.
+[[nodiscard]] nlohmann::json validationEvidence(const ValidationResult& result);
 
 }  // namespace alidade

@@ -10,6 +10,7 @@
 #include <pugixml.hpp>
 
 #include "alidade/core/error_text.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "console.h"
@@ -100,7 +101,7 @@ Row rowOf(const ValidationResult& result, const FileJudgement& file) {
     remark += (remark.empty() ? "" : "; ") + more;
   if (num_cameras == 1 && file.cameras[0].calibration && !result.isFailed(file))
     remark = calibrationText(*file.cameras[0].calibration) + (remark.empty() ? "" : "; ") + remark;
-  return {std::string(statusLabel(outcomeOf(result, file))), printable(file.file),
+  return {std::string(statusLabel(result.outcomeOf(file))), printable(file.file),
           (num_cameras > 1 ? std::to_string(num_cameras) + " " : "") + commonText(file, modelText),
           commonText(file, cameraSizeText), remark};
 }
@@ -190,15 +191,10 @@ bool addTestCase(pugi::xml_node suite, const char* class_name, const std::string
 
 }  // namespace
 
-Severity outcomeOf(const ValidationResult& result, const FileJudgement& file) {
-  if (result.isFailed(file)) return Severity::kFailure;
-  return file.severity() == Severity::kWarning ? Severity::kWarning : Severity::kPass;
-}
-
 ValidationTotals totalsOf(const ValidationResult& result) {
   ValidationTotals totals{.num_files = result.files.size(), .num_others = result.other_files.size()};
   for (const FileJudgement& file : result.files) {
-    const Severity outcome = outcomeOf(result, file);
+    const Severity outcome = result.outcomeOf(file);
     totals.num_failed += outcome == Severity::kFailure ? 1 : 0;
     totals.num_warned += outcome == Severity::kWarning ? 1 : 0;
   }
@@ -206,13 +202,12 @@ ValidationTotals totalsOf(const ValidationResult& result) {
 }
 
 std::string totalsText(const ValidationTotals& totals) {
-  std::string text = fmt::format("{} file{}: {} passed", totals.num_files, totals.num_files == 1 ? "" : "s",
-                                 totals.num_files - totals.num_failed);
+  std::string text =
+      fmt::format("{}: {} passed", counted(totals.num_files, "file"), totals.num_files - totals.num_failed);
   if (totals.num_warned > 0) text += fmt::format(" ({} with warnings)", totals.num_warned);
   text += fmt::format(", {} failed", totals.num_failed);
   if (totals.num_others > 0) {
-    text += fmt::format("; {} other file{} without a camera", totals.num_others,
-                        totals.num_others == 1 ? "" : "s");
+    text += fmt::format("; {} without a camera", counted(totals.num_others, "other file"));
   }
   return text + "\n";
 }

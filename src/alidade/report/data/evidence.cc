@@ -129,7 +129,7 @@ json withBoards(const Calibration& result, const Items& items) {
   return list;
 }
 
-// With where they were seen: the fit has forgotten that.
+// The outliers with the pixels where they were seen, which the fit does not keep.
 json outliersJson(const Calibration& result, std::span<const View> given) {
   const std::vector<Outlier>& outliers = result.dropped.outliers;
   json list = withBoards(result, outliers);
@@ -147,7 +147,7 @@ bool isOfBoard(const CommonError& error) {
   return static_cast<int>(error.cause) < kNumBoardCauses;
 }
 
-// By cause; those of several boards are listed under "boards".
+// Errors by cause; those of several boards are listed under "boards".
 json commonErrorsJson(const Calibration& result) {
   json errors = json::object();
   if (hasSeveralBoards(result))
@@ -379,26 +379,21 @@ std::string summaryJson(const Calibration& result, const GivenImages& given, std
   return jsonText(documentOf(result, given, views, advice));
 }
 
-std::string evidenceJson(const Calibration& result, const GivenImages& given, std::span<const View> views,
-                         const Advice& advice, const EvidenceOrigin& origin) {
+json evidenceDocument(const Calibration& result, const GivenImages& given, std::span<const View> views,
+                      const Advice& advice, const EvidenceOrigin& origin) {
   json document = documentOf(result, given, views, advice);
   for (std::size_t v = 0; v < result.fit.views.size(); ++v) {
     const FitView& view = result.fit.views[v];
     json& corners = document["views"][v]["corners"] = json::array();
     for (std::size_t i = 0; i < view.corners.size(); ++i) {
-      const Observation& corner = view.corners[i];
-      corners.push_back({{"id", corner.id},
-                         {"u", corner.pixel.x()},
-                         {"v", corner.pixel.y()},
-                         {"dx", view.errors[i].x()},
-                         {"dy", view.errors[i].y()}});
+      corners.push_back(cornerJson(view.corners[i].id, view.corners[i].pixel, view.errors[i]));
     }
   }
   document["settings"] = json::object();
   for (const auto& [name, values] : origin.settings) document["settings"][name] = values;
   document["tolerance_px"] = origin.tolerance_px;
   document["created_by"] = origin.created_by;
-  return jsonText(document);
+  return document;
 }
 
 }  // namespace alidade

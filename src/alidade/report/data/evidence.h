@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "alidade/calibrate/calibration.h"
 #include "alidade/guide/coverage.h"
 #include "alidade/guide/guidance.h"
@@ -49,8 +51,8 @@ struct EvidenceOrigin {
 };
 
 /// The same with the settings and the errors of all corners: what reportPage() draws.
-[[nodiscard]] std::string evidenceJson(const Calibration& result, const GivenImages& given,
-                                       std::span<const View> views, const Advice& advice,
-                                       const EvidenceOrigin& origin);
+[[nodiscard]] nlohmann::json evidenceDocument(const Calibration& result, const GivenImages& given,
+                                              std::span<const View> views, const Advice& advice,
+                                              const EvidenceOrigin& origin);
 
 }  // namespace alidade

@@ -10,6 +10,11 @@ constexpr int kMaxImageSide = 1'000'000;
 
 }  // namespace
 
+std::string validUtf8(const std::string& text) {
+  const nlohmann::json value = text;
+  return nlohmann::json::parse(value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
 std::string textOf(const JsonNode& node) {
   return node.text();
 }

@@ -15,6 +15,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/report/data/utf8.h"
 
 namespace alidade {
 
@@ -39,11 +40,12 @@ class JsonNode {
   [[nodiscard]] bool isNull() const { return value_->is_null(); }
   [[nodiscard]] bool isArray() const { return value_->is_array(); }
 
-  /// NaN for null: JSON has no such number.
+  /// NaN for null and for what becomes null in a file: JSON has no such numbers.
   [[nodiscard]] double number() const {
     if (value_->is_null()) return std::numeric_limits<double>::quiet_NaN();
     if (!value_->is_number()) refuse("a number");
-    return value_->get<double>();
+    const double value = value_->get<double>();
+    return std::isfinite(value) ? value : std::numeric_limits<double>::quiet_NaN();
   }
   [[nodiscard]] double finite() const {
     const double value = number();
@@ -58,7 +60,7 @@ class JsonNode {
   }
   [[nodiscard]] std::string text() const {
     if (!value_->is_string()) refuse("a text");
-    return value_->get<std::string>();
+    return validUtf8(value_->get_ref<const std::string&>());
   }
   [[nodiscard]] bool flag() const {
     if (!value_->is_boolean()) refuse("true or false");
@@ -81,7 +83,7 @@ class JsonNode {
     return values;
   }
 
-  /// What `make` makes of the value; its complaint becomes one about this place.
+  /// The result of `make`; an error of it becomes one about this place.
   template <class Make>
   [[nodiscard]] auto made(Make make) const {
     try {

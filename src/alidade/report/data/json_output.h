@@ -37,6 +37,11 @@ template <class T>
   return {v.x(), v.y(), v.z()};
 }
 
+/// A corner of a view. @param error_px  projected minus observed
+[[nodiscard]] inline json cornerJson(int id, const Eigen::Vector2d& pixel, const Eigen::Vector2d& error_px) {
+  return {{"id", id}, {"u", pixel.x()}, {"v", pixel.y()}, {"dx", error_px.x()}, {"dy", error_px.y()}};
+}
+
 /// The parameters by name.
 [[nodiscard]] inline json parametersJson(std::span<const std::string_view> names,
                                          std::span<const double> values) {
@@ -59,7 +64,7 @@ template <class ValueAt>
   return list;
 }
 
-// By these, nlohmann-json converts the types.
+// Conversions that nlohmann-json finds by itself.
 inline void to_json(json& j, const ImageSize& size) {
   j = {{"width", size.width}, {"height", size.height}};
 }

@@ -35,23 +35,23 @@ BoardShape readShape(const JsonNode& node, const Board& target) {
   return shape;
 }
 
-std::vector<ReportedBoard> readBoards(const JsonNode& root) {
+std::vector<FitBoard> readBoards(const JsonNode& root) {
   const JsonNode spec = root["board"];
   const JsonNode shape = root["board_shape"];
   const auto readOne = [](const JsonNode& of, const JsonNode& shape_of) {
-    ReportedBoard board{.target = of.made([&] { return parseBoardSpec(of.text()); })};
+    FitBoard board{.target = of.made([&] { return parseBoardSpec(of.text()); })};
     board.shape = readShape(shape_of, board.target);
     return board;
   };
   if (!spec.isArray()) return {readOne(spec, shape)};
-  std::vector<ReportedBoard> boards;
+  std::vector<FitBoard> boards;
   shape.requireSize(spec.size());
   for (std::size_t i = 0; i < spec.size(); ++i) boards.push_back(readOne(spec.at(i), shape.at(i)));
   if (boards.empty()) spec.refuse("at least one board");
   return boards;
 }
 
-std::vector<ReportedView> readViews(const JsonNode& root, const std::vector<ReportedBoard>& boards) {
+std::vector<ReportedView> readViews(const JsonNode& root, const std::vector<FitBoard>& boards) {
   return root["views"].list([&](const JsonNode& node) {
     ReportedView view{.image = node["image"].text(), .board = readBoardIndex(node, boards)};
     view.rms_px = node["rms_px"].finite();
@@ -73,7 +73,7 @@ void addOutliers(const JsonNode& root, const ReportData& data, std::vector<Repor
     const std::size_t board = readBoardIndex(node, data.boards);
     const auto view = by_name.find({node["image"].text(), board});
     if (view == by_name.end()) continue;  // of a view that was left out
-    const ReportedBoard& on = data.boards[board];
+    const FitBoard& on = data.boards[board];
     const int id = node["corner_id"].whole(0, on.target.numCorners() - 1);
     const Eigen::Vector2d error(node["dx"].finite(), node["dy"].finite());
     const Projection projected =
@@ -83,30 +83,32 @@ void addOutliers(const JsonNode& root, const ReportData& data, std::vector<Repor
   }
 }
 
-void addCoverage(const JsonNode& root, ReportData& data) {
+BoardTilt readTilt(const JsonNode& node) {
+  return {.right_rad = node["right_nearer_rad"].number(), .lower_rad = node["lower_nearer_rad"].number()};
+}
+
+void addCoverage(const JsonNode& root, CalibrationEvidence& data) {
   const JsonNode coverage = root["coverage"];
   const JsonNode grid = coverage["grid"];
-  data.cells = {.columns = grid["columns"].whole(1, kMaxGridSide),
-                .rows = grid["rows"].whole(1, kMaxGridSide)};
+  data.coverage.columns = grid["columns"].whole(1, kMaxGridSide);
+  data.coverage.rows = grid["rows"].whole(1, kMaxGridSide);
   const JsonNode counts = grid["num_corners"];
-  counts.requireSize(static_cast<std::size_t>(data.cells.columns) *
-                     static_cast<std::size_t>(data.cells.rows));
-  data.cells.num_corners =
+  counts.requireSize(static_cast<std::size_t>(data.coverage.columns) *
+                     static_cast<std::size_t>(data.coverage.rows));
+  data.coverage.num_corners =
       counts.list([](const JsonNode& n) { return n.whole(-1, std::numeric_limits<int>::max()); });
   const JsonNode views = coverage["views"];
   views.requireSize(data.views.size());
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     const JsonNode view = views.at(v);
-    const JsonNode tilt = view["tilt"];
     data.views[v].distance_m = view["distance_m"].finite();
-    data.views[v].right_nearer_rad = tilt["right_nearer_rad"].number();
-    data.views[v].lower_nearer_rad = tilt["lower_nearer_rad"].number();
+    data.views[v].tilt = readTilt(view["tilt"]);
   }
 }
 
-std::optional<ReportedAccuracy> readAccuracy(const JsonNode& node) {
+std::optional<Accuracy> readAccuracy(const JsonNode& node) {
   if (node.isNull()) return std::nullopt;
-  ReportedAccuracy accuracy;
+  Accuracy accuracy;
   const double distance = node["distance_m"].number();
   if (std::isfinite(distance)) accuracy.distance_m = distance;  // null: far points
   accuracy.columns = node["columns"].whole(2, kMaxGridSide);
@@ -127,35 +129,43 @@ std::optional<ReportedAccuracy> readAccuracy(const JsonNode& node) {
   return accuracy;
 }
 
-std::vector<ReportedModel> readModels(const JsonNode& choice) {
+std::vector<ModelCandidate> readModels(const JsonNode& choice) {
   if (choice.isNull()) return {};
   return choice["candidates"].list([](const JsonNode& node) {
-    return ReportedModel{.id = node["model"].text(),
-                         .num_params = node["num_parameters"].whole(0, 1000),
-                         .rms_px = node["rms_px"].number(),
-                         .holdout_rms_px = node["holdout_rms_px"].number(),
-                         .verdict = node["verdict"].text(),
-                         .reason = node["reason"].text()};
+    return ModelCandidate{.id = node["model"].text(),
+                          .num_params = node["num_parameters"].whole(0, 1000),
+                          .rms_px = node["rms_px"].number(),
+                          .holdout_rms_px = node["holdout_rms_px"].number(),
+                          .verdict = node["verdict"].text(),
+                          .reason = node["reason"].text()};
   });
 }
 
-std::optional<ReportedNextView> readNextView(const JsonNode& node, const std::vector<ReportedBoard>& boards) {
+std::optional<ReportedNextView> readNextView(const JsonNode& node, const std::vector<FitBoard>& boards) {
   if (node.isNull()) return std::nullopt;
   ReportedNextView next{.board = readBoardIndex(node, boards),
                         .camera_from_board = readPose(node["camera_from_board"])};
   next.text = node["text"].text();
   next.distance_m = node["distance_m"].finite();
-  const JsonNode tilt = node["tilt"];
-  next.right_nearer_rad = tilt["right_nearer_rad"].number();
-  next.lower_nearer_rad = tilt["lower_nearer_rad"].number();
-  next.worst_now_px = node["worst_now_px"].number();
-  next.worst_then_px = node["worst_then_px"].number();
+  next.tilt = readTilt(node["tilt"]);
   return next;
+}
+
+std::vector<std::string> readSettings(const json& evidence) {
+  std::vector<std::string> settings;
+  const json given = evidence.value("settings", json::object());
+  for (const auto& [name, values] : given.items()) {
+    std::string line = "--" + name;
+    for (const json& value : values)
+      line += " " + (value.is_string() ? validUtf8(value.get<std::string>()) : value.dump());
+    settings.push_back(line);
+  }
+  return settings;
 }
 
 }  // namespace
 
-std::size_t readBoardIndex(const JsonNode& node, const std::vector<ReportedBoard>& boards) {
+std::size_t readBoardIndex(const JsonNode& node, const std::vector<FitBoard>& boards) {
   if (!node.has("board")) return 0;
   const JsonNode board = node["board"];
   const std::string spec = board.text();
@@ -182,35 +192,26 @@ std::optional<Eigen::MatrixXd> readCovariance(const JsonNode& node, int n) {
   return covariance;
 }
 
-Eigen::Vector2d ReportedAccuracy::pixel(int column, int row, const ImageSize& size) const {
-  return {column * (size.width - 1.0) / (columns - 1), row * (size.height - 1.0) / (rows - 1)};
+std::size_t numCorners(const ReportData& data) {
+  std::size_t count = 0;
+  for (const ReportedView& view : data.views) count += view.corners.size();
+  return count;
 }
 
-double ReportedAccuracy::shareWithin(double tolerance_px) const {
-  int num_within = 0;
-  int num_with_ray = 0;
-  for (const double error : error_px) {
-    num_with_ray += std::isnan(error) ? 0 : 1;
-    num_within += error <= tolerance_px ? 1 : 0;
-  }
-  return num_with_ray == 0 ? 0 : static_cast<double>(num_within) / num_with_ray;
+bool hasBlindPixels(const Accuracy& accuracy) {
+  return std::ranges::any_of(accuracy.error_px, [](double error) { return std::isnan(error); });
 }
 
-bool ReportedAccuracy::hasBlindPixels() const {
-  return std::ranges::any_of(error_px, [](double error) { return std::isnan(error); });
+const char* wholeName(const Accuracy& accuracy) {
+  return hasBlindPixels(accuracy) ? "the pixels with a ray" : "the image";
 }
 
-const char* ReportedAccuracy::wholeName() const {
-  return hasBlindPixels() ? "the pixels with a ray" : "the image";
-}
-
-ReportData readReportData(const nlohmann::json& evidence, const std::string& file) {
+CalibrationEvidence readCalibration(const nlohmann::json& evidence, const std::string& file) {
   const JsonNode root(evidence, file);
-  ReportData data{.camera = readCamera(root),
-                  .size = readSize(root["image_size"]),
-                  .verdict = readVerdict(root["verdict"]),
-                  .tolerance_px = root["tolerance_px"].finite(),
-                  .boards = readBoards(root)};
+  CalibrationEvidence data{ReportData{.camera = readCamera(root), .size = readSize(root["image_size"])}};
+  data.verdict = readVerdict(root["verdict"]);
+  data.tolerance_px = root["tolerance_px"].finite();
+  data.boards = readBoards(root);
   data.views = readViews(root, data.boards);
   addOutliers(root, data, data.views);
   data.findings = readFindings(root["findings"]);
@@ -221,13 +222,13 @@ ReportData readReportData(const nlohmann::json& evidence, const std::string& fil
   data.holdout_rms_px = root["holdout_rms_px"].number();
   data.coordinate_sigma_px = root["coordinate_sigma_px"].number();
   constexpr int kMany = std::numeric_limits<int>::max();
-  data.num_corners = root["num_corners"].whole(0, kMany);
   data.num_outliers = static_cast<int>(root["outliers"].size());
   const JsonNode images = root["images"];
   data.num_images_given = images["given"].whole(0, kMany);
   data.num_images_used = images["used"].whole(0, kMany);
   data.reasons = images["reasons"].list(textOf);
   data.notes = root["notes"].list(textOf);
+  data.settings = readSettings(evidence);
   const JsonNode stds = root["parameter_std"];
   for (const std::string_view name : data.camera.parameterNames())
     data.parameter_std.push_back(stds[std::string(name).c_str()].number());

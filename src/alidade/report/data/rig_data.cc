@@ -46,12 +46,8 @@ ReportedRigView readRigView(const JsonNode& node, const ReportedRig& rig) {
                        .placement = readIndex(node["placement"], rig.placements.size()),
                        .image = node["image"].text()};
   view.rms_px = node["rms_px"].number();
-  const int num_corners = rig.boards[rig.placements[view.placement].board].numCorners();
-  view.corners = node["corners"].list([&](const JsonNode& corner) {
-    return ReportedCorner{.id = corner["id"].whole(0, num_corners - 1),
-                          .pixel = {corner["u"].finite(), corner["v"].finite()},
-                          .error_px = {corner["dx"].finite(), corner["dy"].finite()}};
-  });
+  const Board& board = rig.boards[rig.placements[view.placement].board];
+  view.corners = node["corners"].list([&](const JsonNode& corner) { return readCorner(corner, board); });
   return view;
 }
 
@@ -76,11 +72,6 @@ std::optional<double> epipolarDistance(const ReportedRigCamera& a, const Reporte
   return (moved - moved.dot(along) * along).norm();
 }
 
-struct SquareSum {
-  double sum = 0;
-  std::size_t count = 0;
-};
-
 }  // namespace
 
 bool isRigEvidence(const nlohmann::json& evidence) {
@@ -99,9 +90,9 @@ ReportedRig readRig(const nlohmann::json& evidence, const std::string& file) {
       [](const JsonNode& node) { return node.made([&] { return parseBoardSpec(node.text()); }); });
   rig.frames = root["frames"].list(textOf);
   rig.placements = root["placements"].list([&](const JsonNode& node) {
-    return ReportedPlacement{.frame = readIndex(node["frame"], rig.frames.size()),
-                             .board = readIndex(node["board"], rig.boards.size()),
-                             .rig_from_board = readPose(node["rig_from_board"])};
+    return FitPlacement{.frame = readIndex(node["frame"], rig.frames.size()),
+                        .board = readIndex(node["board"], rig.boards.size()),
+                        .rig_from_board = readPose(node["rig_from_board"])};
   });
   rig.views = root["views"].list([&](const JsonNode& node) { return readRigView(node, rig); });
   rig.findings = readFindings(root["diagnoses"]);
@@ -142,15 +133,16 @@ std::vector<EpipolarPair> epipolarPairs(const ReportedRig& rig) {
   std::vector<EpipolarPair> pairs;
   for (const auto& [cameras, frames] : sums) {
     EpipolarPair pair{.first = cameras.first, .second = cameras.second};
-    double sum = 0;
+    SquareSum all;
     for (const auto& [frame, of_frame] : frames) {
       if (of_frame.count == 0) continue;
-      pair.by_frame.emplace_back(frame, std::sqrt(of_frame.sum / static_cast<double>(of_frame.count)));
-      sum += of_frame.sum;
-      pair.num_corners += of_frame.count;
+      pair.by_frame.emplace_back(frame, of_frame.rms());
+      all.sum += of_frame.sum;
+      all.count += of_frame.count;
     }
-    if (pair.num_corners == 0) continue;
-    pair.rms_px = std::sqrt(sum / static_cast<double>(pair.num_corners));
+    if (all.count == 0) continue;
+    pair.num_corners = all.count;
+    pair.rms_px = all.rms();
     pairs.push_back(pair);
   }
   return pairs;

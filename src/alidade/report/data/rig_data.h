@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -8,6 +9,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "alidade/adjust/board/fit.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/diagnosis.h"
 #include "alidade/geometry/se3.h"
@@ -29,12 +31,6 @@ struct ReportedRigCamera {
   double transfer_px = 0;   ///< see RigCamera
 };
 
-struct ReportedPlacement {
-  std::size_t frame = 0;
-  std::size_t board = 0;
-  SE3 rig_from_board = {};
-};
-
 /// A board in an image of a camera.
 struct ReportedRigView {
   std::size_t camera = 0;
@@ -53,10 +49,18 @@ struct ReportedRig {
   std::vector<ReportedRigCamera> cameras = {};
   std::vector<Board> boards = {};
   std::vector<std::string> frames = {};
-  std::vector<ReportedPlacement> placements = {};
+  std::vector<FitPlacement> placements = {};
   std::vector<ReportedRigView> views = {};
   std::vector<Diagnosis> findings = {};
   std::string created_by = {};
+};
+
+/// For a root mean square.
+struct SquareSum {
+  double sum = 0;
+  std::size_t count = 0;
+
+  [[nodiscard]] double rms() const { return count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count)); }
 };
 
 /// The distance of corners from the epipolar lines of the same corners in another camera.

@@ -30,7 +30,7 @@ json documentOfRig(const RigCalibration& rig) {
     const FitCamera& fitted = rig.fit.cameras[c];
     cameras.push_back({{"name", camera.name},
                        {"model", fitted.model},
-                       {"image_size", {{"width", fitted.size.width}, {"height", fitted.size.height}}},
+                       {"image_size", fitted.size},
                        {"parameters", parametersJson(parameterNames(fitted.model), fitted.params)},
                        {"camera_from_rig", fitted.camera_from_rig},
                        {"translation_std_m", vectorJson(camera.link.translation_std_m)},
@@ -65,7 +65,13 @@ json documentOfRig(const RigCalibration& rig) {
           {"diagnoses", rig.diagnoses}};
 }
 
-json evidenceOfRig(const RigCalibration& rig, double tolerance_px, const std::string& created_by) {
+}  // namespace
+
+std::string rigSummaryJson(const RigCalibration& rig) {
+  return jsonText(documentOfRig(rig));
+}
+
+json rigEvidenceDocument(const RigCalibration& rig, double tolerance_px, const std::string& created_by) {
   json document = documentOfRig(rig);
   document["kind"] = "rig";
   document["tolerance_px"] = tolerance_px;
@@ -84,13 +90,8 @@ json evidenceOfRig(const RigCalibration& rig, double tolerance_px, const std::st
     json corners = json::array();
     double sum = 0;
     for (std::size_t i = 0; i < view.corners.size(); ++i) {
-      const Observation& corner = view.corners[i];
       sum += view.errors[i].squaredNorm();
-      corners.push_back({{"id", corner.id},
-                         {"u", corner.pixel.x()},
-                         {"v", corner.pixel.y()},
-                         {"dx", view.errors[i].x()},
-                         {"dy", view.errors[i].y()}});
+      corners.push_back(cornerJson(view.corners[i].id, view.corners[i].pixel, view.errors[i]));
     }
     const auto count = static_cast<double>(std::max<std::size_t>(1, view.corners.size()));
     views.push_back({{"camera", view.camera},
@@ -100,16 +101,6 @@ json evidenceOfRig(const RigCalibration& rig, double tolerance_px, const std::st
                      {"corners", std::move(corners)}});
   }
   return document;
-}
-
-}  // namespace
-
-std::string rigSummaryJson(const RigCalibration& rig) {
-  return jsonText(documentOfRig(rig));
-}
-
-std::string rigEvidenceJson(const RigCalibration& rig, double tolerance_px, const std::string& created_by) {
-  return jsonText(evidenceOfRig(rig, tolerance_px, created_by));
 }
 
 }  // namespace alidade

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "alidade/rig/rig_calibration.h"
 
 namespace alidade {
@@ -13,7 +15,7 @@ namespace alidade {
 /// The same with boards, frames and the errors of all corners: what reportPage() draws.
 /// @param tolerance_px  see CalibratorOptions
 /// @param created_by    program and version
-[[nodiscard]] std::string rigEvidenceJson(const RigCalibration& rig, double tolerance_px,
-                                          const std::string& created_by);
+[[nodiscard]] nlohmann::json rigEvidenceDocument(const RigCalibration& rig, double tolerance_px,
+                                                 const std::string& created_by);
 
 }  // namespace alidade

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -36,12 +37,9 @@ double addDifferenceArrows(const ProjectionDifference& difference, const PlotAre
     }
   }
   canvas.open("clip-path=\"url(#difference-clip)\"");
-  canvas.addPath(arrows, "class=\"mean halo-line\"");
-  canvas.addPath(arrows, "class=\"mean\"");
+  canvas.addMeanArrows(arrows);
   canvas.close();
-  canvas.addRaw("<clipPath id=\"difference-clip\">");
-  canvas.addRect(area.box.min(), area.box.max(), "");
-  canvas.addRaw("</clipPath>\n");
+  canvas.addClip("difference-clip", area);
   return times;
 }
 
@@ -56,7 +54,7 @@ Figure differenceFigure(const ReportData& data, const RivalCamera& rival) {
   FigureCanvas canvas(plot.legend_top);
   canvas.addRect(area.box.min(), area.box.max(), "class=\"blind\"");
   Figure figure{.id = "difference", .title = "Difference from " + rival.name};
-  std::vector<std::pair<std::string, std::string>> legend;
+  Legend legend;
   if (difference.is_converged && difference.num_compared > 0 && difference.columns > 1 &&
       difference.rows > 1) {
     LevelMap map{.columns = difference.columns, .rows = difference.rows, .values = {}, .point_at = {}};
@@ -86,8 +84,7 @@ Figure differenceFigure(const ReportData& data, const RivalCamera& rival) {
   }
   canvas.addImageFrame(area);
   canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
-  figure.svg = canvas.svg(figure.alt, fmt::format("data-p95=\"{:.9g}\"", difference.p95_px));
-  return figure;
+  return canvas.drawn(std::move(figure), fmt::format("data-p95=\"{:.9g}\"", difference.p95_px));
 }
 
 }  // namespace alidade

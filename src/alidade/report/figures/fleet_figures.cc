@@ -59,15 +59,10 @@ double highestBin(const std::vector<CountedLength>& lengths, double most, int nu
   return std::ranges::max(counts);
 }
 
-struct HistogramWords {
-  const char* x_name;
-  const char* plain;   // what bars count
-  const char* marked;  // and those that stand out
-};
-
-// A histogram with the tolerance; without a frame of its own if there is nothing to mark.
-std::string histogramSvg(const std::vector<CountedLength>& lengths, double tolerance_px,
-                         const HistogramWords& words, const std::string& alt) {
+// A histogram with the tolerance, of bars and those that stand out; without a frame of its own if there is
+// nothing to mark.
+std::string histogramSvg(const std::vector<CountedLength>& lengths, double tolerance_px, const char* x_name,
+                         const Legend& bars, const std::string& alt) {
   constexpr int kNumBins = 32;
   double most = 0;
   for (const CountedLength& length : lengths) most = std::max(most, length.px);
@@ -80,10 +75,10 @@ std::string histogramSvg(const std::vector<CountedLength>& lengths, double toler
                       .low = {0, 0},
                       .high = {most, 1.06 * highestBin(lengths, most, kNumBins)}};
   FigureCanvas canvas(258);
-  canvas.addAxes(area, words.x_name, "units");
+  canvas.addAxes(area, x_name, "units");
   addHistogram(lengths, area, kNumBins, canvas);
-  std::vector<std::pair<std::string, std::string>> legend = {{"bar", words.plain}};
-  if (std::ranges::any_of(lengths, &CountedLength::is_marked)) legend.emplace_back("bar freed", words.marked);
+  Legend legend = {bars.front()};
+  if (std::ranges::any_of(lengths, &CountedLength::is_marked)) legend.push_back(bars.back());
   if (is_limit_shown) {
     canvas.addLine(area.at(tolerance_px, 0), area.at(tolerance_px, area.high.y()), "class=\"limit domain\"");
     legend.emplace_back("line limit domain", fmt::format("tolerance, {} px", shortNumber(tolerance_px)));
@@ -155,8 +150,7 @@ Figure fleetMapFigure(const FleetGroup& group, double tolerance_px) {
     if (std::isfinite(px)) worst = std::max(worst, px);
   figure.alt = fmt::format("Map of the distance that 95 % of {} units do not exceed; at most {} px.",
                            group.units.size(), shortNumber(worst));
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
 Figure fleetDistancesFigure(const FleetGroup& group, double tolerance_px) {
@@ -170,10 +164,8 @@ Figure fleetDistancesFigure(const FleetGroup& group, double tolerance_px) {
   figure.alt =
       fmt::format("{} of {} units are within {} px of the typical camera; {} deviate.", group.num_within,
                   group.units.size(), shortNumber(tolerance_px), group.numDeviating());
-  figure.svg = histogramSvg(
-      lengths, tolerance_px,
-      {.x_name = "distance from the typical camera, px", .plain = "units", .marked = "units that deviate"},
-      figure.alt);
+  figure.svg = histogramSvg(lengths, tolerance_px, "distance from the typical camera, px",
+                            {{"bar", "units"}, {"bar freed", "units that deviate"}}, figure.alt);
   return figure;
 }
 
@@ -213,8 +205,7 @@ Figure fleetParametersFigure(const Fleet& fleet, const FleetGroup& group) {
       canvas.addPath("M" + pointText({xOf(strip.of_others[i]), top + 11}) + "h0", "class=\"hue1 places\"");
   }
   canvas.addRect(area.box.min(), area.box.max(), "class=\"frame\"");
-  std::vector<std::pair<std::string, std::string>> legend = {{"cold", "half of the units"},
-                                                             {"bar", "95 % of them"}};
+  Legend legend = {{"cold", "half of the units"}, {"bar", "95 % of them"}};
   if (num_others > 0) legend.emplace_back("line hue1", "units that deviate");
   canvas.addLegend({kLeft, bottom + 38}, legend);
   Figure figure{.id = "fleet-parameters", .title = "Parameters of the units"};
@@ -223,8 +214,7 @@ Figure fleetParametersFigure(const Fleet& fleet, const FleetGroup& group) {
       "spread between units. Dots at the border lie beyond it.";
   figure.alt = fmt::format("The spread of {} parameters of {} units, and {} units that deviate.",
                            strips.size(), group.typical->num_units, num_others);
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
 Figure fleetDriftFigure(const Fleet& fleet) {
@@ -238,11 +228,8 @@ Figure fleetDriftFigure(const Fleet& fleet) {
       "Changes that the uncertainties of both explain are not marked.";
   figure.alt = fmt::format("{} units with a previous calibration, of which {} changed.", lengths.size(),
                            fleet.numDrifted());
-  figure.svg = histogramSvg(lengths, fleet.tolerance_px,
-                            {.x_name = "difference from the previous calibration, px",
-                             .plain = "units",
-                             .marked = "units that changed"},
-                            figure.alt);
+  figure.svg = histogramSvg(lengths, fleet.tolerance_px, "difference from the previous calibration, px",
+                            {{"bar", "units"}, {"bar freed", "units that changed"}}, figure.alt);
   return figure;
 }
 

@@ -3,34 +3,37 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
-#include "alidade/report/pages/page_table.h"
+#include "alidade/core/mapped.h"
+#include "alidade/report/canvas/page_table.h"
 
 namespace alidade {
 namespace {
 
-using Eigen::Vector2d;
-
-std::string wordsOf(std::string id) {
+std::string wordsOf(std::string_view id_of) {
+  std::string id(id_of);
   std::ranges::replace(id, '_', ' ');
   return id;
 }
 
-std::string tableOf(const ReportedFootageCheck& check, const std::string& id) {
+// @param edit  flags of `convert`, after which the camera was checked; empty: as it is
+std::string tableOf(const FootageCheck& check, const std::string& edit, const std::string& id) {
+  const auto px = [](double value) { return std::isfinite(value) ? shortNumber(value) : "unknown"; };
   std::vector<PageRow> rows;
-  for (const ReportedChange& change : check.changes) {
-    const bool is_best = change.id == check.explanation;
+  for (std::size_t i = 0; i < check.changes.size(); ++i) {
+    const CameraChange& change = check.changes[i];
     rows.push_back(
-        {.cells = {wordsOf(change.id), change.text, shortNumber(change.effect_px),
-                   shortNumber(change.sure_px), shortNumber(change.blind_px),
-                   fmt::format("{:.1f} %", 100 * change.cost_drop), is_best ? "best explanation" : ""},
+        {.cells = {wordsOf(changeId(change.kind)), describe(change), px(change.effect_px), px(change.sure_px),
+                   px(change.blind_px), fmt::format("{:.1f} %", 100 * change.cost_drop),
+                   check.explanation == i ? "best explanation" : ""},
          .kind = ""});
   }
-  const std::string title = check.edit.empty() ? "Changes that were tried"
-                                               : fmt::format("Changes that were tried after {}", check.edit);
-  const std::string verdict = "Verdict: " + wordsOf(check.verdict) + ".";
+  const std::string title =
+      edit.empty() ? "Changes that were tried" : fmt::format("Changes that were tried after {}", edit);
+  const std::string verdict = "Verdict: " + footageVerdictWords(check.verdict) + ".";
   if (rows.empty()) return fmt::format("<p class=\"note\">{}: {}</p>\n", escapedMarkup(title), verdict);
   return tableFigure(
       id, title,
@@ -49,71 +52,64 @@ std::string tableOf(const ReportedFootageCheck& check, const std::string& id) {
 
 }  // namespace
 
-std::optional<Figure> footageErrorsFigure(const ReportedFootage& footage) {
-  if (footage.checks.empty() || footage.checks.front().cells.empty()) return std::nullopt;
-  const ReportedFootageCheck& check = footage.checks.front();
-  const ImagePlot plot = imagePlot(footage.size);
+std::optional<Figure> footageErrorsFigure(const FootageJudgement& footage) {
+  const bool is_edited = !footage.edits.empty();
+  const FootageCheck& check = is_edited ? footage.edits.front().check : footage.check;
+  if (footage.isOtherSize() != is_edited || check.cells.empty()) return std::nullopt;
+  const ImagePlot plot = imagePlot(footage.image_size);
   const PlotArea& area = plot.area;
   FigureCanvas canvas(plot.legend_top);
   double most = 0;
   double longest = 0;
-  for (const ReportedFootageCell& cell : check.cells) {
+  for (const FootageCell& cell : check.cells) {
     if (cell.num_pixels == 0) continue;
     most = std::max(most, cell.rms_px);
     longest = std::max(longest, cell.mean_px.norm());
   }
-  const double length = 0.9 * area.box.sizes().x() / check.columns;
+  const double length = 0.9 * area.box.sizes().x() / FootageCheck::kColumns;
   const double times = longest > 0 ? roundBelow(length / (longest * area.scale())) : 1;
   canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
-  std::string means;
-  const Vector2d sides = area.box.sizes().cwiseQuotient(Vector2d(check.columns, check.rows));
-  int num_seen = 0;
-  for (int row = 0; row < check.rows; ++row) {
-    for (int column = 0; column < check.columns; ++column) {
-      const ReportedFootageCell& cell = check.cells[static_cast<std::size_t>(row * check.columns + column)];
-      if (cell.num_pixels == 0) continue;
-      ++num_seen;
-      const Vector2d low = area.box.min() + sides.cwiseProduct(Vector2d(column, row));
-      canvas.addRect(
-          low, low + sides,
-          fmt::format("class=\"warmth\" fill-opacity=\"{:.2f}\" data-count=\"{}\" data-rms=\"{:.9g}\"",
-                      0.1 + 0.5 * (most > 0 ? cell.rms_px / most : 0), cell.num_pixels, cell.rms_px));
-      means += arrowPath(low + 0.5 * sides, times * area.scale() * cell.mean_px);
-    }
-  }
-  canvas.addPath(means, "class=\"mean halo-line\"");
-  canvas.addPath(means, "class=\"mean\"");
+  const std::string means = canvas.addErrorCells(
+      area, FootageCheck::kColumns, FootageCheck::kRows, mapped(check.cells, [&](const FootageCell& cell) {
+        return cell.num_pixels == 0 ? ErrorCell{}
+                                    : ErrorCell{.count = cell.num_pixels,
+                                                .rms_px = cell.rms_px,
+                                                .arrow = times * area.scale() * cell.mean_px};
+      }));
+  const auto num_seen =
+      std::ranges::count_if(check.cells, [](const FootageCell& cell) { return cell.num_pixels > 0; });
+  canvas.addMeanArrows(means);
   canvas.addImageFrame(area);
-  canvas.addLegend({area.box.min().x(), plot.legend_top},
-                   {{"line mean", fmt::format("mean of a cell ({})", timesLonger(times))},
-                    {"warmth weak", fmt::format("RMS {} px", shortNumber(most / 3))},
-                    {"warmth middling", fmt::format("{} px", shortNumber(2 * most / 3))},
-                    {"warmth", fmt::format("{} px", shortNumber(most))}});
+  Legend legend = warmthLegend(most);
+  legend.insert(legend.begin(), {"line mean", fmt::format("mean of a cell ({})", timesLonger(times))});
+  canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
   Figure figure{.id = "footage-errors", .title = "Errors on the footage over the image"};
   figure.reading = fmt::format(
       "Errors of pixels that had no part in finding their point{}. Noise makes all cells alike and the "
       "arrows point in all directions; arrows that form a pattern show what the camera file does not "
       "describe.",
-      check.edit.empty() ? "" : ", with the camera after " + check.edit);
+      is_edited ? ", with the camera after " + editFlags(footage.edits.front().request) : "");
   figure.alt = fmt::format(
       "Errors of {} pixels in {} of {} cells of the image, with an RMS of {} px; the largest RMS of a cell "
       "is {} px.",
-      check.num_pixels, num_seen, check.cells.size(), shortNumber(check.holdout_rms_px), shortNumber(most));
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+      check.num_pixels, num_seen, check.cells.size(),
+      check.num_windows > 0 ? shortNumber(check.holdout_rms_px) : "unknown", shortNumber(most));
+  return canvas.drawn(std::move(figure));
 }
 
-std::string footageTables(const ReportedFootage& footage, const std::string& prefix) {
+std::string footageTables(const FootageJudgement& footage, const std::string& prefix) {
+  const std::string id = prefix + "footage-changes";
+  if (!footage.isOtherSize()) return tableOf(footage.check, "", id);
   std::string html;
-  for (std::size_t i = 0; i < footage.checks.size(); ++i) {
-    const std::string number = i == 0 ? "" : fmt::format("-{}", i);
-    html += tableOf(footage.checks[i], prefix + "footage-changes" + number);
+  for (std::size_t i = 0; i < footage.edits.size(); ++i) {
+    const FootageEdit& edit = footage.edits[i];
+    html += tableOf(edit.check, editFlags(edit.request), i == 0 ? id : fmt::format("{}-{}", id, i));
   }
   return html;
 }
 
-std::string footageVerdictWords(const std::string& verdict) {
-  return wordsOf(verdict);
+std::string footageVerdictWords(FootageVerdict verdict) {
+  return wordsOf(verdictId(verdict));
 }
 
 std::string footageSentence(const std::vector<Diagnosis>& checks) {

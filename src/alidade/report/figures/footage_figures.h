@@ -7,7 +7,7 @@
 
 #include "alidade/core/diagnosis.h"
 #include "alidade/report/canvas/figure_canvas.h"
-#include "alidade/report/data/validation_data.h"
+#include "alidade/validate/footage/footage_judgement.h"
 
 namespace alidade {
 
@@ -15,15 +15,15 @@ namespace alidade {
 
 /// Errors of points in each part of the image, of pixels that had no part in their points. Cells carry their
 /// RMS and the number of pixels as data-rms and data-count. Nothing if no camera could be tested.
-[[nodiscard]] std::optional<Figure> footageErrorsFigure(const ReportedFootage& footage);
+[[nodiscard]] std::optional<Figure> footageErrorsFigure(const FootageJudgement& footage);
 
 /// The changes of the camera that were tried, with what each would displace, as HTML: one table, or one for
 /// each edit that may explain another image size.
 /// @param prefix  of ids, for a page with several cameras
-[[nodiscard]] std::string footageTables(const ReportedFootage& footage, const std::string& prefix);
+[[nodiscard]] std::string footageTables(const FootageJudgement& footage, const std::string& prefix);
 
 /// "consistent", "inconsistent", "cannot tell".
-[[nodiscard]] std::string footageVerdictWords(const std::string& verdict);
+[[nodiscard]] std::string footageVerdictWords(FootageVerdict verdict);
 
 /// What the check says, as a sentence; empty without that check.
 [[nodiscard]] std::string footageSentence(const std::vector<Diagnosis>& checks);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -22,64 +23,59 @@ using Eigen::Vector2d;
 constexpr std::size_t kMostDots = 6000;  // more would hide each other, and make a large file
 constexpr std::size_t kMostResiduals = 3000;
 
-LevelMap errorMap(const ReportedAccuracy& accuracy, const ImageSize& size, const PlotArea& area) {
+LevelMap errorMap(const Accuracy& accuracy, const ImageSize& size, const PlotArea& area) {
   LevelMap map{
       .columns = accuracy.columns, .rows = accuracy.rows, .values = accuracy.error_px, .point_at = {}};
   map.point_at = [&accuracy, size, area](int column, int row) {
     // The outer points stand for the border itself.
-    const Vector2d pixel = accuracy.pixel(column, row, size);
+    const Vector2d pixel = Vector2d(column * (size.width - 1.0) / (accuracy.columns - 1),
+                                    row * (size.height - 1.0) / (accuracy.rows - 1));
     const Vector2d share(column / (accuracy.columns - 1.0), row / (accuracy.rows - 1.0));
     return area.at(pixel + share - Vector2d(0.5, 0.5));
   };
   return map;
 }
 
-std::string accuracyAlt(const ReportData& data) {
-  const ReportedAccuracy& accuracy = *data.accuracy;
-  const std::string covered =
-      accuracy.is_by_covariance
-          ? ""
-          : fmt::format("at most {} px where boards were seen, ", twoDigits(accuracy.covered_px));
+std::string accuracyAlt(const ReportData& data, bool is_by_covariance) {
+  const Accuracy& accuracy = *data.accuracy;
+  const std::string covered = is_by_covariance ? ""
+                                               : fmt::format("at most {} px where boards were seen, ",
+                                                             twoDigits(accuracy.covered_px));
   return fmt::format(
       "Map of the 95 percent error over the image: {}{:g} px or less in {} of {}, worst {} px at pixel "
       "({:.0f}, {:.0f}).",
-      covered, data.tolerance_px, percentText(accuracy.shareWithin(data.tolerance_px)), accuracy.wholeName(),
+      covered, data.tolerance_px, percentText(accuracy.shareWithin(data.tolerance_px)), wholeName(accuracy),
       twoDigits(accuracy.worst_px), accuracy.worst_pixel.x(), accuracy.worst_pixel.y());
 }
 
-// A number of cells on a side, with about square cells.
-struct CellCount {
-  int columns = 1;
-  int rows = 1;
-};
-
-CellCount cellsFor(const ImageSize& size, int along_longer) {
+// Columns and rows of about square cells.
+std::pair<int, int> cellsFor(const ImageSize& size, int along_longer) {
   const double cell = static_cast<double>(std::max(size.width, size.height)) / along_longer;
-  return {.columns = std::max(1, static_cast<int>(std::lround(size.width / cell))),
-          .rows = std::max(1, static_cast<int>(std::lround(size.height / cell)))};
+  return {std::max(1, static_cast<int>(std::lround(size.width / cell))),
+          std::max(1, static_cast<int>(std::lround(size.height / cell)))};
 }
-
-struct ResidualCell {
-  int count = 0;
-  Vector2d sum{0, 0};
-  double sum_of_squares = 0;
-};
 
 int cellIndex(double pixel, int side, int count) {
   return std::clamp(static_cast<int>((pixel + 0.5) * count / side), 0, count - 1);
 }
 
-std::vector<ResidualCell> residualCells(const ReportData& data, const CellCount& count) {
-  std::vector<ResidualCell> cells(static_cast<std::size_t>(count.columns * count.rows));
+// @param arrow_scale  of the drawing, per px
+std::vector<ErrorCell> residualCells(const ReportData& data, int columns, int rows, double arrow_scale) {
+  std::vector<ErrorCell> cells(static_cast<std::size_t>(columns * rows));
   for (const ReportedView& view : data.views) {
     for (const ReportedCorner& corner : view.corners) {
-      const int column = cellIndex(corner.pixel.x(), data.size.width, count.columns);
-      const int row = cellIndex(corner.pixel.y(), data.size.height, count.rows);
-      ResidualCell& cell = cells[static_cast<std::size_t>(row * count.columns + column)];
+      const int column = cellIndex(corner.pixel.x(), data.size.width, columns);
+      const int row = cellIndex(corner.pixel.y(), data.size.height, rows);
+      ErrorCell& cell = cells[static_cast<std::size_t>(row * columns + column)];
       ++cell.count;
-      cell.sum += corner.error_px;
-      cell.sum_of_squares += corner.error_px.squaredNorm();
+      cell.arrow += corner.error_px;
+      cell.rms_px += corner.error_px.squaredNorm();
     }
+  }
+  for (ErrorCell& cell : cells) {
+    if (cell.count == 0) continue;
+    cell.rms_px = std::sqrt(cell.rms_px / cell.count);
+    cell.arrow *= arrow_scale / cell.count;
   }
   return cells;
 }
@@ -87,9 +83,7 @@ std::vector<ResidualCell> residualCells(const ReportData& data, const CellCount&
 // Every n-th corner, so that at most `most` remain.
 template <class Visit>
 void visitSample(const ReportData& data, std::size_t most, Visit visit) {
-  std::size_t total = 0;
-  for (const ReportedView& view : data.views) total += view.corners.size();
-  const std::size_t step = (total + most - 1) / std::max<std::size_t>(most, 1);
+  const std::size_t step = (numCorners(data) + most - 1) / std::max<std::size_t>(most, 1);
   std::size_t i = 0;
   for (const ReportedView& view : data.views) {
     for (const ReportedCorner& corner : view.corners) {
@@ -111,8 +105,8 @@ double magnification(const ReportData& data, const PlotArea& area, double length
 
 }  // namespace
 
-Figure accuracyFigure(const ReportData& data) {
-  const ReportedAccuracy& accuracy = *data.accuracy;
+Figure accuracyFigure(const ReportData& data, bool is_by_covariance) {
+  const Accuracy& accuracy = *data.accuracy;
   const ImagePlot plot = imagePlot(data.size);
   FigureCanvas canvas(plot.legend_top);
   const Vector2d low = plot.area.box.min();
@@ -124,8 +118,7 @@ Figure accuracyFigure(const ReportData& data) {
   const std::vector<ContourSegment> outline = contourAt(covered, 0.5);
   std::vector<Vector2d> on_outline;
   for (const auto& [from, to] : outline) on_outline.push_back(from);
-  std::vector<std::pair<std::string, std::string>> legend =
-      addToleranceMap(map, data.tolerance_px, plot.area, canvas, on_outline);
+  Legend legend = addToleranceMap(map, data.tolerance_px, plot.area, canvas, on_outline);
   canvas.addPath(contourPath(outline), "class=\"outline\"");
   // Whole, even if the worst pixel is at the border.
   constexpr double kRing = 5;
@@ -137,12 +130,12 @@ Figure accuracyFigure(const ReportData& data) {
   if (std::ranges::find(accuracy.is_covered, true) != accuracy.is_covered.end())
     legend.emplace_back("line outline", "boards were seen inside");
   legend.emplace_back("dot worst", fmt::format("worst, {} px", twoDigits(accuracy.worst_px)));
-  if (accuracy.hasBlindPixels()) legend.emplace_back("blind", "no ray");
+  if (hasBlindPixels(accuracy)) legend.emplace_back("blind", "no ray");
   canvas.addLegend({plot.area.box.min().x(), plot.legend_top}, legend);
   Figure figure{.id = "accuracy", .title = "Accuracy over the image"};
   const std::string tolerance = toleranceSentence(legend, data.tolerance_px);
   figure.reading =
-      accuracy.is_by_covariance
+      is_by_covariance
           ? fmt::format(
                 "Each colour is an error that the covariance of the file allows a distant point in 95 of 100 "
                 "cases. {} Errors of the lens model are not in it.",
@@ -151,22 +144,18 @@ Figure accuracyFigure(const ReportData& data) {
                 "Each colour is an error that a projected point does not exceed in 95 of 100 cases. {} The "
                 "dashed line surrounds the part where boards were seen.",
                 tolerance);
-  figure.alt = accuracyAlt(data);
-  if (accuracy.is_by_covariance) {
-    figure.svg = canvas.svg(figure.alt);
-    return figure;
-  }
-  figure.svg = canvas.svg(figure.alt,
-                          fmt::format("data-map=\"accuracy\" data-box=\"{} {} {} {}\"", coordinate(low.x()),
-                                      coordinate(low.y()), coordinate(high.x()), coordinate(high.y())));
-  return figure;
+  figure.alt = accuracyAlt(data, is_by_covariance);
+  if (is_by_covariance) return canvas.drawn(std::move(figure));
+  return canvas.drawn(std::move(figure),
+                      fmt::format("data-map=\"accuracy\" data-box=\"{} {} {} {}\"", coordinate(low.x()),
+                                  coordinate(low.y()), coordinate(high.x()), coordinate(high.y())));
 }
 
-Figure coverageFigure(const ReportData& data) {
+Figure coverageFigure(const CalibrationEvidence& data) {
   const ImagePlot plot = imagePlot(data.size);
   FigureCanvas canvas(plot.legend_top);
   const PlotArea& area = plot.area;
-  const ReportedCells& cells = data.cells;
+  const CoverageReport& cells = data.coverage;
   const int most = std::max(1, *std::ranges::max_element(cells.num_corners));
   int num_seen = 0;
   int num_with_ray = 0;
@@ -192,8 +181,7 @@ Figure coverageFigure(const ReportData& data) {
               [&](const ReportedCorner& corner) { dots += "M" + pointText(area.at(corner.pixel)) + "h0"; });
   canvas.addPath(dots, "class=\"corners\"");
   canvas.addImageFrame(area);
-  std::vector<std::pair<std::string, std::string>> legend = {
-      {"dot corner", "corner of a board"}, {"seen", "cell with corners"}, {"empty", "without"}};
+  Legend legend = {{"dot corner", "corner of a board"}, {"seen", "cell with corners"}, {"empty", "without"}};
   if (num_with_ray < cells.columns * cells.rows) legend.emplace_back("blind", "no ray");
   canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
   Figure figure{.id = "coverage", .title = "Where corners were seen"};
@@ -201,59 +189,37 @@ Figure coverageFigure(const ReportData& data) {
       "Each dot is a corner that was used; parts of the image without dots are extrapolated, so put the "
       "board there in further photographs.";
   figure.alt =
-      fmt::format("{} corners in {} of {} cells of the image.", data.num_corners, num_seen, num_with_ray);
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+      fmt::format("{} corners in {} of {} cells of the image.", numCorners(data), num_seen, num_with_ray);
+  return canvas.drawn(std::move(figure));
 }
 
 Figure imageResidualsFigure(const ReportData& data) {
   const ImagePlot plot = imagePlot(data.size);
   FigureCanvas canvas(plot.legend_top);
   const PlotArea& area = plot.area;
-  const CellCount count = cellsFor(data.size, 12);
-  const std::vector<ResidualCell> cells = residualCells(data, count);
-  const double length = 0.9 * area.box.sizes().x() / count.columns;
+  const auto [columns, rows] = cellsFor(data.size, 12);
+  const double length = 0.9 * area.box.sizes().x() / columns;
   const double times = magnification(data, area, length);
-  double most = 0;
-  for (const ResidualCell& cell : cells)
-    if (cell.count > 0) most = std::max(most, std::sqrt(cell.sum_of_squares / cell.count));
+  const std::vector<ErrorCell> cells = residualCells(data, columns, rows, times * area.scale());
+  const double most = std::ranges::max_element(cells, {}, &ErrorCell::rms_px)->rms_px;
   canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
-  std::string means;
-  const Vector2d sides = area.box.sizes().cwiseQuotient(Vector2d(count.columns, count.rows));
-  for (int row = 0; row < count.rows; ++row) {
-    for (int column = 0; column < count.columns; ++column) {
-      const ResidualCell& cell = cells[static_cast<std::size_t>(row * count.columns + column)];
-      if (cell.count == 0) continue;
-      const double rms = std::sqrt(cell.sum_of_squares / cell.count);
-      const Vector2d low = area.box.min() + sides.cwiseProduct(Vector2d(column, row));
-      canvas.addRect(
-          low, low + sides,
-          fmt::format("class=\"warmth\" fill-opacity=\"{:.2f}\" data-count=\"{}\" data-rms=\"{:.9g}\"",
-                      0.1 + 0.5 * (most > 0 ? rms / most : 0), cell.count, rms));
-      means += arrowPath(low + 0.5 * sides, times * area.scale() / cell.count * cell.sum);
-    }
-  }
+  const std::string means = canvas.addErrorCells(area, columns, rows, cells);
   std::string single;
   visitSample(data, kMostResiduals, [&](const ReportedCorner& corner) {
     const Vector2d from = area.at(corner.pixel);
     single += pathThrough({from, from + times * area.scale() * corner.error_px});
   });
-  canvas.open(fmt::format("clip-path=\"url(#residuals-clip)\""));
+  canvas.open("clip-path=\"url(#residuals-clip)\"");
   canvas.addPath(single, "class=\"residuals\"");
-  canvas.addPath(means, "class=\"mean halo-line\"");
-  canvas.addPath(means, "class=\"mean\"");
+  canvas.addMeanArrows(means);
   canvas.close();
-  canvas.addRaw("<clipPath id=\"residuals-clip\">");
-  canvas.addRect(area.box.min(), area.box.max(), "");
-  canvas.addRaw("</clipPath>\n");
+  canvas.addClip("residuals-clip", area);
   canvas.addImageFrame(area);
   const double scale_px = roundBelow(length / (times * area.scale()));
-  canvas.addLegend({area.box.min().x(), plot.legend_top},
-                   {{"line residuals", fmt::format("single corner ({})", timesLonger(times))},
-                    {"line mean", "mean of a cell"},
-                    {"warmth weak", fmt::format("RMS {} px", shortNumber(most / 3))},
-                    {"warmth middling", fmt::format("{} px", shortNumber(2 * most / 3))},
-                    {"warmth", fmt::format("{} px", shortNumber(most))}});
+  Legend legend = warmthLegend(most);
+  legend.insert(legend.begin(), {{"line residuals", fmt::format("single corner ({})", timesLonger(times))},
+                                 {"line mean", "mean of a cell"}});
+  canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
   Figure figure{.id = "image-residuals", .title = "Reprojection errors over the image"};
   figure.reading =
       "Thin lines lead from each detected corner to where the camera projects it; they should point in all "
@@ -261,9 +227,8 @@ Figure imageResidualsFigure(const ReportData& data) {
       "lens.";
   figure.alt = fmt::format(
       "Reprojection errors of {} corners with an RMS of {} px; the largest RMS of a cell is {} px.",
-      data.num_corners, shortNumber(data.rms_px), shortNumber(most));
-  figure.svg = canvas.svg(figure.alt, fmt::format("data-scale-px=\"{:g}\"", scale_px));
-  return figure;
+      numCorners(data), shortNumber(data.rms_px), shortNumber(most));
+  return canvas.drawn(std::move(figure), fmt::format("data-scale-px=\"{:g}\"", scale_px));
 }
 
 }  // namespace alidade

@@ -6,17 +6,18 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+
+#include "alidade/core/degrees.h"
 
 namespace alidade {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kRadPerDegree = std::numbers::pi / 180;
 
 // The largest angle from the axis over these pixels, radians.
 template <class Pixels>
@@ -133,12 +134,37 @@ double radiusAt(const AnyCamera& camera, double angle) {
   return count == 0 ? std::numeric_limits<double>::quiet_NaN() : sum / count;
 }
 
-using LegendEntries = std::vector<std::pair<std::string, std::string>>;
+constexpr int kRadialSteps = 120;
+
+// Angles (degrees) up to an end and their distances from the principal point, where there are any.
+std::vector<Vector2d> radialCurve(const AnyCamera& camera, double end_rad) {
+  std::vector<Vector2d> curve;
+  for (int i = 0; i <= kRadialSteps; ++i) {
+    const double angle = end_rad * i / kRadialSteps;
+    const double radius = radiusAt(camera, angle);
+    if (std::isfinite(radius)) curve.emplace_back(angle / kRadPerDeg, radius);
+  }
+  return curve;
+}
+
+std::string radialReading(bool are_boards_seen, bool have_rays) {
+  std::string reading = "The curve shows how far from the principal point a direction appears.";
+  if (are_boards_seen) {
+    reading += " Beyond the line for the boards it is extrapolated";
+    reading += have_rays ? ", and it must rise up to the image corner." : ".";
+  } else if (have_rays) {
+    reading += " It must rise up to the image corner.";
+  }
+  if (!have_rays)
+    reading +=
+        " It ends before the image corner, which this model maps to no direction: use only what lies within.";
+  return reading;
+}
 
 // A line from the bottom to the top of a chart at an angle, with its words in the legend.
 void addAngleLimit(FigureCanvas& canvas, const PlotArea& area, double angle_rad, const std::string& words,
-                   const char* kind, LegendEntries& legend) {
-  const double x = angle_rad / kRadPerDegree;
+                   const char* kind, Legend& legend) {
+  const double x = angle_rad / kRadPerDeg;
   if (!(x > area.low.x() && x <= area.high.x())) return;
   canvas.addLine(area.at(x, area.low.y()), area.at(x, area.high.y()),
                  fmt::format("class=\"limit {}\" data-angle=\"{:.6g}\"", kind, x));
@@ -179,13 +205,13 @@ void addPrincipalPoint(const ReportData& data, const PlotArea& area, FigureCanva
                  "class=\"cross\"");
 }
 
-// Of a wide lens straight lines of the scene meet in the image: rings of equal angle show more.
+// Rings of equal angle: straight lines of the scene meet in the image of a wide lens.
 Figure wideDistortionFigure(const ReportData& data, double end) {
   const ImagePlot plot = imagePlot(data.size);
   const PlotArea& area = plot.area;
   FigureCanvas canvas(plot.legend_top);
   const Eigen::AlignedBox2d shown(area.low, area.high);
-  constexpr double kStep = 10 * kRadPerDegree;
+  constexpr double kStep = 10 * kRadPerDeg;
   canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
   const Vector2d centre = principalPoint(data.camera);
   const double focal = axisFocal(data.camera);
@@ -218,15 +244,14 @@ Figure wideDistortionFigure(const ReportData& data, double end) {
       "The rings show directions 10, 20, 30 degrees and so on from the optical axis; they should be smooth, "
       "evenly changing circles up to the corners of the image.";
   figure.alt = fmt::format("Rings of equal angle of the {} lens, up to {:.0f} degrees from the axis.",
-                           data.camera.modelId(), end / kRadPerDegree);
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+                           data.camera.modelId(), end / kRadPerDeg);
+  return canvas.drawn(std::move(figure));
 }
 
 }  // namespace
 
 Figure distortionGridFigure(const ReportData& data) {
-  constexpr double kWide = 62 * kRadPerDegree;
+  constexpr double kWide = 62 * kRadPerDeg;
   const double end = largestAngle(data.camera, borderPixels(data.size));
   const double focal = axisFocal(data.camera);
   if (end > kWide || !(focal > 0)) return wideDistortionFigure(data, end);
@@ -234,7 +259,7 @@ Figure distortionGridFigure(const ReportData& data) {
   const PlotArea& area = plot.area;
   FigureCanvas canvas(plot.legend_top);
   const Eigen::AlignedBox2d shown(area.low, area.high);
-  const double step = kRadPerDegree * (end > 0.9 ? 10 : end > 0.35 ? 5 : end > 0.15 ? 2 : 1);
+  const double step = kRadPerDeg * (end > 0.9 ? 10 : end > 0.35 ? 5 : end > 0.15 ? 2 : 1);
   canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
   const AnyCamera pinhole = AnyCamera::make(
       "pinhole", std::vector<double>{focal, focal * data.camera.parameter("fy") / data.camera.parameter("fx"),
@@ -244,7 +269,7 @@ Figure distortionGridFigure(const ReportData& data) {
   addPrincipalPoint(data, area, canvas);
   canvas.addImageFrame(area);
   canvas.addLegend({area.box.min().x(), plot.legend_top},
-                   {{"line bent", fmt::format("straight lines every {:.0f}°", step / kRadPerDegree)},
+                   {{"line bent", fmt::format("straight lines every {:.0f}°", step / kRadPerDeg)},
                     {"line straight", "without distortion"},
                     {"line cross", "principal point"}});
   Figure figure{.id = "distortion-grid", .title = "Distortion"};
@@ -253,9 +278,8 @@ Figure distortionGridFigure(const ReportData& data) {
       "they should bend smoothly up to the corners of the image.";
   figure.alt = fmt::format(
       "Straight lines of the scene as the {} lens shows them, up to {:.0f} degrees from the axis.",
-      data.camera.modelId(), end / kRadPerDegree);
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+      data.camera.modelId(), end / kRadPerDeg);
+  return canvas.drawn(std::move(figure));
 }
 
 Figure radialFigure(const ReportData& data) {
@@ -268,31 +292,24 @@ Figure radialFigure(const ReportData& data) {
   const double covered_end = coveredAngle(data);
   const double domain_end = data.camera.cone().max_angle_rad;
   const double end = std::min(std::numbers::pi, 1.08 * std::max(image_end, covered_end));
-  std::vector<Vector2d> lens;
+  const std::vector<Vector2d> lens = radialCurve(data.camera, std::min(end, domain_end));
   double most = 0;
-  constexpr int kSteps = 120;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double angle = std::min(end, domain_end) * i / kSteps;
-    const double radius = radiusAt(data.camera, angle);
-    if (!std::isfinite(radius)) continue;
-    lens.emplace_back(angle / kRadPerDegree, radius);
-    most = std::max(most, radius);
-  }
+  for (const Vector2d& point : lens) most = std::max(most, point.y());
   most = std::clamp(most, 1.0, Vector2d(data.size.width, data.size.height).norm());
   if (!have_rays) most = std::max(most, corner_px);
   const PlotArea area{.box = {Vector2d(44, 24), Vector2d(430, 250)},
                       .low = {0, 0},
-                      .high = {end > 0 ? end / kRadPerDegree : 90, 1.1 * most}};
+                      .high = {end > 0 ? end / kRadPerDeg : 90, 1.1 * most}};
   FigureCanvas canvas(288);
   canvas.addAxes(area, "angle from the optical axis, degrees", "distance from the principal point, px");
   const double focal = axisFocal(data.camera);
   std::vector<Vector2d> pinhole;
   std::vector<Vector2d> even;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double angle = end * i / kSteps;
+  for (int i = 0; i <= kRadialSteps; ++i) {
+    const double angle = end * i / kRadialSteps;
     if (angle < 1.5 && focal * std::tan(angle) <= area.high.y())
-      pinhole.push_back(area.at(angle / kRadPerDegree, focal * std::tan(angle)));
-    if (focal * angle <= area.high.y()) even.push_back(area.at(angle / kRadPerDegree, focal * angle));
+      pinhole.push_back(area.at(angle / kRadPerDeg, focal * std::tan(angle)));
+    if (focal * angle <= area.high.y()) even.push_back(area.at(angle / kRadPerDeg, focal * angle));
   }
   std::vector<Vector2d> curve;
   for (const Vector2d& point : lens)
@@ -301,7 +318,7 @@ Figure radialFigure(const ReportData& data) {
   const bool is_wide = image_end > 0.9;
   if (is_wide) canvas.addPath(pathThrough(even), "class=\"straight dotted\"");
   canvas.addPath(pathThrough(curve), "class=\"curve\"");
-  LegendEntries legend = {{"line curve", "this lens"}, {"line straight", "no distortion"}};
+  Legend legend = {{"line curve", "this lens"}, {"line straight", "no distortion"}};
   if (is_wide) legend.emplace_back("line straight dotted", "equidistant fisheye");
   addAngleLimit(canvas, area, covered_end, "boards seen up to", "covered", legend);
   addAngleLimit(canvas, area, image_end, have_rays ? "image corner at" : "last border pixel with a ray at",
@@ -314,28 +331,16 @@ Figure radialFigure(const ReportData& data) {
   }
   canvas.addLegend({area.box.min().x(), 288}, legend);
   Figure figure{.id = "radial", .title = "Radial curve"};
-  figure.reading = "The curve shows how far from the principal point a direction appears.";
-  if (covered_end > 0) {
-    figure.reading += " Beyond the line for the boards it is extrapolated";
-    figure.reading += have_rays ? ", and it must rise up to the image corner." : ".";
-  } else if (have_rays) {
-    figure.reading += " It must rise up to the image corner.";
-  }
-  if (!have_rays)
-    figure.reading +=
-        " It ends before the image corner, which this model maps to no direction: use only what lies within.";
+  figure.reading = radialReading(covered_end > 0, have_rays);
   if (domain_end >= end)
-    figure.reading +=
-        fmt::format(" The model ends at {:.1f}°, beyond this figure.", domain_end / kRadPerDegree);
+    figure.reading += fmt::format(" The model ends at {:.1f}°, beyond this figure.", domain_end / kRadPerDeg);
   figure.alt = fmt::format(
       "Radius over angle: {}{} {:.1f} degrees, and the model goes up to {:.1f} degrees from the axis.",
-      covered_end > 0 ? fmt::format("boards were seen up to {:.1f} degrees, ", covered_end / kRadPerDegree)
-                      : "",
+      covered_end > 0 ? fmt::format("boards were seen up to {:.1f} degrees, ", covered_end / kRadPerDeg) : "",
       have_rays ? "the image corner is at"
                 : "the image corners have no ray, the last border pixel with one is at",
-      image_end / kRadPerDegree, domain_end / kRadPerDegree);
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+      image_end / kRadPerDeg, domain_end / kRadPerDeg);
+  return canvas.drawn(std::move(figure));
 }
 
 Figure correlationFigure(const ReportData& data) {
@@ -383,8 +388,7 @@ Figure correlationFigure(const ReportData& data) {
       "p1 or p2: if strong, tilt the board more.";
   figure.alt = fmt::format("Correlations of {} parameters; the strongest is {:.3f}, between {}.",
                            estimated.size(), strongest, pair);
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
 }  // namespace alidade

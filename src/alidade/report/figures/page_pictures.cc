@@ -80,7 +80,7 @@ void PassingPictures::add(const std::string& name, const GrayImage& image, doubl
   ViewPicture picture{.uri = pictureUri(image, bytesPerView(num_images_)), .size = image.size};
   const std::lock_guard lock(mutex_);
   pictures_[name] = std::move(picture);
-  // Of equal areas the first name, whatever the order in which threads come.
+  // The first name among equal areas, whatever the order of the threads.
   const bool is_larger =
       board_area_px > largest_area_px_ || (board_area_px == largest_area_px_ && name < largest_name_);
   if (!largest_name_.empty() && !is_larger) return;
@@ -114,7 +114,8 @@ ImageOfView keepingOne(const ImageOfView& image_of, const std::string& name) {
   };
 }
 
-std::vector<std::string> viewPictures(const ReportData& data, const PictureSource& source, int num_jobs) {
+std::vector<std::string> viewPictures(const ReportData& data, int num_images, const PictureSource& source,
+                                      int num_jobs) {
   std::vector<std::string> pictures(data.views.size());
   if (!source.image_of) return pictures;
   // One image may show several boards, each a view.
@@ -123,7 +124,7 @@ std::vector<std::string> viewPictures(const ReportData& data, const PictureSourc
   for (std::size_t v = 0; v < data.views.size(); ++v)
     if (first_of.emplace(data.views[v].image, v).second) firsts.push_back(v);
   const double most_bytes =
-      bytesPerView(std::max(firsts.size(), static_cast<std::size_t>(std::max(0, data.num_images_given))));
+      bytesPerView(std::max(firsts.size(), static_cast<std::size_t>(std::max(0, num_images))));
   parallelFor(firsts.size(), num_jobs, [&](std::size_t i) {
     const std::string& name = data.views[firsts[i]].image;
     const std::optional<ViewPicture> made =

@@ -36,9 +36,9 @@ class PassingPictures {
   /// From any thread. @param board_area_px  area of the box around the corners that it shows
   void add(const std::string& name, const GrayImage& image, double board_area_px);
 
-  /// By the name that add() was given; nothing for another one.
+  /// By the name that add() was given; nothing for a different name.
   [[nodiscard]] std::optional<ViewPicture> pictureOf(const std::string& name) const;
-  /// The image that shows boards in the largest area, by its name; nothing for another one.
+  /// The image that shows boards in the largest area, by its name; nothing for a different name.
   [[nodiscard]] std::optional<GrayImage> imageOf(const std::string& name) const;
 
  private:
@@ -64,8 +64,9 @@ struct PictureSource {
 /// Each view's image as a small JPEG file in a data URI; empty for views without one, and for images of
 /// another size than the camera's. The more images were given for the calibration, the smaller the pictures:
 /// those of 50 take 1.5 MB, those of 1000 take 7 MB. An image is decoded once, however many boards it shows.
+/// @param num_images  that were given
 /// @param num_jobs  threads; 0: one per processor. The pictures do not depend on it.
-[[nodiscard]] std::vector<std::string> viewPictures(const ReportData& data, const PictureSource& source,
-                                                    int num_jobs);
+[[nodiscard]] std::vector<std::string> viewPictures(const ReportData& data, int num_images,
+                                                    const PictureSource& source, int num_jobs);
 
 }  // namespace alidade

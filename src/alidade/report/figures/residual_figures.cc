@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -59,7 +60,7 @@ struct PointDisplacement {
 };
 
 std::vector<PointDisplacement> displacements(const ReportData& data, std::size_t board) {
-  const ReportedBoard& on = data.boards[board];
+  const FitBoard& on = data.boards[board];
   std::vector<PointDisplacement> points(static_cast<std::size_t>(on.target.numCorners()));
   for (std::size_t i = 0; i < on.shape.offsets_m.size(); ++i)
     points[i].offset = on.shape.offsets_m[i].head<2>();
@@ -110,6 +111,39 @@ std::string inkPath(const BoardInk& ink, const PlotArea& area) {
   return d;
 }
 
+double highestOf(const BoardShape& shape) {
+  double highest_m = 0;
+  for (const Eigen::Vector3d& offset : shape.offsets_m) highest_m = std::max(highest_m, std::abs(offset.z()));
+  return highest_m;
+}
+
+// Squares whose colours say how far points lie in front of or behind the board's plane.
+void addHeights(const Board& target, const BoardShape& shape, const PlotArea& area, FigureCanvas& canvas) {
+  const double highest_m = highestOf(shape);
+  if (!(highest_m > 0)) return;
+  const Vector2d half = Vector2d::Constant(0.28 * target.spacing() * area.scale());
+  for (std::size_t id = 0; id < shape.offsets_m.size(); ++id) {
+    const Vector2d at = area.at(target.corners()[id].head<2>());
+    const double across_m = shape.offsets_m[id].z();
+    canvas.addRect(
+        at - half, at + half,
+        fmt::format("class=\"{}\" fill-opacity=\"{:.2f}\" data-across-mm=\"{:.4g}\"",
+                    across_m > 0 ? "cold" : "warm", 0.7 * std::abs(across_m) / highest_m, 1e3 * across_m));
+  }
+}
+
+std::string displacementReading(const BoardShape& shape) {
+  const std::string reading =
+      "Each arrow shows where the views together see a point of the board, compared with where it should be. "
+      "Arrows longer than the radius of the circles, which is the noise, mean that the print is distorted or "
+      "the board is bent.";
+  if (shape.offsets_m.empty()) return reading;
+  return fmt::format(
+      "Already corrected in the calibration. {} Coloured squares show how far points lie in front of or behind "
+      "the board's plane: {} mm (RMS).",
+      reading, twoDigits(1e3 * offsetRms(shape).y()));
+}
+
 double normalQuantile(double share) {
   return boost::math::quantile(boost::math::normal(), share);
 }
@@ -135,18 +169,7 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
   Figure figure{.id = "board-residuals" + (board == 0 ? "" : std::to_string(board + 1)),
                 .title = "Displacement of the board's points"};
   const BoardShape& shape = data.boards[board].shape;
-  const bool is_uneven = !shape.offsets_m.empty();
-  if (is_uneven) figure.reading = "Already corrected in the calibration. ";
-  figure.reading +=
-      "Each arrow shows where the views together see a point of the board, compared with where it should be. "
-      "Arrows longer than the radius of the circles, which is the noise, mean that the print is distorted or "
-      "the board is bent.";
-  double highest_m = 0;
-  for (const Eigen::Vector3d& offset : shape.offsets_m) highest_m = std::max(highest_m, std::abs(offset.z()));
-  if (is_uneven)
-    figure.reading += fmt::format(
-        " Coloured squares show how far points lie in front of or behind the board's plane: {} mm (RMS).",
-        twoDigits(1e3 * offsetRms(shape).y()));
+  figure.reading = displacementReading(shape);
   const double longest = lengths.empty() ? 0 : *std::ranges::max_element(lengths);
   if (!lengths.empty()) noise_m /= static_cast<double>(lengths.size());
   const double spacing = target.spacing() * area.scale();
@@ -156,22 +179,14 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
   const double noise_radius = std::min(times * area.scale() * noise_m, 0.5 * spacing);
   for (std::size_t id = 0; id < points.size(); ++id) {
     const Vector2d at = area.at(target.corners()[id].head<2>());
-    if (is_uneven && highest_m > 0) {
-      const double across_m = shape.offsets_m[id].z();
-      const Vector2d half = Vector2d::Constant(0.28 * spacing);
-      canvas.addRect(
-          at - half, at + half,
-          fmt::format("class=\"{}\" fill-opacity=\"{:.2f}\" data-across-mm=\"{:.4g}\"",
-                      across_m > 0 ? "cold" : "warm", 0.7 * std::abs(across_m) / highest_m, 1e3 * across_m));
-    }
     circles += circlePath(at, std::max(noise_radius, 0.8));
     if (points[id].count >= 2) arrows += arrowPath(at, times * area.scale() * points[id].mean());
   }
+  addHeights(target, shape, area, canvas);
   canvas.addPath(circles, "class=\"noise\"");
-  canvas.addPath(arrows, "class=\"mean halo-line\"");
-  canvas.addPath(arrows, "class=\"mean\"");
+  canvas.addMeanArrows(arrows);
   canvas.addRect(area.box.min(), area.box.max(), "class=\"frame\"");
-  std::vector<std::pair<std::string, std::string>> legend;
+  Legend legend;
   if (longest > 0) {
     const double scale_m = roundBelow(longest);
     legend.emplace_back(
@@ -179,7 +194,7 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
         fmt::format("{:g} mm; the longest is {} mm", 1e3 * scale_m, twoDigits(1e3 * longest)));
   }
   legend.emplace_back("dot noise", fmt::format("noise, {} mm", twoDigits(1e3 * noise_m)));
-  if (is_uneven && highest_m > 0) {
+  if (const double highest_m = highestOf(shape); highest_m > 0) {
     legend.emplace_back("warm strong-fill",
                         fmt::format("{} mm in front of the plane", twoDigits(1e3 * highest_m)));
     legend.emplace_back("cold strong-fill", "as far behind it");
@@ -187,8 +202,7 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
   canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
   figure.alt = fmt::format("Mean displacement of the points of {}: at most {} mm, with a noise of {} mm.",
                            target.spec(), shortNumber(1e3 * longest), shortNumber(1e3 * noise_m));
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
 Figure histogramFigure(const ReportData& data) {
@@ -238,8 +252,7 @@ Figure histogramFigure(const ReportData& data) {
       "Histogram of {} errors with a standard deviation of {} px; {:.2f} percent lie beyond three standard "
       "deviations, where a normal distribution has 0.27 percent.",
       components.size(), shortNumber(sigma), 100 * num_beyond3 / total);
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
 Figure normalPlotFigure(const ReportData& data) {
@@ -284,8 +297,7 @@ Figure normalPlotFigure(const ReportData& data) {
   figure.alt = fmt::format(
       "Normal plot of {} errors; the largest drawn is {} px, and three standard deviations are {} px.", count,
       shortNumber(last), shortNumber(3 * sigma));
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
 }  // namespace alidade

@@ -35,7 +35,7 @@ Figure rigSceneFigure(const ReportedRig& rig) {
       "Drag the drawing, or select it and use the arrow keys, to turn it; the cameras should stand as they "
       "do on your rig, and boards between two cameras link them.";
   content.camera_share = 0.1;
-  for (const ReportedPlacement& placement : rig.placements)
+  for (const FitPlacement& placement : rig.placements)
     content.boards.push_back({.target = &rig.boards[placement.board],
                               .scene_from_board = placement.rig_from_board,
                               .words = "frame " + rig.frames[placement.frame]});
@@ -76,8 +76,7 @@ Figure epipolarFigure(const ReportedRig& rig, const std::vector<EpipolarPair>& p
       "camera; a pair that stands out is not synchronised, or one of its lenses is wrong.";
   figure.alt = fmt::format("Epipolar errors of {} pairs of cameras; the largest is {} px, of {}.",
                            pairs.size(), shortNumber(worst.rms_px), pairName(rig, worst));
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
 namespace {
@@ -137,7 +136,7 @@ Figure epipolarOverTimeFigure(const ReportedRig& rig, const std::vector<Epipolar
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::ranges::stable_sort(order,
                            [&](std::size_t a, std::size_t b) { return pairs[a].rms_px > pairs[b].rms_px; });
-  std::vector<std::pair<std::string, std::string>> legend;
+  Legend legend;
   std::string others;
   for (std::size_t rank = kNumHues; rank < order.size(); ++rank)
     others += coursePath(pairs[order[rank]], area);
@@ -165,26 +164,18 @@ Figure epipolarOverTimeFigure(const ReportedRig& rig, const std::vector<Epipolar
       "frame was not taken at the same time. Lines are broken where a frame has no common board.";
   figure.alt = fmt::format("Epipolar errors of {} pairs in {} frames, at most {} px.", pairs.size(),
                            rig.frames.size(), shortNumber(most));
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
 Figure frameErrorsFigure(const ReportedRig& rig) {
-  struct CellErrors {
-    double sum = 0;
-    std::size_t count = 0;
-  };
-  std::map<std::pair<std::size_t, std::size_t>, CellErrors> cells;
+  std::map<std::pair<std::size_t, std::size_t>, SquareSum> cells;
   for (const ReportedRigView& view : rig.views) {
-    CellErrors& cell = cells[{view.camera, rig.placements[view.placement].frame}];
+    SquareSum& cell = cells[{view.camera, rig.placements[view.placement].frame}];
     for (const ReportedCorner& corner : view.corners) cell.sum += corner.error_px.squaredNorm();
     cell.count += view.corners.size();
   }
-  const auto rmsOf = [](const CellErrors& cell) {
-    return cell.count == 0 ? 0 : std::sqrt(cell.sum / static_cast<double>(cell.count));
-  };
   double most = 0;
-  for (const auto& [key, cell] : cells) most = std::max(most, rmsOf(cell));
+  for (const auto& [key, cell] : cells) most = std::max(most, cell.rms());
   constexpr double kRow = 26;
   constexpr double kTop = 10;
   const double bottom = kTop + kRow * static_cast<double>(rig.cameras.size());
@@ -201,7 +192,7 @@ Figure frameErrorsFigure(const ReportedRig& rig) {
     const double left = area.at(middleOf(frame) - 0.5, 0).x();
     const double right = area.at(middleOf(frame) + 0.5, 0).x();
     const double gap = std::min(0.3, 0.1 * (right - left));
-    const double rms = rmsOf(cell);
+    const double rms = cell.rms();
     canvas.addRect({left + gap, top + 0.5}, {right - gap, top + kRow - 0.5},
                    fmt::format("class=\"warmth\" fill-opacity=\"{:.2f}\" data-count=\"{}\" "
                                "data-rms=\"{:.9g}\" data-frame=\"{}\" data-tell=\"{}\"",
@@ -211,11 +202,9 @@ Figure frameErrorsFigure(const ReportedRig& rig) {
                                                          shortNumber(rms), imagesIn(rig, camera, frame)))));
   }
   canvas.addNames(area, distinctParts(rig.frames), "frame");
-  canvas.addLegend({kTimeLeft, bottom + 38},
-                   {{"warmth weak", fmt::format("RMS {} px", shortNumber(most / 3))},
-                    {"warmth middling", fmt::format("{} px", shortNumber(2 * most / 3))},
-                    {"warmth", fmt::format("{} px", shortNumber(most))},
-                    {"empty", "no board"}});
+  Legend legend = warmthLegend(most);
+  legend.emplace_back("empty", "no board");
+  canvas.addLegend({kTimeLeft, bottom + 38}, legend);
   Figure figure{.id = "frame-errors", .title = "Error by camera and frame"};
   figure.reading =
       "Each cell is one image, and strong colours are large errors: a single strong cell is a bad image, a "
@@ -223,8 +212,7 @@ Figure frameErrorsFigure(const ReportedRig& rig) {
       "lens.";
   figure.alt = fmt::format("RMS of {} images of {} cameras in {} frames, at most {} px.", cells.size(),
                            rig.cameras.size(), rig.frames.size(), shortNumber(most));
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
 }  // namespace alidade

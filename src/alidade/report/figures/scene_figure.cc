@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "alidade/core/degrees.h"
+#include "alidade/core/number_text.h"
 #include "alidade/print/ink_of_board.h"
 
 namespace alidade {
@@ -30,7 +32,7 @@ struct SceneShape {
   std::string words = {};  // instead of a line
 };
 
-// What a drawing shows: the middle of the scene, and how large it is.
+// The part of the scene that a drawing shows, and its scale.
 struct SceneView {
   Eigen::Matrix3d rotation;
   Vector3d middle;
@@ -121,9 +123,8 @@ SceneView viewOf(const std::vector<SceneShape>& shapes) {
   Eigen::AlignedBox3d box(Vector3d::Zero());
   for (const SceneShape& shape : shapes)
     for (const Vector3d& point : shape.points) box.extend(point);
-  constexpr double kRadians = std::numbers::pi / 180;
-  SceneView view{.rotation = (Eigen::AngleAxisd(kPitchDegrees * kRadians, Vector3d::UnitX()) *
-                              Eigen::AngleAxisd(kYawDegrees * kRadians, Vector3d::UnitY()))
+  SceneView view{.rotation = (Eigen::AngleAxisd(kPitchDegrees * kRadPerDeg, Vector3d::UnitX()) *
+                              Eigen::AngleAxisd(kYawDegrees * kRadPerDeg, Vector3d::UnitY()))
                                  .toRotationMatrix(),
                  .middle = box.center()};
   Eigen::AlignedBox2d drawn;
@@ -167,25 +168,23 @@ Figure sceneFigure(const SceneContent& content) {
   for (const SceneShape& shape : shapes) addShape(shape, view, canvas);
   canvas.close();
   for (const SceneShape& shape : fixed) addShape(shape, view, canvas);
-  std::vector<std::pair<std::string, std::string>> legend = {{"board", "board"}, {"line pyramid", "camera"}};
+  Legend legend = {{"board", "board"}, {"line pyramid", "camera"}};
   if (std::ranges::any_of(content.boards, &SceneBoard::is_next))
     legend.emplace_back("board next", "suggested next view");
   canvas.addLegend({8, 320}, legend);
   Figure figure{.id = "scene", .title = content.title, .reading = content.reading};
-  figure.alt =
-      fmt::format("{} boards and {} camera{} in space, boards up to {} m away.", content.boards.size(),
-                  content.cameras.size(), content.cameras.size() == 1 ? "" : "s", shortNumber(farthest));
-  figure.svg = canvas.svg(
-      figure.alt,
+  figure.alt = fmt::format("{} boards and {} in space, boards up to {} m away.", content.boards.size(),
+                           counted(content.cameras.size(), "camera"), shortNumber(farthest));
+  return canvas.drawn(
+      std::move(figure),
       fmt::format(
           "id=\"scene-drawing\" tabindex=\"0\" data-yaw=\"{}\" data-pitch=\"{}\" data-scale=\"{:.6g}\" "
           "data-middle=\"{}\" data-at=\"{} {}\"",
           kYawDegrees, kPitchDegrees, view.scale, pointsText({view.middle}), kSceneMiddle.x(),
           kSceneMiddle.y()));
-  return figure;
 }
 
-Figure sceneFigure(const ReportData& data) {
+Figure sceneFigure(const CalibrationEvidence& data) {
   SceneContent content{.title = "Boards and camera in space", .reading = {}};
   content.reading =
       "Drag the drawing, or select it and use the arrow keys, to turn it; the boards should fill the space "

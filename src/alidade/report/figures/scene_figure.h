@@ -43,6 +43,6 @@ struct SceneContent {
 /// data-pitch (degrees).
 [[nodiscard]] Figure sceneFigure(const SceneContent& content);
 /// The same of a calibration of one camera, in the camera frame.
-[[nodiscard]] Figure sceneFigure(const ReportData& data);
+[[nodiscard]] Figure sceneFigure(const CalibrationEvidence& data);
 
 }  // namespace alidade

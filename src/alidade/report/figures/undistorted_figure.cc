@@ -131,9 +131,7 @@ std::optional<Figure> undistortedFigure(const ReportData& data, const ImageOfVie
     d += pathThrough({area.at(line.from), area.at(line.to)});
     largest = std::max(largest, line.largest_px);
   }
-  canvas.addRaw("<clipPath id=\"plain-clip\">");
-  canvas.addRect(area.box.min(), area.box.max(), "");
-  canvas.addRaw("</clipPath>\n");
+  canvas.addClip("plain-clip", area);
   canvas.addPath(d, "class=\"ruler\" clip-path=\"url(#plain-clip)\"");
   canvas.addRect(area.box.min(), area.box.max(), "class=\"frame\"");
   canvas.addLegend(
@@ -148,8 +146,7 @@ std::optional<Figure> undistortedFigure(const ReportData& data, const ImageOfVie
       "{} without distortion: its corners lie up to {} px from straight lines through rows and columns of "
       "the board.",
       view.image, twoDigits(largest));
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
 }  // namespace alidade

@@ -10,16 +10,18 @@
 #include <fmt/format.h>
 
 #include "alidade/core/mapped.h"
+#include "alidade/report/canvas/page_table.h"
 #include "alidade/report/data/distinct_parts.h"
 #include "alidade/report/figures/difference_figure.h"
-#include "alidade/report/pages/page_table.h"
 
 namespace alidade {
 
-Figure fixedFreedFigure(const ReportData& data, const ReportedHeldOut& tested) {
+Figure fixedFreedFigure(const JudgedCamera& camera) {
+  const ReportData& data = *camera.data;
+  const HeldOutJudgement& held_out = *camera.heldOut();
   double most = 0;
-  for (const auto* values : {&tested.view_fixed_px, &tested.view_freed_px})
-    for (const double value : *values)
+  for (const HeldOutView* view : camera.tested)
+    for (const double value : {view->fixed_rms_px, view->freed_rms_px})
       if (std::isfinite(value)) most = std::max(most, value);
   if (!(most > 0)) most = 1;
   const auto count = static_cast<double>(data.views.size());
@@ -32,8 +34,8 @@ Figure fixedFreedFigure(const ReportData& data, const ReportedHeldOut& tested) {
   std::size_t num_better = 0;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     const double x = static_cast<double>(v) + 1;
-    const double fixed = tested.view_fixed_px[v];
-    const double freed = tested.view_freed_px[v];
+    const double fixed = camera.tested[v]->fixed_rms_px;
+    const double freed = camera.tested[v]->freed_rms_px;
     num_better += freed < fixed ? 1 : 0;
     const auto addBar = [&](double left, double right, double value, const char* kind) {
       if (!std::isfinite(value)) return;
@@ -46,8 +48,8 @@ Figure fixedFreedFigure(const ReportData& data, const ReportedHeldOut& tested) {
   }
   canvas.addLegend(
       {area.box.min().x(), 288},
-      {{"bar", fmt::format("camera of the file, {} px RMS", shortNumber(tested.fixed_rms_px))},
-       {"bar freed", fmt::format("camera of these images, {} px RMS", shortNumber(tested.freed_rms_px))}});
+      {{"bar", fmt::format("camera of the file, {} px RMS", shortNumber(held_out.fixed_rms_px))},
+       {"bar freed", fmt::format("camera of these images, {} px RMS", shortNumber(held_out.freed_rms_px))}});
   Figure figure{.id = "fixed-freed", .title = "Fixed against freed"};
   figure.reading =
       "Each pair of bars is a view: its error with the camera of the file, and with the camera that these "
@@ -56,14 +58,13 @@ Figure fixedFreedFigure(const ReportData& data, const ReportedHeldOut& tested) {
   figure.alt = fmt::format(
       "RMS of {} views: {} px with the camera of the file, and {} px with the camera that the images give; "
       "{} views are better with that one.",
-      data.views.size(), shortNumber(tested.fixed_rms_px), shortNumber(tested.freed_rms_px), num_better);
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+      data.views.size(), shortNumber(held_out.fixed_rms_px), shortNumber(held_out.freed_rms_px), num_better);
+  return canvas.drawn(std::move(figure));
 }
 
-Figure freedDifferenceFigure(const ReportData& data, const ReportedHeldOut& tested) {
-  RivalCamera rival{.name = "the camera of these images", .camera = tested.freed->camera, .size = data.size};
-  if (tested.freed->covariance) rival.covariance = *tested.freed->covariance;
+Figure freedDifferenceFigure(const ReportData& data, const Calibration& freed) {
+  RivalCamera rival{.name = "the camera of these images", .camera = freed.camera(), .size = data.size};
+  if (freed.uncertainty.covariance) rival.covariance = freed.uncertainty.statedCovariance();
   Figure figure = differenceFigure(data, rival);
   figure.id = "freed-difference";
   figure.reading +=
@@ -72,10 +73,10 @@ Figure freedDifferenceFigure(const ReportData& data, const ReportedHeldOut& test
   return figure;
 }
 
-std::string judgedParameters(const ReportedCameraJudgement& judged, const std::string& prefix) {
+std::string judgedParameters(const JudgedCamera& judged, const std::string& prefix) {
   const ReportData& data = *judged.data;
-  const ReportedFreed* const freed =
-      judged.held_out && judged.held_out->freed ? &*judged.held_out->freed : nullptr;
+  const HeldOutJudgement* const held_out = judged.heldOut();
+  const Calibration* const freed = held_out != nullptr && held_out->freed ? &*held_out->freed : nullptr;
   const bool has_std = std::ranges::any_of(data.parameter_std, [](double s) { return !std::isnan(s); });
   std::vector<PageColumn> columns = {{"Parameter"}, {"In the file"}};
   if (has_std) columns.push_back({"Standard deviation"});
@@ -90,8 +91,8 @@ std::string judgedParameters(const ReportedCameraJudgement& judged, const std::s
                 .kind = isUndetermined(value, std) ? "weak" : ""};
     if (has_std) row.cells.push_back(deviationText(value, std));
     if (freed != nullptr) {
-      const double other = freed->camera.parameters()[i];
-      const double other_std = freed->parameter_std[i];
+      const double other = onlyCamera(freed->fit).params[i];
+      const double other_std = freed->uncertainty.parameterStd(static_cast<int>(i));
       row.cells.insert(row.cells.end(), {valueText(other, other_std), deviationText(other, other_std),
                                          valueText(other - value, other_std)});
     }

@@ -6,10 +6,13 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "alidade/core/degrees.h"
+#include "alidade/core/mapped.h"
 #include "alidade/print/ink_of_board.h"
 #include "alidade/report/data/distinct_parts.h"
 
@@ -19,7 +22,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegreesPerRad = 180 / std::numbers::pi;
 constexpr double kMarkedTiltRad = 0.087;  // from 5 degrees on, as in the words for the next view
 
 // Whether a warning or a failure names an image.
@@ -29,11 +31,31 @@ bool isNamed(const ReportData& data, const std::string& image) {
   });
 }
 
-double totalTilt(double right_rad, double lower_rad) {
-  return std::acos(std::clamp(std::cos(right_rad) * std::cos(lower_rad), -1.0, 1.0));
+double totalTilt(const BoardTilt& tilt) {
+  return std::acos(std::clamp(std::cos(tilt.right_rad) * std::cos(tilt.lower_rad), -1.0, 1.0));
 }
 
-// The image of a polygon on a board; empty where a part of it has no pixel.
+bool isKnown(const BoardTilt& tilt) {
+  return !std::isnan(tilt.right_rad + tilt.lower_rad);
+}
+
+// Where the camera sees a point of a board's plane.
+Projection seenOnBoard(const ReportData& data, const SE3& camera_from_board, const Vector2d& point) {
+  return data.camera.project(camera_from_board * Vector3d(point.x(), point.y(), 0));
+}
+
+// The image of a closed line on a board; empty where a part of it has no pixel.
+std::string projectedPath(const ReportData& data, const SE3& camera_from_board,
+                          const std::vector<Vector2d>& line, const PlotArea& area) {
+  std::vector<Vector2d> outline;
+  for (const Vector2d& point : line) {
+    const Projection seen = seenOnBoard(data, camera_from_board, point);
+    if (!seen.ok()) return "";
+    outline.push_back(area.at(seen.pixel));
+  }
+  return pathThrough(outline, true);
+}
+
 std::string projectedOutline(const ReportData& data, const SE3& camera_from_board,
                              const Eigen::AlignedBox2d& box, int steps, const PlotArea& area) {
   const std::array<Vector2d, 4> around = {box.min(), Vector2d(box.max().x(), box.min().y()), box.max(),
@@ -42,13 +64,10 @@ std::string projectedOutline(const ReportData& data, const SE3& camera_from_boar
   for (std::size_t side = 0; side < 4; ++side) {
     for (int i = 0; i < steps; ++i) {
       const double t = static_cast<double>(i) / steps;
-      const Vector2d point = (1 - t) * around[side] + t * around[(side + 1) % 4];
-      const Projection seen = data.camera.project(camera_from_board * Vector3d(point.x(), point.y(), 0));
-      if (!seen.ok()) return "";
-      outline.push_back(area.at(seen.pixel));
+      outline.emplace_back((1 - t) * around[side] + t * around[(side + 1) % 4]);
     }
   }
-  return pathThrough(outline, true);
+  return projectedPath(data, camera_from_board, outline, area);
 }
 
 std::string projectedDisc(const ReportData& data, const SE3& camera_from_board,
@@ -57,13 +76,9 @@ std::string projectedDisc(const ReportData& data, const SE3& camera_from_board,
   std::vector<Vector2d> outline;
   for (int i = 0; i < kSteps; ++i) {
     const double angle = 2 * std::numbers::pi * i / kSteps;
-    const Vector2d point =
-        disc.center() + 0.5 * disc.sizes().x() * Vector2d(std::cos(angle), std::sin(angle));
-    const Projection seen = data.camera.project(camera_from_board * Vector3d(point.x(), point.y(), 0));
-    if (!seen.ok()) return "";
-    outline.push_back(area.at(seen.pixel));
+    outline.emplace_back(disc.center() + 0.5 * disc.sizes().x() * Vector2d(std::cos(angle), std::sin(angle)));
   }
-  return pathThrough(outline, true);
+  return projectedPath(data, camera_from_board, outline, area);
 }
 
 // The paper in pieces, so that those that the camera cannot see are left out alone.
@@ -82,6 +97,26 @@ std::string projectedSheet(const ReportData& data, const SE3& camera_from_board,
   return d;
 }
 
+std::string projectedInk(const ReportData& data, const SE3& camera_from_board, const BoardInk& ink,
+                         const PlotArea& area) {
+  std::string d;
+  for (const Eigen::AlignedBox2d& box : ink.boxes)
+    d += projectedOutline(data, camera_from_board, box, 2, area);
+  for (const Eigen::AlignedBox2d& disc : ink.discs) d += projectedDisc(data, camera_from_board, disc, area);
+  return d;
+}
+
+// Enough corners to see where boards were: all of them would make a large file.
+std::string seenCorners(const ReportData& data, const PlotArea& area) {
+  std::string dots;
+  for (const ReportedView& view : data.views) {
+    const std::size_t step = 1 + view.corners.size() * data.views.size() / 3000;
+    for (std::size_t i = 0; i < view.corners.size(); i += step)
+      dots += "M" + pointText(area.at(view.corners[i].pixel)) + "h0";
+  }
+  return dots;
+}
+
 // The pixels of an image and those around it in which the board lies, up to a part of the image's size.
 Eigen::AlignedBox2d shownPixels(const ReportData& data, const SE3& camera_from_board,
                                 const Eigen::AlignedBox2d& sheet, const Eigen::AlignedBox2d& image) {
@@ -91,8 +126,8 @@ Eigen::AlignedBox2d shownPixels(const ReportData& data, const SE3& camera_from_b
   for (int i = 0; i <= kSteps; ++i) {
     for (int k = 0; k <= kSteps; ++k) {
       const Vector2d share(static_cast<double>(i) / kSteps, static_cast<double>(k) / kSteps);
-      const Vector2d point = sheet.min() + share.cwiseProduct(sheet.sizes());
-      const Projection seen = data.camera.project(camera_from_board * Vector3d(point.x(), point.y(), 0));
+      const Projection seen =
+          seenOnBoard(data, camera_from_board, sheet.min() + share.cwiseProduct(sheet.sizes()));
       if (seen.ok()) shown.extend(seen.pixel);
     }
   }
@@ -109,9 +144,7 @@ void addNearerSides(const ReportData& data, const ReportedNextView& next, const 
   constexpr double kWordsWidth = 106;
   const Vector2d centre = ink.extent.center();
   const Vector2d half_board = 0.5 * ink.extent.sizes();
-  const auto seenAt = [&](const Vector2d& point) {
-    return data.camera.project(next.camera_from_board * Vector3d(point.x(), point.y(), 0));
-  };
+  const auto seenAt = [&](const Vector2d& point) { return seenOnBoard(data, next.camera_from_board, point); };
   const Projection middle = seenAt(centre);
   if (!middle.ok()) return;
   // Where a step on the board leads to in the image: a side beyond the image may have no pixels.
@@ -152,8 +185,8 @@ void addNearerSides(const ReportData& data, const ReportedNextView& next, const 
     canvas.addRect(place - half, place + half, "class=\"plate\" rx=\"4\"");
     canvas.addText(place + Vector2d(0, 4), "this side nearer", "middle", "class=\"nearer-words\"");
   };
-  if (std::abs(next.right_nearer_rad) > kMarkedTiltRad) mark({next.right_nearer_rad > 0 ? 1 : -1, 0});
-  if (std::abs(next.lower_nearer_rad) > kMarkedTiltRad) mark({0, next.lower_nearer_rad > 0 ? 1 : -1});
+  if (std::abs(next.tilt.right_rad) > kMarkedTiltRad) mark({next.tilt.right_rad > 0 ? 1 : -1, 0});
+  if (std::abs(next.tilt.lower_rad) > kMarkedTiltRad) mark({0, next.tilt.lower_rad > 0 ? 1 : -1});
 }
 
 }  // namespace
@@ -171,9 +204,7 @@ Figure viewErrorsFigure(const ReportData& data) {
   const PlotArea area{
       .box = {Vector2d(44, 24), Vector2d(430, 250)}, .low = {0.5, 0}, .high = {count + 0.5, 1.06 * most}};
   FigureCanvas canvas(288);
-  std::vector<std::string> names;
-  for (const ReportedView& view : data.views) names.push_back(view.image);
-  canvas.addNamedAxes(area, distinctParts(names), "image", "error, px");
+  canvas.addNamedAxes(area, distinctParts(mapped(data.views, &ReportedView::image)), "image", "error, px");
   const double gap = count <= 120 ? 0.12 : 0;
   std::string largest;
   bool is_any_named = false;
@@ -190,7 +221,7 @@ Figure viewErrorsFigure(const ReportData& data) {
   }
   canvas.addPath(largest, "class=\"largest\"");
   canvas.addLine(area.at(0.5, data.rms_px), area.at(count + 0.5, data.rms_px), "class=\"reference\"");
-  std::vector<std::pair<std::string, std::string>> legend = {{"bar", "RMS of the view"}};
+  Legend legend = {{"bar", "RMS of the view"}};
   if (is_any_named) legend.emplace_back("bar named", "named in a warning");
   legend.emplace_back("line largest", "largest error");
   legend.emplace_back("line reference", fmt::format("RMS of all, {} px", shortNumber(data.rms_px)));
@@ -203,47 +234,43 @@ Figure viewErrorsFigure(const ReportData& data) {
   figure.alt = fmt::format("RMS of {} views.", data.views.size());
   if (worst != data.views.end())
     figure.alt += fmt::format(" The largest is {} px, in {}.", shortNumber(worst->rms_px), worst->image);
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
-Figure tiltFigure(const ReportData& data) {
+Figure tiltFigure(const CalibrationEvidence& data) {
   constexpr double kMostRad = std::numbers::pi * 75 / 180;
   const Vector2d middle(220, 158);
   constexpr double kRadius = 130;
-  const auto at = [&](double right_rad, double lower_rad) -> Vector2d {
-    const double tilt = totalTilt(right_rad, lower_rad);
-    const Vector2d direction(std::sin(right_rad), std::sin(lower_rad));
+  const auto at = [&](const BoardTilt& tilt) -> Vector2d {
+    const Vector2d direction(std::sin(tilt.right_rad), std::sin(tilt.lower_rad));
     if (direction.norm() < 1e-9) return middle;
-    return middle + kRadius * std::min(1.0, tilt / kMostRad) * direction.normalized();
+    return middle + kRadius * std::min(1.0, totalTilt(tilt) / kMostRad) * direction.normalized();
   };
   FigureCanvas canvas(316);
   canvas.addCircle(middle, kRadius, "class=\"paper\"");
   for (const double degrees : {15, 30, 45, 60, 75}) {
-    const double radius = kRadius * degrees / kDegreesPerRad / kMostRad;
+    const double radius = kRadius * degrees / kDegPerRad / kMostRad;
     canvas.addCircle(middle, radius, "class=\"ring\"");
   }
   canvas.addLine(middle - Vector2d(kRadius, 0), middle + Vector2d(kRadius, 0), "class=\"grid\"");
   canvas.addLine(middle - Vector2d(0, kRadius), middle + Vector2d(0, kRadius), "class=\"grid\"");
   int num_tilted = 0;
   for (const ReportedView& view : data.views) {
-    if (std::isnan(view.right_nearer_rad + view.lower_nearer_rad)) continue;
-    num_tilted += totalTilt(view.right_nearer_rad, view.lower_nearer_rad) > kMostRad / 5 ? 1 : 0;
-    canvas.addCircle(at(view.right_nearer_rad, view.lower_nearer_rad), 4, "class=\"view\"");
+    if (!isKnown(view.tilt)) continue;
+    num_tilted += totalTilt(view.tilt) > kMostRad / 5 ? 1 : 0;
+    canvas.addCircle(at(view.tilt), 4, "class=\"view\"");
   }
   for (const double degrees : {15, 30, 45, 60, 75}) {
-    const double radius = kRadius * degrees / kDegreesPerRad / kMostRad;
+    const double radius = kRadius * degrees / kDegPerRad / kMostRad;
     canvas.addText(middle + radius * Vector2d(0.4, -0.9165) + Vector2d(2, -2),
                    fmt::format("{:.0f}°", degrees), "start", "class=\"tick halo\"");
   }
-  if (data.next_view)
-    canvas.addPath(starPath(at(data.next_view->right_nearer_rad, data.next_view->lower_nearer_rad), 9),
-                   "class=\"next\"");
+  if (data.next_view) canvas.addPath(starPath(at(data.next_view->tilt), 9), "class=\"next\"");
   canvas.addText(middle + Vector2d(kRadius + 6, 4), "right nearer", "start", "class=\"axis\"");
   canvas.addText(middle + Vector2d(-kRadius - 6, 4), "left nearer", "end", "class=\"axis\"");
   canvas.addText(middle + Vector2d(0, -kRadius - 8), "upper side nearer", "middle", "class=\"axis\"");
   canvas.addText(middle + Vector2d(0, kRadius + 16), "lower side nearer", "middle", "class=\"axis\"");
-  std::vector<std::pair<std::string, std::string>> legend = {{"dot view", "view"}};
+  Legend legend = {{"dot view", "view"}};
   if (data.next_view) legend.emplace_back("star next", "suggested next view");
   canvas.addLegend({44, 316}, legend);
   Figure figure{.id = "tilts", .title = "How the board was tilted"};
@@ -255,16 +282,15 @@ Figure tiltFigure(const ReportData& data) {
   if (data.next_view) figure.reading += " The star is the next photograph.";
   figure.alt =
       fmt::format("{} of {} views are tilted by more than 15 degrees.", num_tilted, data.views.size());
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
-Figure distanceFigure(const ReportData& data) {
+Figure distanceFigure(const CalibrationEvidence& data) {
   double farthest = data.next_view ? data.next_view->distance_m : 0;
   double most_tilt = 60;
   for (const ReportedView& view : data.views) {
     farthest = std::max(farthest, view.distance_m);
-    const double tilt = kDegreesPerRad * totalTilt(view.right_nearer_rad, view.lower_nearer_rad);
+    const double tilt = kDegPerRad * totalTilt(view.tilt);
     if (tilt > most_tilt) most_tilt = tilt;
   }
   if (!(farthest > 0)) farthest = 1;
@@ -273,20 +299,19 @@ Figure distanceFigure(const ReportData& data) {
                       .high = {1.08 * farthest, std::min(92.0, 1.06 * most_tilt)}};
   FigureCanvas canvas(305);
   canvas.addAxes(area, "distance of the board, m", "tilt, degrees");
-  const auto at = [&](double distance, double right, double lower) {
-    return area.at(distance, std::min(kDegreesPerRad * totalTilt(right, lower), area.high.y()));
+  const auto at = [&](double distance_m, const BoardTilt& tilt) {
+    return area.at(distance_m, std::min(kDegPerRad * totalTilt(tilt), area.high.y()));
   };
   double nearest = farthest;
   for (const ReportedView& view : data.views) {
-    if (std::isnan(view.right_nearer_rad + view.lower_nearer_rad)) continue;
+    if (!isKnown(view.tilt)) continue;
     nearest = std::min(nearest, view.distance_m);
-    canvas.addCircle(at(view.distance_m, view.right_nearer_rad, view.lower_nearer_rad), 4, "class=\"view\"");
+    canvas.addCircle(at(view.distance_m, view.tilt), 4, "class=\"view\"");
   }
-  std::vector<std::pair<std::string, std::string>> legend = {{"dot view", "view"}};
+  Legend legend = {{"dot view", "view"}};
   if (data.next_view) {
     const ReportedNextView& next = *data.next_view;
-    canvas.addPath(starPath(at(next.distance_m, next.right_nearer_rad, next.lower_nearer_rad), 9),
-                   "class=\"next\"");
+    canvas.addPath(starPath(at(next.distance_m, next.tilt), 9), "class=\"next\"");
     legend.emplace_back("star next", "suggested next view");
   }
   canvas.addLegend({44, 305}, legend);
@@ -294,11 +319,10 @@ Figure distanceFigure(const ReportData& data) {
   figure.reading = "Each dot is a view; a good set has near and far boards, and most of them tilted.";
   if (data.next_view) figure.reading += " The star is the next photograph.";
   figure.alt = fmt::format("Boards were {} to {} m away.", shortNumber(nearest), shortNumber(farthest));
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
-Figure nextViewFigure(const ReportData& data) {
+Figure nextViewFigure(const CalibrationEvidence& data) {
   const ReportedNextView& next = *data.next_view;
   const Board& target = data.boards[next.board].target;
   const BoardInk ink = inkOf(target);
@@ -306,7 +330,7 @@ Figure nextViewFigure(const ReportData& data) {
   const Vector2d margin = Vector2d::Constant(0.35 * target.spacing());
   sheet.extend(sheet.min() - margin);
   sheet.extend(sheet.max() + margin);
-  // The image, and of what surrounds it as much as shows where the board goes on.
+  // The image and as much of its surroundings as shows where the board goes on.
   const Eigen::AlignedBox2d image(Vector2d(-0.5, -0.5),
                                   Vector2d(data.size.width - 0.5, data.size.height - 0.5));
   const Eigen::AlignedBox2d shown = shownPixels(data, next.camera_from_board, sheet, image);
@@ -320,14 +344,7 @@ Figure nextViewFigure(const ReportData& data) {
   const Vector2d image_high = area.at(image.max());
   FigureCanvas canvas(plot.legend_top);
   canvas.addRect(image_low, image_high, "class=\"scene\"");
-  std::string dots;
-  for (const ReportedView& view : data.views) {
-    // Enough to see where boards were: every corner would make a large file.
-    const std::size_t step = 1 + view.corners.size() * data.views.size() / 3000;
-    for (std::size_t i = 0; i < view.corners.size(); i += step)
-      dots += "M" + pointText(area.at(view.corners[i].pixel)) + "h0";
-  }
-  canvas.addPath(dots, "class=\"corners faint\"");
+  canvas.addPath(seenCorners(data, area), "class=\"corners faint\"");
   canvas.addRaw("<clipPath id=\"next-clip\">");
   canvas.addRect(image_low, image_high, "");
   canvas.addRaw("</clipPath><clipPath id=\"next-ghost-clip\">");
@@ -336,12 +353,7 @@ Figure nextViewFigure(const ReportData& data) {
   canvas.open("id=\"next-board\"");
   canvas.addPath(projectedSheet(data, next.camera_from_board, sheet, target.spacing(), area),
                  "class=\"sheet\"");
-  std::string dark;
-  for (const Eigen::AlignedBox2d& box : ink.boxes)
-    dark += projectedOutline(data, next.camera_from_board, box, 2, area);
-  for (const Eigen::AlignedBox2d& disc : ink.discs)
-    dark += projectedDisc(data, next.camera_from_board, disc, area);
-  canvas.addPath(dark, "class=\"print\"");
+  canvas.addPath(projectedInk(data, next.camera_from_board, ink, area), "class=\"print\"");
   canvas.close();
   canvas.addRaw(
       "</defs>\n<use href=\"#next-board\" class=\"ghost\" clip-path=\"url(#next-ghost-clip)\"/><use "
@@ -351,8 +363,7 @@ Figure nextViewFigure(const ReportData& data) {
   canvas.addRect(image_low, image_high, "class=\"frame strong-frame\"");
   addNearerSides(data, next, ink, area, canvas);
   const bool is_beyond = !image.contains(shown);
-  std::vector<std::pair<std::string, std::string>> legend = {{"sheet", "the board in the next photograph"},
-                                                             {"dot corner", "corners seen so far"}};
+  Legend legend = {{"sheet", "the board in the next photograph"}, {"dot corner", "corners seen so far"}};
   if (is_beyond) legend.emplace_back("line ghost-outline", "the board beyond the image");
   canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
   Figure figure{.id = "next-view", .title = "The next photograph"};
@@ -361,8 +372,7 @@ Figure nextViewFigure(const ReportData& data) {
   if (is_beyond)
     figure.reading += " A part of the board lies beyond the border of the image; that part is drawn pale.";
   figure.alt = "The suggested next photograph: " + next.text + ".";
-  figure.svg = canvas.svg(figure.alt);
-  return figure;
+  return canvas.drawn(std::move(figure));
 }
 
 std::string cornersPicture(const ReportData& data, const ReportedView& view) {

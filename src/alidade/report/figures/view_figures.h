@@ -11,11 +11,11 @@ namespace alidade {
 /// RMS and largest error of each view, in their order. Bars carry their view's index as data-view.
 [[nodiscard]] Figure viewErrorsFigure(const ReportData& data);
 /// Tilt of the board in each view, and the next one.
-[[nodiscard]] Figure tiltFigure(const ReportData& data);
+[[nodiscard]] Figure tiltFigure(const CalibrationEvidence& data);
 /// Distance and tilt of the board in each view, and the next one.
-[[nodiscard]] Figure distanceFigure(const ReportData& data);
+[[nodiscard]] Figure distanceFigure(const CalibrationEvidence& data);
 /// The photograph to take next as the photographer should see it. @pre there is a next view
-[[nodiscard]] Figure nextViewFigure(const ReportData& data);
+[[nodiscard]] Figure nextViewFigure(const CalibrationEvidence& data);
 /// A small drawing of a view's corners in its image, for views without an image.
 [[nodiscard]] std::string cornersPicture(const ReportData& data, const ReportedView& view);
 

@@ -8,12 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/median.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/fleet/fleet_findings.h"
+#include "alidade/report/canvas/page_table.h"
 #include "alidade/report/data/fleet_json.h"
 #include "alidade/report/figures/fleet_figures.h"
 #include "alidade/report/pages/page_shell.h"
-#include "alidade/report/pages/page_table.h"
 
 namespace alidade {
 namespace {
@@ -113,31 +114,30 @@ std::vector<PageSection> fleetSections(const Fleet& fleet) {
 std::vector<PageNumber> fleetNumbers(const Fleet& fleet) {
   const FleetGroup& group = fleet.groups.front();
   std::vector<PageNumber> numbers;
-  const auto add = [&](const std::string& name, const std::string& value, const std::string& more) {
-    numbers.push_back({.name = name, .value = value, .more = more});
-  };
   if (group.typical && std::isfinite(group.p95_px)) {
-    add("Distance from the typical camera", errorText(group.p95_px), "not exceeded by 95 % of the units");
-    add("Within the tolerance", fmt::format("{} of {}", group.num_within, group.units.size()),
-        fmt::format("{} px (95 % of the image)", shortNumber(fleet.tolerance_px)));
-    add("Deviate", std::to_string(fleet.numDeviating()),
-        fmt::format("units; at most {:.0f} % of these by chance", 100 * kFalseShare));
+    numbers.push_back(
+        {"Distance from the typical camera", errorText(group.p95_px), "not exceeded by 95 % of the units"});
+    numbers.push_back({"Within the tolerance", fmt::format("{} of {}", group.num_within, group.units.size()),
+                       fmt::format("{} px (95 % of the image)", shortNumber(fleet.tolerance_px))});
+    numbers.push_back({"Deviate", std::to_string(fleet.numDeviating()),
+                       fmt::format("units; at most {:.0f} % of these by chance", 100 * kFalseShare)});
   }
   if (fleet.has_previous)
-    add("Changed", std::to_string(fleet.numDrifted()),
-        fmt::format("of {} with a previous calibration", fleet.drifts.size()));
-  add("Trustworthy", std::to_string(fleet.count(Verdict::kTrustworthy)),
-      fmt::format("{} with reservations, {} rejected, {} without a verdict",
-                  fleet.count(Verdict::kReservations), fleet.count(Verdict::kNo), fleet.count(std::nullopt)));
+    numbers.push_back({"Changed", std::to_string(fleet.numDrifted()),
+                       fmt::format("of {} with a previous calibration", fleet.drifts.size())});
+  numbers.push_back({"Trustworthy", std::to_string(fleet.count(Verdict::kTrustworthy)),
+                     fmt::format("{} with reservations, {} rejected, {} without a verdict",
+                                 fleet.count(Verdict::kReservations), fleet.count(Verdict::kNo),
+                                 fleet.count(std::nullopt))});
   std::vector<double> accuracies;
   for (const FleetUnit& unit : fleet.files.units)
     if (std::isfinite(unit.accuracy_px)) accuracies.push_back(unit.accuracy_px);
   if (!accuracies.empty()) {
     const double worst = std::ranges::max(accuracies);
-    add("Accuracy of the files", errorText(medianOf(std::move(accuracies))),
-        fmt::format("median; the worst {}", errorText(worst)));
+    numbers.push_back({"Accuracy of the files", errorText(medianOf(std::move(accuracies))),
+                       fmt::format("median; the worst {}", errorText(worst))});
   }
-  add("Image sizes", std::to_string(fleet.groups.size()), "each a group of its own");
+  numbers.push_back({"Image sizes", std::to_string(fleet.groups.size()), "each a group of its own"});
   return numbers;
 }
 
@@ -175,8 +175,7 @@ std::string fleetPage(const Fleet& fleet, const std::string& created_by) {
       fmt::format("{}{} px", group.typical ? std::string(group.typical->camera.modelId()) + ", " : "",
                   sizeText(group.size));
   if (fleet.groups.size() > 1)
-    page.subtitle += fmt::format(", and {} other image size{}", fleet.groups.size() - 1,
-                                 fleet.groups.size() == 2 ? "" : "s");
+    page.subtitle += fmt::format(", and {}", counted(fleet.groups.size() - 1, "other image size"));
   page.sentence = "Distances hold for 95 % of the image, after the best rotation of each unit.";
   for (const FleetUnit& unit : fleet.files.units) page.names.push_back(unit.file);
   page.details =

@@ -7,11 +7,11 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "alidade/core/diagnosis_order.h"
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
+#include "alidade/report/canvas/page_table.h"
 #include "alidade/report/figures/image_figures.h"
 #include "alidade/report/figures/lens_figures.h"
 #include "alidade/report/figures/residual_figures.h"
@@ -19,36 +19,33 @@
 #include "alidade/report/figures/undistorted_figure.h"
 #include "alidade/report/figures/view_figures.h"
 #include "alidade/report/pages/page_shell.h"
-#include "alidade/report/pages/page_table.h"
 #include "alidade/report/pages/rig_page.h"
 #include "alidade/report/pages/view_sheet.h"
 
 namespace alidade {
 namespace {
 
-using nlohmann::json;
-
 constexpr double kMostOfImage = 0.9;  // within the tolerance, as for a trustworthy camera
 
-bool isMostlyAccurate(const ReportData& data) {
+bool isMostlyAccurate(const CalibrationEvidence& data) {
   return data.accuracy && data.accuracy->shareWithin(data.tolerance_px) >= kMostOfImage;
 }
 
 // "81 % of the image is within 1 px"
-std::string shareSentence(const ReportData& data) {
-  const ReportedAccuracy& accuracy = *data.accuracy;
+std::string shareSentence(const CalibrationEvidence& data) {
+  const Accuracy& accuracy = *data.accuracy;
   return fmt::format("{} of {} {} within {:g}\u00a0px", percentText(accuracy.shareWithin(data.tolerance_px)),
-                     accuracy.wholeName(), accuracy.hasBlindPixels() ? "are" : "is", data.tolerance_px);
+                     wholeName(accuracy), hasBlindPixels(accuracy) ? "are" : "is", data.tolerance_px);
 }
 
-std::string accuracySentence(const ReportData& data) {
+std::string accuracySentence(const CalibrationEvidence& data) {
   if (!data.accuracy) return "The accuracy is unknown, because the views do not determine the camera.";
-  const ReportedAccuracy& accuracy = *data.accuracy;
+  const Accuracy& accuracy = *data.accuracy;
   const std::string of =
       std::isinf(accuracy.distance_m) ? "" : fmt::format(" for points {:g} m away", accuracy.distance_m);
   std::string text = fmt::format("Accurate to {} (95\u00a0%){} where boards were seen, which is {} of {}.",
                                  errorText(accuracy.covered_px), of, percentText(accuracy.covered_share),
-                                 accuracy.wholeName());
+                                 wholeName(accuracy));
   // The headline of reservations has the share already.
   if (data.verdict != Verdict::kReservations || isMostlyAccurate(data))
     text += " " + shareSentence(data) + ".";
@@ -58,28 +55,27 @@ std::string accuracySentence(const ReportData& data) {
   return text;
 }
 
-std::vector<PageNumber> numbersOf(const ReportData& data) {
+std::vector<PageNumber> numbersOf(const CalibrationEvidence& data) {
   std::vector<PageNumber> numbers;
-  const auto add = [&](const char* name, const std::string& value, const std::string& more,
-                       bool is_accuracy = false) {
-    numbers.push_back({.name = name, .value = value, .more = more, .is_accuracy = is_accuracy});
-  };
   if (data.accuracy) {
-    add("Accuracy", errorText(data.accuracy->covered_px), "95 %, where boards were seen", true);
-    add("Within tolerance", percentText(data.accuracy->shareWithin(data.tolerance_px)),
-        fmt::format("of {}, {:g} px", data.accuracy->wholeName(), data.tolerance_px), true);
+    numbers.push_back(
+        {"Accuracy", errorText(data.accuracy->covered_px), "95 %, where boards were seen", true});
+    numbers.push_back({"Within tolerance", percentText(data.accuracy->shareWithin(data.tolerance_px)),
+                       fmt::format("of {}, {:g} px", wholeName(*data.accuracy), data.tolerance_px), true});
   }
-  add("Cross-validation", std::isfinite(data.holdout_rms_px) ? rmsText(data.holdout_rms_px) : "impossible",
-      "RMS of unseen corners");
-  add("Reprojection error", rmsText(data.rms_px), "RMS of all corners");
-  add("Images", fmt::format("{} of {}", data.num_images_used, data.num_images_given),
-      "used for the calibration");
-  add("Corners", std::to_string(data.num_corners),
-      data.num_outliers == 0 ? "no outliers" : fmt::format("{} outliers left out", data.num_outliers));
+  numbers.push_back({"Cross-validation",
+                     std::isfinite(data.holdout_rms_px) ? rmsText(data.holdout_rms_px) : "impossible",
+                     "RMS of unseen corners"});
+  numbers.push_back({"Reprojection error", rmsText(data.rms_px), "RMS of all corners"});
+  numbers.push_back({"Images", fmt::format("{} of {}", data.num_images_used, data.num_images_given),
+                     "used for the calibration"});
+  numbers.push_back(
+      {"Corners", std::to_string(numCorners(data)),
+       data.num_outliers == 0 ? "no outliers" : fmt::format("{} outliers left out", data.num_outliers)});
   return numbers;
 }
 
-std::string parametersHtml(const ReportData& data) {
+std::string parametersHtml(const CalibrationEvidence& data) {
   const auto names = data.camera.parameterNames();
   const auto values = data.camera.parameters();
   std::vector<PageRow> rows;
@@ -95,8 +91,8 @@ std::string parametersHtml(const ReportData& data) {
 }
 
 // Why the chosen model has other errors in the table than the camera.
-std::string choiceFootnote(const ReportData& data) {
-  const auto chosen = std::ranges::find(data.models, "chosen", &ReportedModel::verdict);
+std::string choiceFootnote(const CalibrationEvidence& data) {
+  const auto chosen = std::ranges::find(data.models, "chosen", &ModelCandidate::verdict);
   if (chosen == data.models.end()) return "";
   const bool is_same = shortNumber(chosen->rms_px) == shortNumber(data.rms_px) &&
                        shortNumber(chosen->holdout_rms_px) == shortNumber(data.holdout_rms_px);
@@ -105,11 +101,11 @@ std::string choiceFootnote(const ReportData& data) {
                    "corners that all models share are compared.";
 }
 
-std::string modelsHtml(const ReportData& data) {
+std::string modelsHtml(const CalibrationEvidence& data) {
   if (data.models.empty()) return "";
   const auto px = [](double value) { return std::isfinite(value) ? shortNumber(value) : std::string("–"); };
   std::vector<PageRow> rows;
-  for (const ReportedModel& model : data.models) {
+  for (const ModelCandidate& model : data.models) {
     const bool is_chosen = model.verdict == "chosen";
     rows.push_back({{model.id, std::to_string(model.num_params), px(model.rms_px), px(model.holdout_rms_px),
                      is_chosen ? "chosen" : model.reason},
@@ -124,10 +120,10 @@ std::string modelsHtml(const ReportData& data) {
           choiceFootnote(data));
 }
 
-std::string detailsHtml(const ReportData& data, const json& evidence) {
+std::string detailsHtml(const CalibrationEvidence& data) {
   std::string html;
   std::vector<std::string> boards;
-  for (const ReportedBoard& board : data.boards) {
+  for (const FitBoard& board : data.boards) {
     const bool is_flat = board.shape == BoardShape{};
     boards.push_back(board.target.spec() +
                      (is_flat ? ", flat"
@@ -140,22 +136,12 @@ std::string detailsHtml(const ReportData& data, const json& evidence) {
     }
   }
   html += listHtml(boards.size() == 1 ? "Board" : "Boards", boards);
-  html += listHtml(fmt::format("{} image{} without a usable board", data.reasons.size(),
-                               data.reasons.size() == 1 ? "" : "s"),
-                   data.reasons);
+  html += listHtml(counted(data.reasons.size(), "image") + " without a usable board", data.reasons);
   html += listHtml("Notes of the detection", data.notes);
-  std::vector<std::string> settings;
-  const json given = evidence.value("settings", json::object());
-  for (const auto& [name, values] : given.items()) {
-    std::string line = "--" + name;
-    for (const json& value : values)
-      line += " " + (value.is_string() ? value.get<std::string>() : value.dump());
-    settings.push_back(line);
-  }
-  return html + listHtml("Settings", settings);
+  return html + listHtml("Settings", data.settings);
 }
 
-std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& options) {
+std::vector<PageSection> sectionsOf(const CalibrationEvidence& data, const PageOptions& options) {
   std::vector<PageSection> sections;
   PageSection accuracy{.id = "where", .title = "Where the camera is accurate"};
   if (data.accuracy) {
@@ -197,9 +183,9 @@ std::vector<PageSection> sectionsOf(const ReportData& data, const PageOptions& o
   return sections;
 }
 
-// What the page shows: it suggests no photograph where none can help.
-ReportData readShownData(const json& evidence, const std::string& file) {
-  ReportData data = readReportData(evidence, file);
+// The evidence as the page shows it: no suggestion where no photograph can help.
+CalibrationEvidence readShownData(const nlohmann::json& evidence, const std::string& file) {
+  CalibrationEvidence data = readCalibration(evidence, file);
   const bool is_in_vain = std::ranges::any_of(data.findings, [](const Diagnosis& finding) {
     return finding.severity == Severity::kFailure && isWrongInput(finding.id);
   });
@@ -222,15 +208,16 @@ void refuseCameraOptions(const std::string& file, const PageOptions& options) {
 
 }  // namespace
 
-std::string reportPage(const json& evidence, const std::string& file, const PageOptions& options) {
+std::string reportPage(const nlohmann::json& evidence, const std::string& file, const PageOptions& options) {
   if (isRigEvidence(evidence)) {
     refuseCameraOptions(file, options);
     return rigPage(evidence, file);
   }
-  const ReportData data = readShownData(evidence, file);
+  const CalibrationEvidence data = readShownData(evidence, file);
   PageOptions keeping = options;
   keeping.pictures.image_of = keepingOne(options.pictures.image_of, undistortedImageName(data));
-  const std::vector<std::string> pictures = viewPictures(data, keeping.pictures, options.num_jobs);
+  const std::vector<std::string> pictures =
+      viewPictures(data, data.num_images_given, keeping.pictures, options.num_jobs);
   PageContent page{
       .title = fmt::format("{}, {} × {} px", data.camera.modelId(), data.size.width, data.size.height),
       .subject = "camera",
@@ -239,12 +226,12 @@ std::string reportPage(const json& evidence, const std::string& file, const Page
       .findings = data.findings,
       .numbers = numbersOf(data),
       .sections = sectionsOf(data, keeping),
-      .details = detailsHtml(data, evidence),
+      .details = detailsHtml(data),
       .dialog = viewerHtml(),
       .created_by = data.created_by};
   if (data.accuracy && !isMostlyAccurate(data)) page.reservation = "only " + shareSentence(data);
   for (const ReportedView& view : data.views) page.names.push_back(view.image);
-  for (const ReportedBoard& board : data.boards)
+  for (const FitBoard& board : data.boards)
     page.subtitle += (page.subtitle.empty() ? "" : ", ") + board.target.spec();
   if (data.next_view) page.next_text = data.next_view->text;
   for (PageSection& section : page.sections) {
@@ -254,7 +241,7 @@ std::string reportPage(const json& evidence, const std::string& file, const Page
   return pageText(page, evidence);
 }
 
-std::vector<FigureFile> reportFigures(const json& evidence, const std::string& file,
+std::vector<FigureFile> reportFigures(const nlohmann::json& evidence, const std::string& file,
                                       const PageOptions& options) {
   if (isRigEvidence(evidence)) {
     refuseCameraOptions(file, options);

@@ -3,18 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "alidade/core/degrees.h"
+#include "alidade/report/canvas/page_table.h"
 #include "alidade/report/figures/rig_figures.h"
-#include "alidade/report/pages/page_table.h"
 
 namespace alidade {
 namespace {
-
-constexpr double kRigDegrees = 180 / std::numbers::pi;
 
 std::vector<PageSection> rigSections(const ReportedRig& rig) {
   const std::vector<EpipolarPair> pairs = epipolarPairs(rig);
@@ -38,8 +35,8 @@ std::string distanceText(const ReportedRigCamera& camera) {
 }
 
 std::string turnText(const ReportedRigCamera& camera) {
-  return withDeviation(kRigDegrees * camera.camera_from_rig.rotation.log().norm(),
-                       kRigDegrees * camera.rotation_std_rad) +
+  return withDeviation(kDegPerRad * camera.camera_from_rig.rotation.log().norm(),
+                       kDegPerRad * camera.rotation_std_rad) +
          "°";
 }
 
@@ -72,7 +69,7 @@ std::string camerasTable(const ReportedRig& rig) {
       "one; an RMS far above that of the camera alone means that the cameras contradict each other.");
 }
 
-// Of the errors from camera to camera; 0 if none is known.
+// The largest error from camera to camera; 0 if none is known.
 double worstTransferPx(const ReportedRig& rig) {
   double worst = 0;
   for (const ReportedRigCamera& camera : rig.cameras)
@@ -91,28 +88,28 @@ std::string rigSentence(const ReportedRig& rig) {
 
 std::vector<PageNumber> rigNumbers(const ReportedRig& rig) {
   std::vector<PageNumber> numbers;
-  const auto add = [&](const char* name, const std::string& value, const std::string& more,
-                       bool is_accuracy = false) {
-    numbers.push_back({.name = name, .value = value, .more = more, .is_accuracy = is_accuracy});
-  };
   const double worst = worstTransferPx(rig);
-  if (worst > 0) add("From camera to camera", errorText(worst), "95 %, at the boards' distance", true);
+  if (worst > 0)
+    numbers.push_back({"From camera to camera", errorText(worst), "95 %, at the boards' distance", true});
   if (rig.cameras.size() == 2) {
-    add("Baseline", distanceText(rig.cameras[1]) + " mm", "with standard deviation", true);
-    add("Rotation", turnText(rig.cameras[1]), "between the cameras", true);
+    numbers.push_back({"Baseline", distanceText(rig.cameras[1]) + " mm", "with standard deviation", true});
+    numbers.push_back({"Rotation", turnText(rig.cameras[1]), "between the cameras", true});
   }
   const bool is_uneven = std::ranges::any_of(
       rig.findings, [](const Diagnosis& finding) { return finding.id == "uneven_board"; });
-  add("Cross-validation", std::isfinite(rig.holdout_rms_px) ? rmsText(rig.holdout_rms_px) : "impossible",
-      "RMS in unseen frames");
-  add("Reprojection error", rmsText(rig.rms_px),
-      is_uneven ? "RMS of all corners; too good, because the board's points were fitted to them"
-                : "RMS of all corners");
+  numbers.push_back({"Cross-validation",
+                     std::isfinite(rig.holdout_rms_px) ? rmsText(rig.holdout_rms_px) : "impossible",
+                     "RMS in unseen frames"});
+  numbers.push_back({"Reprojection error", rmsText(rig.rms_px),
+                     is_uneven
+                         ? "RMS of all corners; too good, because the board's points were fitted to them"
+                         : "RMS of all corners"});
   const std::vector<EpipolarPair> pairs = epipolarPairs(rig);
-  if (pairs.size() == 1) add("Epipolar error", rmsText(pairs.front().rms_px), "RMS of all common corners");
-  add("Cameras", std::to_string(rig.cameras.size()), "in one rig");
-  add("Frames", std::to_string(rig.frames.size()), "of images");
-  add("Links", std::to_string(rig.num_linked), "boards seen by two or more cameras");
+  if (pairs.size() == 1)
+    numbers.push_back({"Epipolar error", rmsText(pairs.front().rms_px), "RMS of all common corners"});
+  numbers.push_back({"Cameras", std::to_string(rig.cameras.size()), "in one rig"});
+  numbers.push_back({"Frames", std::to_string(rig.frames.size()), "of images"});
+  numbers.push_back({"Links", std::to_string(rig.num_linked), "boards seen by two or more cameras"});
   return numbers;
 }
 

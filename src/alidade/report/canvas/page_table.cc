@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/pages/page_table.h"
+#include "alidade/report/canvas/page_table.h"
 
 #include <algorithm>
 #include <cmath>
