@@ -20,6 +20,10 @@ inline void expectGoodSvg(const std::string& svg) {
   EXPECT_EQ(countOf(svg, "<g "), countOf(svg, "</g>"));
   EXPECT_EQ(countOf(svg, "<text "), countOf(svg, "</text>"));
   EXPECT_EQ(countOf(svg, "</svg>"), 1U);
+  // XML takes a "<" of a style for an element.
+  const std::size_t style = svg.find("<style><![CDATA[");
+  const std::string outside = style == std::string::npos ? svg : svg.substr(svg.find("]]></style>", style));
+  EXPECT_EQ(countOf(outside, "<use>"), 0U);
 }
 
 }  // namespace alidade

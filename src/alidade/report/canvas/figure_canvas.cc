@@ -121,9 +121,10 @@ std::string rampColour(double share) {
 
 std::string standaloneSvg(const std::string& svg) {
   const std::size_t end_of_tag = svg.find('>') + 1;
+  // Comments of the style may mention elements.
   return "<svg xmlns=\"http://www.w3.org/2000/svg\"" + svg.substr(4, end_of_tag - 4) +
-         fmt::format("\n<style>\n{}{}svg {{ background: var(--ground); }}\n</style>\n", paletteCss(),
-                     figureCss()) +
+         fmt::format("\n<style><![CDATA[\n{}{}svg {{ background: var(--ground); }}\n]]></style>\n",
+                     paletteCss(), figureCss()) +
          svg.substr(end_of_tag);
 }
 
