@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/geometry/decompositions.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
@@ -17,6 +19,35 @@ Eigen::VectorXd leastSquares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b)
 
 Eigen::MatrixXd leastSquares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
   return A.completeOrthogonalDecomposition().solve(B);
+}
+
+Eigen::MatrixXd solveSpd(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Eigen::MatrixXd* inverse) {
+  const Eigen::LDLT<Eigen::MatrixXd> factor(A);
+  if (inverse != nullptr) *inverse = factor.solve(Eigen::MatrixXd::Identity(A.rows(), A.cols()));
+  return factor.solve(B);
+}
+
+Eigen::VectorXd solveSpd(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
+  return A.ldlt().solve(b);  // other digits than those of a matrix of one column
+}
+
+Eigen::MatrixXd inverseSpd(const Eigen::MatrixXd& A) {
+  return solveSpd(A, Eigen::MatrixXd(Eigen::MatrixXd::Identity(A.rows(), A.cols())));
+}
+
+Eigen::MatrixXd choleskyOf(const Eigen::MatrixXd& A) {
+  return A.llt().matrixL();
+}
+
+Eigen::MatrixXd solveLower(const Eigen::MatrixXd& L, const Eigen::MatrixXd& B) {
+  return L.triangularView<Eigen::Lower>().solve(B);
+}
+
+Eigen::VectorXcd eigenvaluesOf(const Eigen::MatrixXd& A, Eigen::MatrixXd* vectors) {
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(A, vectors != nullptr);
+  if (vectors != nullptr)
+    *vectors = solver.info() == Eigen::Success ? solver.pseudoEigenvectors() : Eigen::MatrixXd();
+  return solver.eigenvalues();
 }
 
 Eigen::Quaterniond shortestTurn(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {

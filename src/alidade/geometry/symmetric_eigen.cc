@@ -12,4 +12,11 @@ SymmetricEigen::SymmetricEigen(const Eigen::MatrixXd& matrix) {
   is_found_ = solver.info() == Eigen::Success;
 }
 
+SymmetricEigen::SymmetricEigen(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& metric) {
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(matrix, metric);
+  values_ = solver.eigenvalues();
+  vectors_ = solver.eigenvectors();
+  is_found_ = solver.info() == Eigen::Success;
+}
+
 }  // namespace alidade

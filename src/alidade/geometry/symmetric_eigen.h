@@ -10,6 +10,8 @@ namespace alidade {
 class SymmetricEigen {
  public:
   explicit SymmetricEigen(const Eigen::MatrixXd& matrix);
+  /// Solves matrix v = value metric v, for a positive definite metric: eigenvectors of length 1 in it.
+  SymmetricEigen(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& metric);
 
   [[nodiscard]] const Eigen::VectorXd& eigenvalues() const { return values_; }  ///< ascending
   [[nodiscard]] const Eigen::MatrixXd& eigenvectors() const {
