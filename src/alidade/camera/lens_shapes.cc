@@ -11,6 +11,7 @@
 #include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/geometry/decompositions.h"
+#include "alidade/geometry/least_squares.h"
 
 namespace alidade {
 namespace {
@@ -195,7 +196,6 @@ std::vector<double> startParameters(std::string_view model_id, double focal_px, 
 LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples, std::vector<double> start,
                 std::span<const std::string_view> absent) {
   constexpr int kMaxIterations = 200;
-  constexpr double kMaxLambda = 1e12;
   constexpr double kStillPx = 1e-11;   // RMS by which a step moves the pixels when it has arrived
   constexpr double kSmallGain = 1e-9;  // of the cost,
   constexpr int kMaxSmallGains = 6;    // this often in a row
@@ -209,42 +209,45 @@ LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples
   LensFit fit{.params = std::move(start)};
   fit.cost = costOf(model, samples, fit.params);
   Eigen::VectorXd scale = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
-  double lambda = 1e-4;
-  int num_small_gains = 0;
-  while (fit.num_iterations < kMaxIterations && num_small_gains < kMaxSmallGains) {
+  Linearisation at;
+  std::vector<bool> is_free(n);
+  const auto lineariseHere = [&] {
     ++fit.num_iterations;
-    const Linearisation at = linearise(model, samples, fit.params);
+    at = linearise(model, samples, fit.params);
     // The largest columns so far, which keeps the steps of parameters without effect bounded.
     scale = scale.cwiseMax(at.R.colwise().norm().transpose());
     const Eigen::VectorXd gradient = at.R.transpose() * at.z;
-    std::vector<bool> is_free(n);
     for (std::size_t i = 0; i < n; ++i) {
       const double down = -gradient(static_cast<Eigen::Index>(i));
       const ParamRange& range = ranges[i];
       is_free[i] = scale(static_cast<Eigen::Index>(i)) > 0 && !(fit.params[i] <= range.min && down < 0) &&
                    !(fit.params[i] >= range.max && down > 0);
     }
-    bool has_moved = false;
-    while (!has_moved && lambda <= kMaxLambda) {
-      const Eigen::VectorXd step = dampedStep(at, scale, lambda, is_free);
-      if (!step.allFinite()) break;
-      if ((at.R * step).norm() <= kStillPx * std::sqrt(static_cast<double>(samples.size()))) break;
-      std::vector<double> params = fit.params;
-      for (std::size_t i = 0; i < n; ++i)
-        params[i] = clamped(params[i] + step(static_cast<Eigen::Index>(i)), ranges[i]);
-      const double cost = costOf(model, samples, params);
-      if (cost < fit.cost) {
-        num_small_gains = fit.cost - cost < kSmallGain * fit.cost ? num_small_gains + 1 : 0;
-        fit.params = std::move(params);
-        fit.cost = cost;
-        lambda = std::max(lambda * 0.1, 1e-15);
-        has_moved = true;
-      } else {
-        lambda *= 5;
-      }
-    }
-    if (!has_moved) break;
-  }
+  };
+  lineariseHere();
+  int num_small_gains = 0;
+  const DampingRule rule{.start = 1e-4,
+                         .raised = [](double lambda) { return 5 * lambda > 1e12 ? HUGE_VAL : 5 * lambda; },
+                         .lowered = [](double lambda) { return std::max(lambda * 0.1, 1e-15); },
+                         .max_steps = std::numeric_limits<int>::max()};
+  minimise(rule, [&](double lambda) {
+    const Eigen::VectorXd step = dampedStep(at, scale, lambda, is_free);
+    if (!step.allFinite()) return StepResult::kFailed;
+    if ((at.R * step).norm() <= kStillPx * std::sqrt(static_cast<double>(samples.size())))
+      return StepResult::kConverged;
+    std::vector<double> params = fit.params;
+    for (std::size_t i = 0; i < n; ++i)
+      params[i] = clamped(params[i] + step(static_cast<Eigen::Index>(i)), ranges[i]);
+    const double cost = costOf(model, samples, params);
+    if (!(cost < fit.cost)) return StepResult::kWorse;
+    num_small_gains = fit.cost - cost < kSmallGain * fit.cost ? num_small_gains + 1 : 0;
+    fit.params = std::move(params);
+    fit.cost = cost;
+    if (fit.num_iterations == kMaxIterations || num_small_gains == kMaxSmallGains)
+      return StepResult::kConverged;
+    lineariseHere();
+    return StepResult::kBetter;
+  });
   return fit;
 }
 

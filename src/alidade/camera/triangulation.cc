@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "alidade/core/error.h"
+#include "alidade/geometry/least_squares.h"
 
 namespace alidade {
 namespace {
@@ -157,7 +159,7 @@ struct PointSolution {
 };
 
 // Levenberg-Marquardt until a step is far below the standard deviation.
-TriangulationStatus minimise(const PointProblem& problem, PointState start, PointSolution& best) {
+TriangulationStatus solvePoint(const PointProblem& problem, PointState start, PointSolution& best) {
   constexpr int kMaxIterations = 200;
   constexpr double kConverged = 1e-18;        // squared step by squared standard deviations
   constexpr double kConvergedOfCost = 1e-14;  // the same where the errors are large
@@ -166,48 +168,53 @@ TriangulationStatus minimise(const PointProblem& problem, PointState start, Poin
   best.state = std::move(start);
   double cost = *problem.rowsAt(best.state, best.rows);
   const double rounding = kRoundingOfPixel / problem.leastSigma();
-  double damping = 0;
-  std::vector<PixelRow> rows;
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    if (std::abs(best.state.inverse_m) * problem.unit() > 1 / kNearest)
-      return TriangulationStatus::kNotConverged;
+  Vector3d scale;
+  Matrix3d scaled;
+  Vector3d scaled_gradient;
+  TriangulationStatus status = TriangulationStatus::kNotConverged;
+  // The normal equations at the best state, scaled so that what is undetermined is told from what has small
+  // units. @returns whether to go on from there
+  const auto linearise = [&] {
+    if (std::abs(best.state.inverse_m) * problem.unit() > 1 / kNearest) return false;
     Matrix3d H;
     Vector3d gradient;
     problem.normals(best.state, best.rows, H, gradient);
-    // Scaled, so that undetermined directions differ from those with small units.
-    const Vector3d scale = H.diagonal().cwiseSqrt();
-    if (!(scale.minCoeff() > 0) || !scale.allFinite()) return TriangulationStatus::kUndetermined;
-    const Matrix3d scaled = scale.asDiagonal().inverse() * H * scale.asDiagonal().inverse();
+    scale = H.diagonal().cwiseSqrt();
+    status = TriangulationStatus::kUndetermined;
+    if (!(scale.minCoeff() > 0) || !scale.allFinite()) return false;
+    scaled = scale.asDiagonal().inverse() * H * scale.asDiagonal().inverse();
     const Eigen::LLT<Matrix3d> undamped(scaled);
     constexpr double kSingular = 1e-12;
-    if (undamped.info() != Eigen::Success || !(undamped.rcond() > kSingular))
-      return TriangulationStatus::kUndetermined;
-    const Vector3d scaled_gradient = gradient.cwiseQuotient(scale);
-    if (scaled_gradient.dot(undamped.solve(scaled_gradient)) <=
-        kConverged + kConvergedOfCost * cost + rounding * rounding) {
-      best.covariance =
-          scale.asDiagonal().inverse() * undamped.solve(Matrix3d::Identity()) * scale.asDiagonal().inverse();
-      return TriangulationStatus::kOk;
-    }
-    constexpr double kMaxDamping = 1e12;
-    for (;;) {
-      const Matrix3d damped = scaled + damping * Matrix3d::Identity();
-      const Vector3d step = -damped.llt().solve(scaled_gradient).cwiseQuotient(scale);
-      const PointState next = problem.moved(best.state, step);
-      const auto next_cost = problem.rowsAt(next, rows);
-      if (next_cost && std::sqrt(*next_cost) <= std::sqrt(cost) + rounding) {
-        best.state = next;
-        std::swap(best.rows, rows);
-        cost = *next_cost;
-        constexpr double kLeastDamping = 1e-9;
-        damping = damping < kLeastDamping ? 0 : damping / 10;
-        break;
-      }
-      damping = std::max(1e-4, 10 * damping);
-      if (damping > kMaxDamping) return TriangulationStatus::kNotConverged;
-    }
-  }
-  return TriangulationStatus::kNotConverged;
+    if (undamped.info() != Eigen::Success || !(undamped.rcond() > kSingular)) return false;
+    scaled_gradient = gradient.cwiseQuotient(scale);
+    status = TriangulationStatus::kNotConverged;
+    if (!(scaled_gradient.dot(undamped.solve(scaled_gradient)) <=
+          kConverged + kConvergedOfCost * cost + rounding * rounding))
+      return true;
+    best.covariance =
+        scale.asDiagonal().inverse() * undamped.solve(Matrix3d::Identity()) * scale.asDiagonal().inverse();
+    status = TriangulationStatus::kOk;
+    return false;
+  };
+  if (!linearise()) return status;
+  std::vector<PixelRow> rows;
+  int num_taken = 0;
+  const DampingRule rule{
+      .raised = [](double damping) { return 10 * damping > 1e12 ? HUGE_VAL : std::max(1e-4, 10 * damping); },
+      .lowered = [](double damping) { return damping < 1e-9 ? 0 : damping / 10; },
+      .max_steps = std::numeric_limits<int>::max()};
+  minimise(rule, [&](double damping) {
+    const Matrix3d damped = scaled + damping * Matrix3d::Identity();
+    const Vector3d step = -damped.llt().solve(scaled_gradient).cwiseQuotient(scale);
+    const PointState next = problem.moved(best.state, step);
+    const auto next_cost = problem.rowsAt(next, rows);
+    if (!next_cost || !(std::sqrt(*next_cost) <= std::sqrt(cost) + rounding)) return StepResult::kWorse;
+    best.state = next;
+    std::swap(best.rows, rows);
+    cost = *next_cost;
+    return ++num_taken < kMaxIterations && linearise() ? StepResult::kBetter : StepResult::kConverged;
+  });
+  return status;
 }
 
 // Columns of the joint covariance at which a camera's parameters and its pose begin.
@@ -356,7 +363,7 @@ Triangulation triangulate(const AnyRig& rig, std::span<const RigPixel> pixels,
   const auto start = visibleStart(problem, *linear);
   if (!start) return failed;
   PointSolution solution;
-  failed.status = minimise(problem, *start, solution);
+  failed.status = solvePoint(problem, *start, solution);
   if (failed.status != TriangulationStatus::kOk) return failed;
   failed.status = TriangulationStatus::kBehind;
   if (isBehind(rig, pixels, rays, solution)) return failed;

@@ -10,6 +10,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "alidade/geometry/least_squares.h"
+
 namespace alidade {
 namespace {
 
@@ -112,34 +114,32 @@ double rimCost(const DiscModel& model, const std::vector<RimPixel>& pixels) {
 
 // False if no minimum was reached.
 bool solveDisc(const std::vector<RimPixel>& pixels, double min_blur, DiscModel& model, DiscSums& sums) {
-  constexpr int kMaxIterations = 30;
-  constexpr double kMaxDamping = 1e8;
   constexpr double kStepShare = 0.02;  // of the estimate's standard deviation
   constexpr double kLeastVariance = 1.0 / 12;
   sums = sumUpRim(model, pixels);
-  double damping = 1e-3;
-  for (int i = 0; i < kMaxIterations && damping < kMaxDamping; ++i) {
+  const DampingRule rule{
+      .start = 1e-3,
+      .raised = [](double damping) { return 10 * damping < 1e8 ? 10 * damping : HUGE_VAL; },
+      .lowered = [](double damping) { return std::max(1e-7, 0.1 * damping); },
+      .max_steps = 30};
+  return minimise(rule, [&](double damping) {
     const DiscVector scale = sums.hessian.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
     DiscMatrix system = scale.asDiagonal() * sums.hessian * scale.asDiagonal();
     system.diagonal().array() += damping;
     const DiscVector step = scale.cwiseProduct(system.llt().solve(scale.cwiseProduct(sums.gradient)));
-    if (!step.allFinite()) return false;
+    if (!step.allFinite()) return StepResult::kFailed;
     const double variance = std::max(kLeastVariance, sums.cost / static_cast<double>(pixels.size()));
     const bool is_short = step.dot(sums.gradient) <= kStepShare * kStepShare * variance;
     DiscModel trial = model;
     trial.values += step;
     trial.values(DiscModel::kBlur) = std::max(trial.values(DiscModel::kBlur), min_blur);
-    if (trial.isEllipse() && rimCost(trial, pixels) <= sums.cost) {
-      model = trial;
-      if (is_short && damping < 0.1) return true;
-      sums = sumUpRim(model, pixels);
-      damping = std::max(1e-7, 0.1 * damping);
-    } else {
-      if (is_short) return true;  // rounding decides which of the two is better
-      damping *= 10;
-    }
-  }
-  return false;
+    if (!trial.isEllipse() || !(rimCost(trial, pixels) <= sums.cost))
+      return is_short ? StepResult::kConverged : StepResult::kWorse;  // rounding decides which is better
+    model = trial;
+    if (is_short && damping < 0.1) return StepResult::kConverged;
+    sums = sumUpRim(model, pixels);
+    return StepResult::kBetter;
+  });
 }
 
 // One disc while it is fitted.

@@ -8,6 +8,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "alidade/geometry/least_squares.h"
+
 namespace alidade {
 namespace {
 
@@ -124,7 +126,6 @@ EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, co
                             const EdgeSolverOptions& options) {
   // Images are stored in whole grey levels: no residuals are smaller than their rounding.
   constexpr double kLeastVariance = 1.0 / 12;
-  constexpr double kMaxDamping = 1e7;
   EdgeSolution solution{.model = start, .sums = {}, .converged = false};
   const auto sumUp = [&](const EdgeModel& model, NormalEquations& sums) {
     sumNormalEquations(pixels, model, sums);
@@ -133,42 +134,37 @@ EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, co
   };
   sumUp(start, solution.sums);
   NormalEquations trial_sums;
-  double damping = 1e-3;
-  for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
+  const DampingRule rule{
+      .start = 1e-3,
+      .raised = [](double damping) { return 10 * damping > 1e7 ? HUGE_VAL : 10 * damping; },
+      .lowered = [](double damping) { return std::max(1e-7, 0.1 * damping); },
+      .max_steps = options.max_iterations};
+  solution.converged = minimise(rule, [&](double damping) {
     const NormalEquations& sums = solution.sums;
     const Vector scale = sums.hessian.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
     Matrix system = scale.asDiagonal() * sums.hessian * scale.asDiagonal();
     system.diagonal().array() += damping;
     const Vector step = scale.cwiseProduct(system.llt().solve(scale.cwiseProduct(sums.gradient)));
-    if (!step.allFinite()) return solution;
+    if (!step.allFinite()) return StepResult::kFailed;
     // Length of the step in standard deviations, by what Gauss-Newton expects to gain.
     const double variance = std::max(kLeastVariance, sums.cost / static_cast<double>(pixels.size()));
-    const double gain = step.dot(sums.gradient);
-    const bool is_last = damping < 0.1 && gain <= options.step_share * options.step_share * variance;
+    const bool is_short = step.dot(sums.gradient) <= options.step_share * options.step_share * variance;
     EdgeModel trial = solution.model;
     for (int i = 0; i < NormalEquations::kSize; ++i) trial[static_cast<std::size_t>(i)] += step(i);
     if (prior.common_blur) trial[EdgeModel::kBlur2] = trial[EdgeModel::kBlur1];
     for (const auto blur : {EdgeModel::kBlur1, EdgeModel::kBlur2})
       trial[blur] = std::clamp(trial[blur], options.min_blur_px, options.max_blur_px);
-    if (is_last) {  // too short to look at
+    if (damping < 0.1 && is_short) {  // too short to look at
       solution.model = trial;
-      solution.converged = true;
-      return solution;
+      return StepResult::kConverged;
     }
     sumUp(trial, trial_sums);
-    if (trial_sums.cost < sums.cost) {
-      damping = std::max(1e-7, 0.1 * damping);
-      solution.model = trial;
-      std::swap(solution.sums, trial_sums);
-    } else {
-      if (gain <= options.step_share * options.step_share * variance) {
-        solution.converged = true;  // rounding decides which of the two is better
-        return solution;
-      }
-      damping *= 10;
-      if (damping > kMaxDamping) return solution;
-    }
-  }
+    if (!(trial_sums.cost < sums.cost))
+      return is_short ? StepResult::kConverged : StepResult::kWorse;  // rounding decides which is better
+    solution.model = trial;
+    std::swap(solution.sums, trial_sums);
+    return StepResult::kBetter;
+  });
   return solution;
 }
 
