@@ -126,7 +126,7 @@ TEST(HeldOutImages, DoNotDependOnTheOrderOfViewsOrTheNumberOfThreads) {
   EXPECT_EQ(one.overall->sigmas, other.overall->sigmas);
   ASSERT_EQ(one.changes.size(), other.changes.size());
   ASSERT_FALSE(one.changes.empty());
-  EXPECT_EQ(one.changes[0].change, IntrinsicsChange::kCenterX);
+  EXPECT_EQ(one.changes[0].change, CameraChangeKind::kCenterX);
   EXPECT_EQ(one.changes[0].p95_px, other.changes[0].p95_px);
 }
 
@@ -155,15 +155,15 @@ TEST(HeldOutImages, NameLargeChangesOnCornersWithoutNoise) {
   Random random(9);
   const UserSet set = drawUserViews(drawn, 20, 0, random);
   struct Case {
-    IntrinsicsChange change;
+    CameraChangeKind change;
     double amount;
     const char* complaint;
   };
   const std::vector<Case> cases = {
-      {IntrinsicsChange::kFocalLength, 0.019, "its focal length is 1.9"},
-      {IntrinsicsChange::kFocalLength, 11, "its focal length would have to be 0.083"},
-      {IntrinsicsChange::kCenterX, 7.5, "its cx is 7.5"},
-      {IntrinsicsChange::kDistortion, -0.5, "its distortion is 50"}};
+      {CameraChangeKind::kFocalLength, 0.019, "its focal length is 1.9"},
+      {CameraChangeKind::kFocalLength, 11, "its focal length would have to be 0.083"},
+      {CameraChangeKind::kCenterX, 7.5, "its cx is 7.5"},
+      {CameraChangeKind::kDistortion, -0.5, "its distortion is 50"}};
   int num_named = 0;
   for (const Case& c : cases) {
     const AnyCamera tested = *changed(drawn.camera, c.change, c.amount);
@@ -180,7 +180,7 @@ TEST(HeldOutImages, NameLargeChangesOnCornersWithoutNoise) {
 TEST(HeldOutImages, SuspectTheOtherPixelOrigin) {
   const DrawnCamera drawn = ordinaryCamera();
   const UserSet set = viewsOf(drawn, 120, 4);
-  const AnyCamera tested = *changed(drawn.camera, IntrinsicsChange::kPixelOrigin, 0.5);
+  const AnyCamera tested = *changed(drawn.camera, CameraChangeKind::kPixelOrigin, 0.5);
   const auto checks =
       heldOutChecks(judgeOnImages({&tested, drawn.size}, set.board, set.views), kDefaultTolerancePx);
   EXPECT_EQ(checks[1].severity, Severity::kWarning);
@@ -189,7 +189,7 @@ TEST(HeldOutImages, SuspectTheOtherPixelOrigin) {
   const auto right =
       heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);
   EXPECT_EQ(right[1].severity, Severity::kPass) << right[1].cause;
-  const AnyCamera shifted = *changed(drawn.camera, IntrinsicsChange::kCenterX, 2);
+  const AnyCamera shifted = *changed(drawn.camera, CameraChangeKind::kCenterX, 2);
   const auto other =
       heldOutChecks(judgeOnImages({&shifted, drawn.size}, set.board, set.views), kDefaultTolerancePx);
   EXPECT_THAT(other[1].cause, testing::Not(HasSubstr("half a pixel")));
@@ -238,17 +238,17 @@ TEST(HeldOutImages, NameTheWholeOfAChangeThatIsLarge) {
   const DrawnCamera drawn = ordinaryCamera();
   const UserSet set = viewsOf(drawn, 12, 9);
   struct Case {
-    IntrinsicsChange change;
+    CameraChangeKind change;
     double amount;
     const char* complaint;
   };
-  const std::vector<Case> cases = {{IntrinsicsChange::kCenterX, 60, "its cx is 60 +- "},
-                                   {IntrinsicsChange::kCenterX, 200, "its cx is 200 +- "},
-                                   {IntrinsicsChange::kCenterY, -100, "its cy is 100 +- "},
-                                   {IntrinsicsChange::kFocalLength, 0.3, "its focal length is 30 +- "},
-                                   {IntrinsicsChange::kFocalLength, -0.5, "its focal length is 50 +- "},
-                                   {IntrinsicsChange::kDistortion, -0.8, "its distortion is 80 +- "},
-                                   {IntrinsicsChange::kDistortion, 1, "its distortion is 100 +- "}};
+  const std::vector<Case> cases = {{CameraChangeKind::kCenterX, 60, "its cx is 60 +- "},
+                                   {CameraChangeKind::kCenterX, 200, "its cx is 200 +- "},
+                                   {CameraChangeKind::kCenterY, -100, "its cy is 100 +- "},
+                                   {CameraChangeKind::kFocalLength, 0.3, "its focal length is 30 +- "},
+                                   {CameraChangeKind::kFocalLength, -0.5, "its focal length is 50 +- "},
+                                   {CameraChangeKind::kDistortion, -0.8, "its distortion is 80 +- "},
+                                   {CameraChangeKind::kDistortion, 1, "its distortion is 100 +- "}};
   int num_named = 0;
   for (const Case& c : cases) {
     const AnyCamera tested = *changed(drawn.camera, c.change, c.amount);
@@ -258,7 +258,7 @@ TEST(HeldOutImages, NameTheWholeOfAChangeThatIsLarge) {
     for (const NeededChange& change : judgement.changes) {
       if (change.change != c.change) continue;
       ASSERT_TRUE(change.refined) << c.complaint;
-      const double truth = c.change == IntrinsicsChange::kCenterX || c.change == IntrinsicsChange::kCenterY
+      const double truth = c.change == CameraChangeKind::kCenterX || c.change == CameraChangeKind::kCenterY
                                ? -c.amount
                                : -c.amount / (1 + c.amount);
       EXPECT_NEAR(change.refined->estimate.amount, truth, 4 * change.refined->estimate.effectiveStd())

@@ -73,11 +73,11 @@ TEST(HeldScores, HardlyEverAccuseTheRightCamera) {
         moveViews(set.views, moved_px, random);
         const HeldScores scores = scoresOf(drawn.camera, set);
         bool is_accused = false;
-        for (const IntrinsicsChange change : kAllIntrinsicsChanges) {
+        for (const CameraChangeKind change : kIntrinsicsChanges) {
           const auto estimate = scores.along(directionOf(change, drawn.camera));
           ASSERT_TRUE(estimate);
           num_beyond += estimate->sigmas > 1.96 ? 1 : 0;
-          is_accused = is_accused || (change != IntrinsicsChange::kPixelOrigin && estimate->isSignificant());
+          is_accused = is_accused || (change != CameraChangeKind::kPixelOrigin && estimate->isSignificant());
         }
         num_by_change += is_accused ? 1 : 0;
         num_overall += scores.overall().isSignificant() ? 1 : 0;
@@ -95,14 +95,14 @@ TEST(HeldScores, HardlyEverAccuseTheRightCamera) {
 TEST(HeldScores, TellWhichChangeACameraNeeds) {
   const DrawnCamera drawn = ordinaryCamera();
   struct Case {
-    IntrinsicsChange change;
+    CameraChangeKind change;
     double amount;
     const char* complaint;
   };
-  const std::vector<Case> cases = {{IntrinsicsChange::kFocalLength, 0.01, "its focal length is 1 +-"},
-                                   {IntrinsicsChange::kCenterX, -5, "its cx is "},
-                                   {IntrinsicsChange::kCenterY, 5, "its cy is "},
-                                   {IntrinsicsChange::kDistortion, -0.02, "its distortion is "}};
+  const std::vector<Case> cases = {{CameraChangeKind::kFocalLength, 0.01, "its focal length is 1 +-"},
+                                   {CameraChangeKind::kCenterX, -5, "its cx is "},
+                                   {CameraChangeKind::kCenterY, 5, "its cy is "},
+                                   {CameraChangeKind::kDistortion, -0.02, "its distortion is "}};
   for (const Case& c : cases) {
     Random random(3);
     const UserSet set = drawUserViews(drawn, 40, kNoisePx, random);
@@ -111,7 +111,7 @@ TEST(HeldScores, TellWhichChangeACameraNeeds) {
     const auto estimate = scores.along(directionOf(c.change, tested));
     ASSERT_TRUE(estimate);
     const double true_amount =
-        c.change == IntrinsicsChange::kFocalLength || c.change == IntrinsicsChange::kDistortion
+        c.change == CameraChangeKind::kFocalLength || c.change == CameraChangeKind::kDistortion
             ? -c.amount / (1 + c.amount)
             : -c.amount;
     EXPECT_NEAR(estimate->amount, true_amount, 3 * estimate->std + 0.02 * std::abs(true_amount));
@@ -119,7 +119,7 @@ TEST(HeldScores, TellWhichChangeACameraNeeds) {
     EXPECT_TRUE(scores.overall().isSignificant());
     EXPECT_GT(scores.overall().sure_share, 0.3);
     EXPECT_LT(scores.overall().sure_share, 1);
-    for (const IntrinsicsChange other : kAllIntrinsicsChanges) {
+    for (const CameraChangeKind other : kIntrinsicsChanges) {
       if (other == c.change) continue;
       EXPECT_LT(scores.along(directionOf(other, tested))->sigmas, estimate->sigmas)
           << static_cast<int>(other);
@@ -127,7 +127,7 @@ TEST(HeldScores, TellWhichChangeACameraNeeds) {
     const std::string complaint = complaintOf(c.change, estimate->amount, estimate->effectiveStd());
     EXPECT_THAT(complaint, HasSubstr(c.complaint));
     EXPECT_THAT(complaint, HasSubstr(c.amount > 0                                ? "too l"
-                                     : c.change == IntrinsicsChange::kDistortion ? "too weak"
+                                     : c.change == CameraChangeKind::kDistortion ? "too weak"
                                                                                  : "too small"));
   }
 }
@@ -137,8 +137,8 @@ TEST(HeldScores, SeeTheOtherPixelOrigin) {
   const DrawnCamera drawn = ordinaryCamera();
   Random random(4);
   const UserSet set = drawUserViews(drawn, 120, kNoisePx, random);
-  const AnyCamera tested = *changed(drawn.camera, IntrinsicsChange::kPixelOrigin, 0.5);
-  const auto estimate = scoresOf(tested, set).along(directionOf(IntrinsicsChange::kPixelOrigin, tested));
+  const AnyCamera tested = *changed(drawn.camera, CameraChangeKind::kPixelOrigin, 0.5);
+  const auto estimate = scoresOf(tested, set).along(directionOf(CameraChangeKind::kPixelOrigin, tested));
   ASSERT_TRUE(estimate);
   EXPECT_NEAR(estimate->amount, -0.5, 3 * estimate->std);
   EXPECT_TRUE(estimate->isSignificant()) << estimate->sigmas;
@@ -148,8 +148,8 @@ TEST(HeldScores, AllowForTheCamerasOwnUncertainty) {
   const DrawnCamera drawn = ordinaryCamera();
   Random random(5);
   const UserSet set = drawUserViews(drawn, 12, kNoisePx, random);
-  const AnyCamera tested = *changed(drawn.camera, IntrinsicsChange::kCenterX, 5);
-  const Eigen::VectorXd direction = directionOf(IntrinsicsChange::kCenterX, tested);
+  const AnyCamera tested = *changed(drawn.camera, CameraChangeKind::kCenterX, 5);
+  const Eigen::VectorXd direction = directionOf(CameraChangeKind::kCenterX, tested);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(9, 9);
   covariance(2, 2) = 9;  // cx is known to 3 px
   const auto exact = scoresOf(tested, set).along(direction);
@@ -181,7 +181,7 @@ TEST(HeldScores, CountWeightedViewsForLess) {
   moveViews(first, 10, random);
   std::copy(first.begin(), first.end(), set.views.begin());
   PosedViews posed = fitHeld(drawn.camera, set);
-  const Eigen::VectorXd direction = directionOf(IntrinsicsChange::kFocalLength, drawn.camera);
+  const Eigen::VectorXd direction = directionOf(CameraChangeKind::kFocalLength, drawn.camera);
   const auto alike = HeldScores::make(drawn.camera, posed, nullptr, 0.01, {})->along(direction);
   posed.weights.assign(20, 1.0);
   std::fill_n(posed.weights.begin(), 5, 1e-3);
@@ -200,20 +200,20 @@ TEST(HeldScores, NeedThreeViewsAndNoise) {
   EXPECT_FALSE(HeldScores::make(drawn.camera, fitHeld(drawn.camera, enough), nullptr, 0, {}));
 }
 
-TEST(IntrinsicsChange, HasNoDistortionWithoutOne) {
+TEST(CameraChangeKind, HasNoDistortionWithoutOne) {
   const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{500, 510, 320, 240});
-  EXPECT_EQ(directionOf(IntrinsicsChange::kDistortion, pinhole).size(), 0);
-  EXPECT_EQ(directionOf(IntrinsicsChange::kFocalLength, pinhole), Eigen::Vector4d(500, 510, 0, 0));
-  EXPECT_EQ(changed(pinhole, IntrinsicsChange::kPixelOrigin, 0.5)->parameters()[3], 240.5);
+  EXPECT_EQ(directionOf(CameraChangeKind::kDistortion, pinhole).size(), 0);
+  EXPECT_EQ(directionOf(CameraChangeKind::kFocalLength, pinhole), Eigen::Vector4d(500, 510, 0, 0));
+  EXPECT_EQ(changed(pinhole, CameraChangeKind::kPixelOrigin, 0.5)->parameters()[3], 240.5);
 }
 
-TEST(IntrinsicsChange, MakesNoCameraThatCannotBe) {
+TEST(CameraChangeKind, MakesNoCameraThatCannotBe) {
   const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{500, 510, 320, 240});
-  EXPECT_FALSE(changed(pinhole, IntrinsicsChange::kFocalLength, -1.5));
-  EXPECT_TRUE(changed(pinhole, IntrinsicsChange::kFocalLength, 2));
+  EXPECT_FALSE(changed(pinhole, CameraChangeKind::kFocalLength, -1.5));
+  EXPECT_TRUE(changed(pinhole, CameraChangeKind::kFocalLength, 2));
   // Where the unified models' shape has its neutral value is not the same for all; they have no strength.
   const AnyCamera ucm = AnyCamera::make("ucm", std::vector<double>{300, 300, 320, 240, 0.6});
-  EXPECT_EQ(directionOf(IntrinsicsChange::kDistortion, ucm).size(), 0);
+  EXPECT_EQ(directionOf(CameraChangeKind::kDistortion, ucm).size(), 0);
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ TEST(Slips, ThatMoveTheOriginTakeMoreViews) {
     for (std::uint64_t seed = 0; seed < 6; ++seed) {
       const UserSet set = viewsOf(drawn, kManyViews, seed);
       const AnyCamera tested =
-          *changed(drawn.camera, IntrinsicsChange::kPixelOrigin, seed % 2 == 0 ? 0.5 : -0.5);
+          *changed(drawn.camera, CameraChangeKind::kPixelOrigin, seed % 2 == 0 ? 0.5 : -0.5);
       const HeldOutJudgement judgement = judgeOnImages({&tested, kSize}, set.board, set.views);
       const Slip* const named = namedSlip(judgement, kDefaultTolerancePx);
       if (named == nullptr) continue;

@@ -103,14 +103,14 @@ const NeededChange* otherPixelOrigin(const std::vector<NeededChange>& changes) {
   const NeededChange& surest = changes.front();
   const double size = std::abs(surest.estimate.amount);
   const double half = std::copysign(kHalf, surest.estimate.amount);
-  const auto isHalf = [&](IntrinsicsChange coordinate) {
+  const auto isHalf = [&](CameraChangeKind coordinate) {
     return std::any_of(changes.begin(), changes.end(), [&](const NeededChange& c) {
       return c.change == coordinate && std::abs(c.estimate.amount - half) <= 2 * c.estimate.effectiveStd();
     });
   };
-  const bool is_other = surest.change == IntrinsicsChange::kPixelOrigin && surest.estimate.isSignificant() &&
-                        size >= kLeast && size <= kMost && isHalf(IntrinsicsChange::kCenterX) &&
-                        isHalf(IntrinsicsChange::kCenterY);
+  const bool is_other = surest.change == CameraChangeKind::kPixelOrigin && surest.estimate.isSignificant() &&
+                        size >= kLeast && size <= kMost && isHalf(CameraChangeKind::kCenterX) &&
+                        isHalf(CameraChangeKind::kCenterY);
   return is_other ? &surest : nullptr;
 }
 
@@ -224,7 +224,7 @@ class ImagesAgree {
   }
 
   [[nodiscard]] bool isNeeded(const NeededChange& change) const {
-    return change.change != IntrinsicsChange::kPixelOrigin && change.estimate.isSignificant() &&
+    return change.change != CameraChangeKind::kPixelOrigin && change.estimate.isSignificant() &&
            change.p95_px > tolerance_px_;
   }
 
@@ -283,7 +283,7 @@ class ImagesAgree {
   // Names a change that is beyond chance but not beyond the tolerance, or that may be.
   [[nodiscard]] std::string hintText() const {
     for (const NeededChange& change : judgement_.changes) {
-      if (!change.isHint() || change.change == IntrinsicsChange::kPixelOrigin) continue;
+      if (!change.isHint() || change.change == CameraChangeKind::kPixelOrigin) continue;
       if (!change.refined || (judgement_.freed && !isCloseToFreed(change.refined->rms_px))) continue;
       if (!change.estimate.isSignificant()) return "; a hint, not a proof: " + textOf(change);
       if (change.p95_px <= tolerance_px_)

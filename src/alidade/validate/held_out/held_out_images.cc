@@ -200,7 +200,7 @@ void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vec
 }
 
 // The effect of a change, where it is worth mentioning.
-NeededChange measured(IntrinsicsChange change, const StepEstimate& estimate, const ComparedCamera& tested,
+NeededChange measured(CameraChangeKind change, const StepEstimate& estimate, const ComparedCamera& tested,
                       const PosedViews* freed, double noise_variance,
                       const std::vector<Eigen::Vector2d>& covered) {
   NeededChange needed{.change = change, .estimate = estimate};
@@ -224,7 +224,7 @@ void testAsItIs(const ComparedCamera& tested, const PosedViews& held, const Pose
   const auto scores = HeldScores::make(*tested.camera, held, freed, variance, tested.covariance);
   if (!scores) return;
   judgement.overall = scores->overall();
-  for (const IntrinsicsChange change : kAllIntrinsicsChanges) {
+  for (const CameraChangeKind change : kIntrinsicsChanges) {
     const Eigen::VectorXd direction = directionOf(change, *tested.camera);
     const auto estimate = direction.size() > 0 ? scores->along(direction) : std::nullopt;
     if (estimate) judgement.changes.push_back(measured(change, *estimate, tested, freed, variance, covered));

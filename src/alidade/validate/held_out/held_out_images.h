@@ -49,7 +49,7 @@ struct HeldOutView {
 
 /// A change of one number that the images ask for.
 struct NeededChange {
-  IntrinsicsChange change;
+  CameraChangeKind change;
   StepEstimate estimate;
   /// The projection difference that the change makes where the boards were, the rotation taken out: 95 %;
   /// infinity where it makes a camera that cannot be, or cannot be compared. NaN if it is not even a hint.

@@ -257,48 +257,22 @@ OverallTest HeldScores::overall() const {
   return test;
 }
 
-Eigen::VectorXd directionOf(IntrinsicsChange change, const AnyCamera& camera) {
-  constexpr Eigen::Index kNumProjection = 4;  // fx fy cx cy, then the lens
-  const auto params = camera.parameters();
-  const auto n = static_cast<Eigen::Index>(params.size());
-  const Eigen::Map<const Eigen::VectorXd> now(params.data(), n);
-  Eigen::VectorXd direction = Eigen::VectorXd::Zero(n);
-  switch (change) {
-    case IntrinsicsChange::kFocalLength:
-      direction.head<2>() = now.head<2>();
-      break;
-    case IntrinsicsChange::kCenterX:
-      direction(2) = 1;
-      break;
-    case IntrinsicsChange::kCenterY:
-      direction(3) = 1;
-      break;
-    case IntrinsicsChange::kDistortion:
-      if (!modelTraits(camera.modelId()).is_polynomial) return {};
-      direction.tail(n - kNumProjection) = now.tail(n - kNumProjection);
-      if (direction.isZero(0)) return {};
-      break;
-    case IntrinsicsChange::kPixelOrigin:
-      direction.segment<2>(2).setOnes();
-      break;
-  }
-  return direction;
+Eigen::VectorXd directionOf(CameraChangeKind change, const AnyCamera& camera) {
+  if (change == CameraChangeKind::kDistortion && !modelTraits(camera.modelId()).is_polynomial) return {};
+  const Eigen::VectorXd direction = directionsOf(change, camera);
+  return direction.isZero(0) ? Eigen::VectorXd() : direction;
 }
 
-std::optional<AnyCamera> changed(const AnyCamera& camera, IntrinsicsChange change, double amount) {
+std::optional<AnyCamera> changed(const AnyCamera& camera, CameraChangeKind change, double amount) {
   const auto given = camera.parameters();
   std::vector<double> params(given.begin(), given.end());
   const Eigen::VectorXd direction = directionOf(change, camera);
   for (std::size_t i = 0; i < params.size() && direction.size() > 0; ++i)
     params[i] += amount * direction(static_cast<Eigen::Index>(i));
-  try {
-    return AnyCamera::make(camera.modelId(), params);
-  } catch (const Error&) {
-    return std::nullopt;
-  }
+  return cameraWith(camera.modelId(), params);
 }
 
-std::string complaintOf(IntrinsicsChange change, double amount, double std) {
+std::string complaintOf(CameraChangeKind change, double amount, double std) {
   const double size = std::abs(amount);
   const bool is_too_large = amount < 0;  // something would have to be taken off
   const auto pixels = [&](const char* what) {
@@ -318,16 +292,18 @@ std::string complaintOf(IntrinsicsChange change, double amount, double std) {
                        figure(100 * (std / (factor * factor))), is_too_large ? large : little);
   };
   switch (change) {
-    case IntrinsicsChange::kFocalLength:
+    case CameraChangeKind::kFocalLength:
       return share("its focal length", "long", "short");
-    case IntrinsicsChange::kCenterX:
+    case CameraChangeKind::kCenterX:
       return pixels("its cx is");
-    case IntrinsicsChange::kCenterY:
+    case CameraChangeKind::kCenterY:
       return pixels("its cy is");
-    case IntrinsicsChange::kDistortion:
+    case CameraChangeKind::kDistortion:
       return share("its distortion", "strong", "weak");
-    case IntrinsicsChange::kPixelOrigin:
+    case CameraChangeKind::kPixelOrigin:
       return pixels("its cx and cy are both");
+    default:
+      break;
   }
   return "";
 }
@@ -342,7 +318,7 @@ Eigen::VectorXd amountsToFreed(const AnyCamera& camera, const Eigen::MatrixXd& o
   return (open.transpose() * information * open).ldlt().solve(open.transpose() * information * way);
 }
 
-std::optional<ChangeRefit> refitChange(const AnyCamera& tested, IntrinsicsChange change,
+std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChangeKind change,
                                        const PosedViews& freed, double noise_variance,
                                        const std::optional<DenseMatrix>& covariance) {
   const Eigen::VectorXd direction = directionOf(change, tested);

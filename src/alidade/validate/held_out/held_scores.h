@@ -12,6 +12,7 @@
 #include "alidade/adjust/board/reduced.h"
 #include "alidade/adjust/noise/view_shares.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/camera_change.h"
 #include "alidade/geometry/dense_matrix.h"
 
 namespace alidade {
@@ -121,27 +122,21 @@ class HeldScores {
 
 /// Ways in which intrinsics are wrong as a whole, one number saying by how much: a file of another zoom or
 /// focus, of a crop, of a lens like it, or with the pixel's origin at its corner.
-enum class IntrinsicsChange {
-  kFocalLength,  ///< fx and fy times 1 + amount
-  kCenterX,      ///< cx + amount, px
-  kCenterY,      ///< cy + amount, px
-  kDistortion,   ///< every coefficient of the lens times 1 + amount: of models whose 0 is no distortion
-  kPixelOrigin,  ///< cx and cy + amount, px
-};
-inline constexpr std::array kAllIntrinsicsChanges = {
-    IntrinsicsChange::kFocalLength, IntrinsicsChange::kCenterX, IntrinsicsChange::kCenterY,
-    IntrinsicsChange::kDistortion, IntrinsicsChange::kPixelOrigin};
+inline constexpr std::array kIntrinsicsChanges = {CameraChangeKind::kFocalLength, CameraChangeKind::kCenterX,
+                                                  CameraChangeKind::kCenterY, CameraChangeKind::kDistortion,
+                                                  CameraChangeKind::kPixelOrigin};
 
-/// The change of the parameters per amount of 1; empty for a camera that has nothing of the kind.
-[[nodiscard]] Eigen::VectorXd directionOf(IntrinsicsChange change, const AnyCamera& camera);
+/// The change of the parameters per amount of 1; empty for a camera that has nothing of the kind, and for a
+/// distortion in no proportion to its coefficients.
+[[nodiscard]] Eigen::VectorXd directionOf(CameraChangeKind change, const AnyCamera& camera);
 
 /// The camera changed by `amount`; nothing where its parameters would leave their range.
-[[nodiscard]] std::optional<AnyCamera> changed(const AnyCamera& camera, IntrinsicsChange change,
+[[nodiscard]] std::optional<AnyCamera> changed(const AnyCamera& camera, CameraChangeKind change,
                                                double amount);
 
 /// What is wrong with a camera that would have to be changed by `amount`, in words: "its focal length is
 /// 1.02 +- 0.05 % too long".
-[[nodiscard]] std::string complaintOf(IntrinsicsChange change, double amount, double std);
+[[nodiscard]] std::string complaintOf(CameraChangeKind change, double amount, double std);
 
 /// The amounts of directions in which a camera is nearest to the freed one, as the views count: near the
 /// freed camera the sum of squared errors is a parabola, however far the first one is from it.
@@ -159,7 +154,7 @@ struct ChangeRefit {
 /// The other parameters are as in HeldScores::make().
 /// @returns nothing where the views say nothing of the change, or where it leads to a camera that cannot be
 /// or does not see the boards
-[[nodiscard]] std::optional<ChangeRefit> refitChange(const AnyCamera& tested, IntrinsicsChange change,
+[[nodiscard]] std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChangeKind change,
                                                      const PosedViews& freed, double noise_variance,
                                                      const std::optional<DenseMatrix>& covariance);
 
