@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/scene/scene_fit.h"
+#include "alidade/adjust/scene/scene_equations.h"
+#include "alidade/adjust/scene/scene_solve.h"
 
 #include <algorithm>
 #include <cmath>

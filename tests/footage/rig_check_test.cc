@@ -82,13 +82,15 @@ AnyRig turned(const AnyRig& rig, const Eigen::Vector3d& w) {
 }
 
 RigPairCheck checked(const AnyRig& stated, const RigPairMatches& matches) {
-  return checkRigOnFootage(stated, std::vector{matches}, {.num_jobs = 1}).pairs.front();
+  return checkRigOnFootage(stated, std::vector{matches},
+                           {.tolerance_px = kRigFootageTolerancePx, .num_jobs = 1})
+      .pairs.front();
 }
 
 constexpr std::size_t kNumPairs = 7;
 
 // Whether a change is the explanation, or explains the matches nearly as well.
-bool isNamed(const RigPairCheck& check, RigChangeKind kind, PairSide side) {
+bool isNamed(const RigPairCheck& check, CameraChangeKind kind, PairSide side) {
   const auto isIt = [&](std::size_t i) {
     return check.changes[i].kind == kind && check.changes[i].side == side;
   };
@@ -131,7 +133,7 @@ TEST(RigCheck, TurnedCamerasAreFound) {
     ASSERT_TRUE(check.explanation) << kind;
     const RigChange& change = check.changes[*check.explanation];
     EXPECT_EQ(check.verdict == FootageVerdict::kInconsistent, change.effect_px > 1) << kind;
-    if (change.kind != RigChangeKind::kRotation && change.kind != RigChangeKind::kPose) continue;
+    if (change.kind != CameraChangeKind::kRotation && change.kind != CameraChangeKind::kPose) continue;
     ++num_named;
     const Eigen::Vector3d w(change.amounts[0], change.amounts[1], change.amounts[2]);
     EXPECT_NEAR(w.norm(), turn.norm(), 0.05 * kDeg) << kind;
@@ -157,12 +159,13 @@ TEST(RigCheck, WrongLensesAreFoundAndNamed) {
           checked(withLens(rig, camera, [](auto& p) { p[0] *= 1.02, p[1] *= 1.02; }), matches);
       EXPECT_EQ(longer.verdict, FootageVerdict::kInconsistent);
       const PairSide side = camera == 0 ? PairSide::kFirst : PairSide::kSecond;
-      EXPECT_TRUE(isNamed(longer, RigChangeKind::kFocalLength, side));
+      EXPECT_TRUE(isNamed(longer, CameraChangeKind::kFocalLength, side));
       num_first +=
-          longer.explanation && longer.changes[*longer.explanation].kind == RigChangeKind::kFocalLength ? 1
-                                                                                                        : 0;
+          longer.explanation && longer.changes[*longer.explanation].kind == CameraChangeKind::kFocalLength
+              ? 1
+              : 0;
       for (const RigChange& change : longer.changes) {
-        if (change.kind != RigChangeKind::kFocalLength || change.side != side) continue;
+        if (change.kind != CameraChangeKind::kFocalLength || change.side != side) continue;
         EXPECT_NEAR(change.amounts[0], 1 / 1.02 - 1, 0.003);
         ++num_checked;
       }
@@ -188,7 +191,7 @@ TEST(RigCheck, MissingDistortionIsFoundAndNamed) {
       EXPECT_EQ(check.verdict, FootageVerdict::kInconsistent);
       ASSERT_TRUE(check.explanation);
       const RigChange& change = check.changes[*check.explanation];
-      EXPECT_EQ(change.kind, RigChangeKind::kFirstRadial) << describe(change, "left", "right");
+      EXPECT_EQ(change.kind, CameraChangeKind::kFirstRadial) << describe(change, "left", "right");
       EXPECT_EQ(change.side, side) << describe(change, "left", "right");
       ++num_checked;
     }
@@ -263,8 +266,9 @@ TEST(RigCheck, StatedDeviationsCoverTheTruth) {
     PosedPair pair{rig.camera(0).camera, rig.camera(1).camera, rig.camera(1).camera_from_rig};
     pair.second_from_first.translation.normalize();
     for (const PairFreedom& freedom : pairFreedoms(pair, {kFootageSize.width, kFootageSize.width})) {
-      const bool is_open = freedom.kind == RigChangeKind::kPrincipalPoint ||
-                           freedom.kind == RigChangeKind::kPose || freedom.kind == RigChangeKind::kSeveral;
+      const bool is_open = freedom.kind == CameraChangeKind::kPrincipalPoint ||
+                           freedom.kind == CameraChangeKind::kPose ||
+                           freedom.kind == CameraChangeKind::kSeveral;
       if (is_open) continue;
       const PairFit fit =
           fitPair(pair, freedom, timed, Eigen::VectorXd::Zero(freedom.size()), {.noise = 0.15});
@@ -301,7 +305,7 @@ TEST(RigCheck, InstantsThatDifferWidenTheDeviations) {
     PosedPair pair{rig.camera(0).camera, rig.camera(1).camera, rig.camera(1).camera_from_rig};
     pair.second_from_first.translation.normalize();
     const PairFreedom freedom = pairFreedoms(pair, {640, 640}).front();
-    ASSERT_EQ(freedom.kind, RigChangeKind::kRotation);
+    ASSERT_EQ(freedom.kind, CameraChangeKind::kRotation);
     const PairFit fit = fitPair(pair, freedom, timed, Eigen::VectorXd::Zero(3), {.noise = 0.3});
     num_differing += fit.disagreement > 2 ? 1 : 0;
     const double x = std::abs(fit.amounts[0]) / std::sqrt(fit.covariance(0, 0));

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "alidade/core/random.h"
-#include "alidade/footage/check/camera_windows.h"
 #include "alidade/footage/follow/tracks.h"
 #include "alidade/simulate/footage_simulator.h"
 

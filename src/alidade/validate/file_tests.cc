@@ -85,11 +85,10 @@ CheckValues footageValues(const FootageJudgement& judgement) {
 
 void testOnFootage(const CameraRecord& record, const std::string& file, const FileTests& tests,
                    CameraJudgement& judgement) {
-  FootageJudgement on_footage = judgeOnFootage(record, *tests.footage,
-                                               {.tolerance_px = tests.footage_tolerance_px,
-                                                .num_frames_given = tests.num_footage_frames,
-                                                .num_jobs = tests.jobs,
-                                                .cancel = tests.cancel});
+  FootageJudgement on_footage = judgeOnFootage(
+      record, *tests.footage,
+      {.tolerance_px = tests.footage_tolerance_px, .num_jobs = tests.jobs, .cancel = tests.cancel},
+      tests.num_footage_frames > 0 ? tests.num_footage_frames : tests.footage->frames.size());
   for (const Diagnosis& finding : footageFindings(on_footage, record, file)) {
     judgement.checks.push_back(fileCheck(finding));
     if (finding.id == "footage") judgement.checks.back().values = footageValues(on_footage);

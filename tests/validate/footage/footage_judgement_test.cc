@@ -62,8 +62,7 @@ CameraRecord radtanRecord() {
 }
 
 CameraChange changeOf(CameraChangeKind kind, double amount, double std) {
-  CameraChange change{
-      .kind = kind, .camera = radtanRecord().camera, .amounts = {amount, amount}, .std = {std, std}};
+  CameraChange change{{.kind = kind, .amounts = {amount, amount}, .std = {std, std}}, radtanRecord().camera};
   change.effect_px = 9.81;
   change.sure_px = 9.2;
   change.blind_px = 0.7;

@@ -109,21 +109,21 @@ std::string nextStepOf(const RigPairCheck& pair) {
   if (pair.is_behind) return "check that each folder belongs to its camera; if so, calibrate the rig again";
   const RigChange& change = pair.changes.at(pair.explanation.value());
   switch (change.kind) {
-    case RigChangeKind::kRotation:
-    case RigChangeKind::kPosition:
-    case RigChangeKind::kPose:
+    case CameraChangeKind::kRotation:
+    case CameraChangeKind::kPosition:
+    case CameraChangeKind::kPose:
       return "a camera was moved or its mount gave way, or the images were not taken at the same time; "
              "fasten it and calibrate the rig again";
-    case RigChangeKind::kFocalLength:
+    case CameraChangeKind::kFocalLength:
       return "the zoom or the focus is another one, or images were cropped and scaled; calibrate again with "
              "these settings";
-    case RigChangeKind::kDistortion:
-    case RigChangeKind::kFirstRadial:
+    case CameraChangeKind::kDistortion:
+    case CameraChangeKind::kFirstRadial:
       return "another lens or focus, images that are already undistorted, or a file without its distortion; "
              "calibrate again, or give the images as the camera took them";
-    case RigChangeKind::kPrincipalPoint:
+    case CameraChangeKind::kPrincipalPoint:
       return "images were cropped off the centre or stabilised; give the images as the camera took them";
-    case RigChangeKind::kSeveral:
+    default:
       break;
   }
   return "the rig file is of other cameras or settings; calibrate the rig again";
@@ -208,8 +208,8 @@ Lines pairLines(const RigPairCheck& pair, std::string_view first, std::string_vi
   if (pair.verdict != FootageVerdict::kConsistent) return lines;
   std::vector<std::string> open;
   for (const RigChange& change : pair.changes) {
-    const bool is_turn = change.kind == RigChangeKind::kRotation;
-    if (!(change.depth_blind_px > kOpenPx) || (!is_turn && change.kind != RigChangeKind::kFocalLength))
+    const bool is_turn = change.kind == CameraChangeKind::kRotation;
+    if (!(change.depth_blind_px > kOpenPx) || (!is_turn && change.kind != CameraChangeKind::kFocalLength))
       continue;
     const std::string of = change.side == PairSide::kBoth
                                ? "both"
@@ -228,7 +228,7 @@ std::string_view sideId(PairSide side) {
 
 json changeJson(const RigChange& change, std::string_view first, std::string_view second) {
   const Eigen::Vector3d w = change.pair.second_from_first.rotation.log();
-  return {{"id", rigChangeId(change.kind)},
+  return {{"id", changeId(change.kind)},
           {"camera", sideId(change.side)},
           {"text", describe(change, first, second)},
           {"amounts", change.amounts},

@@ -152,7 +152,8 @@ class RigValidateCommand final : public Command {
   }
 
   [[nodiscard]] std::string contradictionByFootage(const RigRecord& record, bool has_tolerance) const {
-    RigCheckOptions options{.num_jobs = common_.jobs, .cancel = catchInterrupts()};
+    FootageCheckOptions options{
+        .tolerance_px = kRigFootageTolerancePx, .num_jobs = common_.jobs, .cancel = catchInterrupts()};
     if (has_tolerance) options.tolerance_px = *parsePixels(tolerance_);
     const RigFootage footage = matchRigFootage(record, views_, common_, options.cancel);
     const AnyRig rig = rigOf(record);

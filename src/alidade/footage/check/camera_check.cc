@@ -7,56 +7,29 @@
 #include <memory>
 #include <utility>
 
-#include <fmt/format.h>
-
+#include "alidade/adjust/scene/scene_equations.h"
+#include "alidade/adjust/scene/scene_solve.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/statistics.h"
+#include "alidade/footage/check/camera_freeing.h"
 
 namespace alidade {
 namespace {
 
-constexpr double kPenalty = 6;  // of the score, for each unknown: 1 in 1000 and a choice of six kinds
-// Of the score: tracks have errors in common that their scatter does not show.
-constexpr double kEvidence = 10;
-// Of the squared errors. All parameters together also absorb errors that the images share: a third of them
-// on photographs by a camera that was calibrated with a board.
-constexpr double kAllTogether = 0.5;
-constexpr double kFailure = 5;  // times the tolerance, as for findings of boards
 // Frames that must show a scene together before silence counts: pairs and triples of images with few matches
 // have stated standard deviations that are several times too small.
 constexpr std::size_t kFewestTogether = 5;
-constexpr double kBlind = 10;  // times the tolerance: beyond, footage cannot tell
-constexpr double kOneSided95 = 1.645;
 
-struct Candidate {
-  CameraChangeKind kind;
-  Eigen::MatrixXd directions;
-};
-
-std::vector<Candidate> candidatesFor(const AnyCamera& camera) {
-  const auto params = camera.parameters();
-  const auto n = static_cast<Eigen::Index>(params.size());
-  const Eigen::Map<const Eigen::VectorXd> at(params.data(), n);
-  Eigen::VectorXd focal = Eigen::VectorXd::Zero(n);
-  focal.head<2>() = at.head<2>();
-  Eigen::VectorXd aspect = Eigen::VectorXd::Zero(n);
-  aspect[0] = at[0];
-  Eigen::MatrixXd principal = Eigen::MatrixXd::Zero(n, 2);
-  principal(2, 0) = principal(3, 1) = 1;
-  std::vector<Candidate> candidates = {{CameraChangeKind::kFocalLength, focal},
-                                       {CameraChangeKind::kAspect, aspect},
-                                       {CameraChangeKind::kPrincipalPoint, principal}};
-  if (n > 4) {
-    Eigen::VectorXd lens = Eigen::VectorXd::Zero(n);
-    lens.tail(n - 4) = at.tail(n - 4);
-    if (lens.norm() > 0) candidates.push_back({CameraChangeKind::kDistortion, lens});
-    Eigen::VectorXd radial = Eigen::VectorXd::Zero(n);
-    radial[4] = 1;
-    // Of a lens with one parameter, the two are the same.
-    if (n > 5 || lens.norm() == 0) candidates.push_back({CameraChangeKind::kFirstRadial, radial});
-  }
-  candidates.push_back({CameraChangeKind::kSeveral, Eigen::MatrixXd::Identity(n, n)});
-  return candidates;
+std::vector<CameraChangeKind> kindsFor(const AnyCamera& camera) {
+  using enum CameraChangeKind;
+  std::vector<CameraChangeKind> kinds = {kFocalLength, kAspect, kPrincipalPoint};
+  const auto lens = camera.parameters().subspan(4);
+  const bool has_distortion = std::ranges::any_of(lens, [](double value) { return value != 0; });
+  if (has_distortion) kinds.push_back(kDistortion);
+  // For a lens with one parameter, the two are the same.
+  if (lens.size() > 1 || (lens.size() == 1 && !has_distortion)) kinds.push_back(kFirstRadial);
+  kinds.push_back(kSeveral);
+  return kinds;
 }
 
 // Pixels at which the windows show points, some two thousand.
@@ -98,66 +71,56 @@ double displacement(const AnyCamera& camera, const Eigen::MatrixXd& parameter_co
   return lengths.empty() ? std::numeric_limits<double>::infinity() : quantile95(std::move(lengths));
 }
 
-CameraChange changeBy(const AnyCamera& camera, const Candidate& candidate, const FreedCamera& given,
+CameraChange changeBy(const AnyCamera& camera, CameraChangeKind kind, const FreedCamera& given,
                       const FreedCamera& freed, const std::vector<Eigen::Vector2d>& pixels) {
-  CameraChange change{.kind = candidate.kind, .camera = freed.camera};
+  CameraChange change{{.kind = kind}, freed.camera};
   for (Eigen::Index i = 0; i < freed.amounts.size(); ++i) {
     change.amounts.push_back(freed.amounts[i]);
     change.std.push_back(std::sqrt(freed.amount_covariance(i, i)));
   }
   const double drop = given.cost - freed.cost;
   const double unit = freed.dispersion * std::max(1.0, freed.disagreement);
-  change.cost_drop = drop / given.cost;
-  change.score = drop / unit - kPenalty * static_cast<double>(candidate.directions.cols());
-  change.effect_px = displacement(camera, freed.camera, pixels);
-  const Eigen::Index n = candidate.directions.rows();
+  change.cost_drop = change.gain = drop / given.cost;
+  change.score = drop / unit - kPenalty * static_cast<double>(freed.amounts.size());
+  const auto n = static_cast<Eigen::Index>(camera.parameters().size());
   const Eigen::MatrixXd covariance = freed.covariance.view();
-  const double std_px = displacement(freed.camera, covariance.topLeftCorner(n, n), pixels);
-  change.sure_px = std::max(0.0, change.effect_px - kOneSided95 * std_px);
-  change.blind_px = kNormal95 * std_px;
+  change.setEffect(displacement(camera, freed.camera, pixels),
+                   displacement(freed.camera, covariance.topLeftCorner(n, n), pixels));
   return change;
 }
 
-struct TriedChanges {
-  std::vector<CameraChange> changes;
-  /// Of one kind that might explain the footage and could not be solved for: silence then says nothing.
-  bool has_open = false;
-};
-
 // The changes that can be tried, each with what is left of the error after it.
-TriedChanges changesOf(const AnyCamera& camera, const CameraFreeing& freeing, const FreedCamera& given,
-                       const std::vector<Eigen::Vector2d>& pixels) {
-  TriedChanges tried;
-  std::vector<CameraChange>& changes = tried.changes;
-  const std::vector<Candidate> candidates = candidatesFor(camera);
-  for (const Candidate& candidate : candidates) {
-    const auto freed = candidate.kind == CameraChangeKind::kSeveral
-                           ? freeing.all()
-                           : freeing.predictedAlong(candidate.directions);
-    if (freed) changes.push_back(changeBy(camera, candidate, given, *freed, pixels));
-    tried.has_open = tried.has_open || (!freed && candidate.kind != CameraChangeKind::kSeveral);
+// @param has_open  set if one kind that might explain the footage could not be solved for: silence then says
+// nothing
+std::vector<CameraChange> changesOf(const AnyCamera& camera, const CameraFreeing& freeing,
+                                    const FreedCamera& given, const std::vector<Eigen::Vector2d>& pixels,
+                                    bool& has_open) {
+  constexpr CameraChangeKind kSeveral = CameraChangeKind::kSeveral;
+  std::vector<CameraChange> changes;
+  for (const CameraChangeKind kind : kindsFor(camera)) {
+    const auto freed = kind == kSeveral ? freeing.all() : freeing.predictedAlong(directionsOf(kind, camera));
+    if (freed) changes.push_back(changeBy(camera, kind, given, *freed, pixels));
+    has_open = has_open || (!freed && kind != kSeveral);
   }
   // Those that may be the best explanation are solved for. How far windows agree is not predicted well, so
   // only what no windows could make significant is passed over.
   double best_drop = 0;
   for (const CameraChange& change : changes) {
-    if (change.kind != CameraChangeKind::kSeveral) best_drop = std::max(best_drop, change.cost_drop);
+    if (change.kind != kSeveral) best_drop = std::max(best_drop, change.cost_drop);
   }
-  if (best_drop * given.cost <= kPenalty) return tried;
+  if (best_drop * given.cost <= kPenalty) return changes;
   for (CameraChange& change : changes) {
     constexpr double kRival = 0.5;  // of the largest drop, as far as small changes tell
-    if (change.kind == CameraChangeKind::kSeveral || change.cost_drop < kRival * best_drop) continue;
-    const auto candidate = std::find_if(candidates.begin(), candidates.end(),
-                                        [&](const Candidate& c) { return c.kind == change.kind; });
-    const auto freed = freeing.along(candidate->directions);
+    if (change.kind == kSeveral || change.cost_drop < kRival * best_drop) continue;
+    const auto freed = freeing.along(directionsOf(change.kind, camera));
     if (freed && freed->is_converged) {
-      change = changeBy(camera, *candidate, given, *freed, pixels);
+      change = changeBy(camera, change.kind, given, *freed, pixels);
     } else {
       change.score = 0;
-      tried.has_open = true;
+      has_open = true;
     }
   }
-  return tried;
+  return changes;
 }
 
 void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, ImageSize size) {
@@ -201,36 +164,6 @@ std::size_t longestWindow(const std::vector<Reconstruction>& windows) {
   return most;
 }
 
-// Chooses the explanation: of the significant changes of one kind, the one that takes away most; or all
-// together, if they take away clearly more, and what they find is an error that counts.
-// @returns whether the explanation makes the camera wrong
-bool explain(FootageCheck& check) {
-  const double limit_px = kFailure * check.tolerance_px;
-  const auto isWrongBy = [&](const CameraChange& change) {
-    return change.effect_px > limit_px && change.sure_px > 0.5 * limit_px;
-  };
-  double most = 0;
-  for (std::size_t i = 0; i < check.changes.size(); ++i) {
-    const CameraChange& change = check.changes[i];
-    const bool is_blind = change.blind_px > kBlind * check.tolerance_px;
-    if (change.kind == CameraChangeKind::kSeveral || is_blind || !(change.score > kEvidence)) continue;
-    if (change.cost_drop <= most) continue;
-    most = change.cost_drop;
-    check.explanation = i;
-  }
-  bool is_wrong = check.explanation && isWrongBy(check.changes[*check.explanation]);
-  for (std::size_t i = 0; i < check.changes.size(); ++i) {
-    const CameraChange& change = check.changes[i];
-    if (change.kind != CameraChangeKind::kSeveral || !(change.score > kEvidence) || !isWrongBy(change))
-      continue;
-    constexpr double kMore = 1.25;
-    if (change.cost_drop < kMore * most || (!is_wrong && change.cost_drop < kAllTogether)) continue;
-    check.explanation = i;
-    is_wrong = true;
-  }
-  return is_wrong;
-}
-
 // Poses and points for another camera. @returns whether they were found
 bool fitTo(const AnyCamera& camera, std::vector<Reconstruction>& windows,
            const FootageCheckOptions& options) {
@@ -270,19 +203,17 @@ struct SolvedFootage {
 // there is one: a wrong camera makes outliers of the pixels that would show what is wrong with it, and leads
 // windows astray.
 SolvedFootage solveFor(const AnyCamera& camera, const FootageTracks& tracks,
-                       const FootageCheckOptions& options) {
+                       const FootageCheckOptions& options, double far_px) {
   SolvedFootage solved{.found = reconstructAll(camera, tracks, {.cancel = options.cancel}, options.num_jobs),
                        .freeing = nullptr};
   solved.outlier_share = meanOutliers(solved.found);
   constexpr int kRounds = 2;
   for (int round = 0; !solved.found.windows.empty(); ++round) {
-    solved.freeing = std::make_unique<CameraFreeing>(
-        camera, solved.found.windows, tracks,
-        FreeingOptions{.num_jobs = options.num_jobs, .cancel = options.cancel});
+    solved.freeing = std::make_unique<CameraFreeing>(camera, solved.found.windows, tracks, options.num_jobs,
+                                                     options.cancel);
     const auto freed = solved.freeing->all();
     if (round == kRounds || !freed ||
-        displacement(camera, freed->camera, seenPixels(solved.found.windows)) <
-            kFailure * options.tolerance_px)
+        displacement(camera, freed->camera, seenPixels(solved.found.windows)) < far_px)
       break;
     FootageWindows better =
         reconstructAll(freed->camera, tracks, {.cancel = options.cancel}, options.num_jobs);
@@ -309,63 +240,12 @@ FootageGap gapOf(const FootageTracks& tracks, const FootageWindows& found) {
 
 }  // namespace
 
-std::string_view verdictId(FootageVerdict verdict) {
-  switch (verdict) {
-    case FootageVerdict::kConsistent:
-      return "consistent";
-    case FootageVerdict::kInconsistent:
-      return "inconsistent";
-    case FootageVerdict::kCannotTell:
-      break;
-  }
-  return "cannot_tell";
-}
-
-std::string_view gapId(FootageGap gap) {
-  switch (gap) {
-    case FootageGap::kNone:
-      break;
-    case FootageGap::kFewPoints:
-      return "too_few_points";
-    case FootageGap::kNoMotion:
-      return "no_motion";
-    case FootageGap::kNoParallax:
-      return "no_parallax";
-    case FootageGap::kMovingScene:
-      return "moving_scene";
-    case FootageGap::kFewFrames:
-      return "too_few_frames";
-    case FootageGap::kUnsolved:
-      return "unsolved";
-    case FootageGap::kWeak:
-      return "undetermined";
-  }
-  return "";
-}
-
-std::string_view changeId(CameraChangeKind kind) {
-  switch (kind) {
-    case CameraChangeKind::kFocalLength:
-      return "focal_length";
-    case CameraChangeKind::kAspect:
-      return "aspect";
-    case CameraChangeKind::kPrincipalPoint:
-      return "principal_point";
-    case CameraChangeKind::kDistortion:
-      return "distortion";
-    case CameraChangeKind::kFirstRadial:
-      return "radial";
-    case CameraChangeKind::kSeveral:
-      break;
-  }
-  return "several";
-}
-
 FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks,
                             const FootageCheckOptions& options) {
-  FootageCheck check{.tolerance_px = options.tolerance_px};
+  FootageCheck check;
+  check.tolerance_px = options.tolerance_px;
   check.is_video = tracks.is_video;
-  const SolvedFootage solved = solveFor(camera, tracks, options);
+  const SolvedFootage solved = solveFor(camera, tracks, options, check.failurePx());
   const FootageWindows& found = solved.found;
   for (const auto* list : {&found.windows, &found.without_fit}) {
     for (const Reconstruction& window : *list)
@@ -393,27 +273,27 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   }
   check.readout = given->readout;
   const std::vector<Eigen::Vector2d> pixels = seenPixels(freeing.windows());
-  TriedChanges tried = changesOf(camera, freeing, *given, pixels);
-  check.changes = std::move(tried.changes);
-
+  bool has_open = false;
+  check.changes = changesOf(camera, freeing, *given, pixels, has_open);
+  std::vector<const ChangeFit*> fits;
   for (const CameraChange& change : check.changes) {
+    fits.push_back(&change);
     if (change.kind == CameraChangeKind::kSeveral) continue;
-    if (change.blind_px > kBlind * options.tolerance_px) check.undetermined.push_back(change.kind);
+    if (change.blind_px > check.blindLimitPx()) check.undetermined.push_back(change.kind);
     const bool is_binding = change.kind == CameraChangeKind::kFocalLength ||
                             change.kind == CameraChangeKind::kDistortion ||
                             change.kind == CameraChangeKind::kFirstRadial;
     if (is_binding) check.blind_px = std::max(check.blind_px, change.blind_px);
   }
-  const bool is_wrong = explain(check);
+  const bool is_wrong = explain(check, fits, kCameraRule);
   constexpr double kMoving = 0.5;
-  if (is_wrong) {
-    check.verdict = outliers > kMoving ? FootageVerdict::kCannotTell : FootageVerdict::kInconsistent;
-    if (outliers > kMoving) check.gap = FootageGap::kMovingScene;
-  } else if (outliers > kMoving) {
+  if (outliers > kMoving) {
     check.gap = FootageGap::kMovingScene;
-  } else if (check.blind_px > kBlind * options.tolerance_px) {
+  } else if (is_wrong) {
+    check.verdict = FootageVerdict::kInconsistent;
+  } else if (check.blind_px > check.blindLimitPx()) {
     check.gap = FootageGap::kWeak;
-  } else if (tried.has_open) {
+  } else if (has_open) {
     check.gap = FootageGap::kUnsolved;
   } else if (longestWindow(found.windows) < kFewestTogether) {
     check.gap = FootageGap::kFewFrames;
@@ -424,26 +304,7 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
 }
 
 std::string describe(const CameraChange& change) {
-  const auto percent = [&](std::string_view name) {
-    return fmt::format("{} {:+.1f} % +- {:.1f} %", name, 100 * change.amounts[0], 100 * change.std[0]);
-  };
-  switch (change.kind) {
-    case CameraChangeKind::kFocalLength:
-      return percent("focal length");
-    case CameraChangeKind::kAspect:
-      return percent("fx alone");
-    case CameraChangeKind::kPrincipalPoint:
-      return fmt::format("principal point {:+.1f} +- {:.1f} px in x and {:+.1f} +- {:.1f} px in y",
-                         change.amounts[0], change.std[0], change.amounts[1], change.std[1]);
-    case CameraChangeKind::kDistortion:
-      return fmt::format("distortion times {:.2f} +- {:.2f}", 1 + change.amounts[0], change.std[0]);
-    case CameraChangeKind::kFirstRadial:
-      return fmt::format("{} {:+.3f} +- {:.3f}", std::string(change.camera.parameterNames()[4]),
-                         change.amounts[0], change.std[0]);
-    case CameraChangeKind::kSeveral:
-      break;
-  }
-  return "several parameters at once";
+  return describe(change, change.camera, "");
 }
 
 }  // namespace alidade

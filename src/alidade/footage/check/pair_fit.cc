@@ -6,40 +6,30 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "alidade/adjust/board/observation.h"
 #include "alidade/footage/geometry/essential.h"
+#include "alidade/geometry/decompositions.h"
+#include "alidade/geometry/least_squares.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
 
-constexpr double kHuberLimit = 2.5;  // in units of the noise
-constexpr double kNoRay = 10.0;      // the error of a match that has lost its rays
+constexpr HuberLoss kLoss{.threshold_px = 2.5};  // in units of the noise
+constexpr double kNoRay = 10.0;                  // the error of a match that has lost its rays
 
-Eigen::Index sizeOf(RigChangeKind kind) {
+double priorOf(CameraChangeKind kind, int width) {
   switch (kind) {
-    case RigChangeKind::kRotation:
-      return 3;
-    case RigChangeKind::kPosition:
-    case RigChangeKind::kPrincipalPoint:
-      return 2;
-    default:
-      return 1;
-  }
-}
-
-double priorOf(RigChangeKind kind, int width) {
-  switch (kind) {
-    case RigChangeKind::kRotation:
-    case RigChangeKind::kPosition:
+    case CameraChangeKind::kRotation:
+    case CameraChangeKind::kPosition:
       return 0.2;  // radians
-    case RigChangeKind::kFocalLength:
+    case CameraChangeKind::kFocalLength:
       return 0.2;
-    case RigChangeKind::kFirstRadial:
+    case CameraChangeKind::kFirstRadial:
       return 0.5;
-    case RigChangeKind::kPrincipalPoint:
+    case CameraChangeKind::kPrincipalPoint:
       return 0.05 * width;
     default:
       return 1;
@@ -51,33 +41,8 @@ bool hasNoDistortion(const AnyCamera& camera) {
   return std::all_of(params.begin() + 4, params.end(), [](double value) { return value == 0; });
 }
 
-RigChangeKind lensChange(const AnyCamera& camera) {
-  return hasNoDistortion(camera) ? RigChangeKind::kFirstRadial : RigChangeKind::kDistortion;
-}
-
-std::optional<AnyCamera> changedCamera(const AnyCamera& camera, RigChangeKind kind,
-                                       const Eigen::VectorXd& by) {
-  std::string_view model = camera.modelId();
-  std::vector<double> params(camera.parameters().begin(), camera.parameters().end());
-  if (kind == RigChangeKind::kFocalLength) {
-    params[0] *= 1 + by[0];
-    params[1] *= 1 + by[0];
-  } else if (kind == RigChangeKind::kPrincipalPoint) {
-    params[2] += by[0];
-    params[3] += by[1];
-  } else if (kind == RigChangeKind::kDistortion) {
-    for (std::size_t i = 4; i < params.size(); ++i) params[i] *= 1 + by[0];
-  } else {
-    if (params.size() == 4) {  // a pinhole camera has no coefficient
-      model = "radtan";
-      params.resize(9, 0);
-    }
-    params[4] += by[0];
-  }
-  for (std::size_t i = 0; i < params.size(); ++i) {
-    if (parameterComplaint(model, i, params[i])) return std::nullopt;
-  }
-  return AnyCamera::make(model, params);
+CameraChangeKind lensChange(const AnyCamera& camera) {
+  return hasNoDistortion(camera) ? CameraChangeKind::kFirstRadial : CameraChangeKind::kDistortion;
 }
 
 // Two directions across the baseline, in the second camera's frame.
@@ -92,44 +57,17 @@ SE3 changedPose(const SE3& second_from_first, const PairFreedom& freedom, const 
   SE3 pose = second_from_first;
   Eigen::Index at = 0;
   for (const auto& [kind, side] : freedom.parts) {
-    if (kind == RigChangeKind::kRotation) {
+    if (kind == CameraChangeKind::kRotation) {
       // A camera that turns one way sees points turn the other way.
       const SE3 turn{SO3::exp(-amounts.segment<3>(at)), Eigen::Vector3d::Zero()};
       pose = side == PairSide::kFirst ? pose * turn.inverse() : turn * pose;
-    } else if (kind == RigChangeKind::kPosition) {
+    } else if (kind == CameraChangeKind::kPosition) {
       const Eigen::Vector3d sideways = acrossBaseline(pose.translation) * amounts.segment<2>(at);
       pose.translation = SO3::exp(pose.translation.cross(sideways)) * pose.translation;
     }
-    at += sizeOf(kind);
+    at += numAmounts(kind);
   }
   return pose;
-}
-
-// A match on unit rays.
-struct PairRays {
-  Eigen::Vector3d first;
-  Eigen::Vector3d second;
-  Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_first;
-  Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_second;
-};
-
-std::optional<PairRays> raysOf(const PosedPair& pair, const PixelMatch& match) {
-  PairRays rays;
-  const auto a = pair.first.unproject(match.a, rays.J_first.data());
-  const auto b = a ? pair.second.unproject(match.b, rays.J_second.data()) : std::nullopt;
-  if (!b) return std::nullopt;
-  rays.first = *a;
-  rays.second = *b;
-  return rays;
-}
-
-double huber(double r) {
-  const double size = std::abs(r);
-  return size <= kHuberLimit ? 0.5 * r * r : kHuberLimit * (size - 0.5 * kHuberLimit);
-}
-
-double weightOf(double r) {
-  return std::min(1.0, kHuberLimit / std::max(1e-12, std::abs(r)));
 }
 
 Eigen::VectorXd standardErrors(const PosedPair& pair, std::span<const TimedMatch> matches, double noise) {
@@ -142,9 +80,16 @@ Eigen::VectorXd standardErrors(const PosedPair& pair, std::span<const TimedMatch
   return r;
 }
 
+// Half of Huber's rho.
+double cost(double r) {
+  const double limit = kLoss.threshold_px;
+  const double size = std::abs(r);
+  return size <= limit ? 0.5 * r * r : limit * (size - 0.5 * limit);
+}
+
 double robustSum(const Eigen::VectorXd& r) {
   double sum = 0;
-  for (const double value : r) sum += huber(value);
+  for (const double value : r) sum += cost(value);
   return sum;
 }
 
@@ -157,30 +102,14 @@ struct PairDirection {
   Eigen::VectorXd second = {};
 };
 
-Eigen::VectorXd parameterDirection(const AnyCamera& stated, std::size_t size, RigChangeKind kind,
-                                   Eigen::Index k) {
-  Eigen::VectorXd direction = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(size));
-  const auto params = stated.parameters();
-  if (kind == RigChangeKind::kFocalLength) {
-    direction.head<2>() << params[0], params[1];
-  } else if (kind == RigChangeKind::kPrincipalPoint) {
-    direction[2 + k] = 1;
-  } else if (kind == RigChangeKind::kDistortion) {
-    for (std::size_t i = 4; i < params.size(); ++i) direction[static_cast<Eigen::Index>(i)] = params[i];
-  } else {
-    direction[4] = 1;
-  }
-  return direction;
-}
-
 // @param here  the pair with these amounts
 std::vector<PairDirection> directionsAt(const PosedPair& stated, const PairFreedom& freedom,
                                         const Eigen::VectorXd& amounts, const PosedPair& here) {
   std::vector<PairDirection> directions;
   for (const auto& [kind, side] : freedom.parts) {
-    for (Eigen::Index k = 0; k < sizeOf(kind); ++k) {
+    for (Eigen::Index k = 0; k < numAmounts(kind); ++k) {
       PairDirection& direction = directions.emplace_back();
-      if (kind == RigChangeKind::kRotation || kind == RigChangeKind::kPosition) {
+      if (kind == CameraChangeKind::kRotation || kind == CameraChangeKind::kPosition) {
         constexpr double kStep = 1e-6;  // radians
         const auto at = static_cast<Eigen::Index>(directions.size()) - 1;
         const auto posed = [&](double step) {
@@ -196,9 +125,9 @@ std::vector<PairDirection> directionsAt(const PosedPair& stated, const PairFreed
         continue;
       }
       if (side != PairSide::kSecond)
-        direction.first = parameterDirection(stated.first, here.first.parameters().size(), kind, k);
+        direction.first = directionsOf(kind, stated.first, here.first.parameters().size()).col(k);
       if (side != PairSide::kFirst)
-        direction.second = parameterDirection(stated.second, here.second.parameters().size(), kind, k);
+        direction.second = directionsOf(kind, stated.second, here.second.parameters().size()).col(k);
     }
   }
   return directions;
@@ -257,6 +186,10 @@ struct Linear {
   Eigen::VectorXd units;  // standard deviations of the constraint; 0: without rays
 };
 
+Eigen::VectorXd weightsOf(const Linear& linear) {
+  return linear.r.unaryExpr([](double r) { return kLoss.weight(r * r); });
+}
+
 // The robust sum of a pair with these standard deviations.
 double costWith(const PosedPair& pair, std::span<const TimedMatch> matches, const Eigen::VectorXd& units) {
   const Eigen::Matrix3d E = essentialMatrix(pair.second_from_first);
@@ -266,7 +199,7 @@ double costWith(const PosedPair& pair, std::span<const TimedMatch> matches, cons
     const PixelMatch& match = matches[i].pixels;
     const auto a = unit > 0 ? pair.first.unproject(match.a) : std::nullopt;
     const auto b = a ? pair.second.unproject(match.b) : std::nullopt;
-    sum += huber(b ? b->dot(E * *a) / unit : kNoRay);
+    sum += cost(b ? b->dot(E * *a) / unit : kNoRay);
   }
   return sum;
 }
@@ -312,8 +245,8 @@ void addScatter(PairFit& fit, const Linear& linear, const PairFreedom& freedom,
   std::vector<Eigen::VectorXd> gradients(num_instants, Eigen::VectorXd::Zero(p));
   std::vector<bool> is_seen(num_instants, false);
   const Eigen::MatrixXd prior = Eigen::MatrixXd::Identity(p, p);
-  const Eigen::VectorXd weights = linear.r.unaryExpr(&weightOf);
-  const Eigen::MatrixXd inverse = (J.transpose() * weights.asDiagonal() * J + prior).ldlt().solve(prior);
+  const Eigen::VectorXd weights = weightsOf(linear);
+  const Eigen::MatrixXd inverse = solveSpd(J.transpose() * weights.asDiagonal() * J + prior, prior);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double weight = weights[i];
     const Eigen::VectorXd row = J.row(i).transpose();
@@ -331,19 +264,20 @@ void addScatter(PairFit& fit, const Linear& linear, const PairFreedom& freedom,
   for (const Eigen::MatrixXd& part : informations) information += part;
   // In no direction less than the information: that would be by chance.
   const Eigen::MatrixXd base = information + 1e-9 * (1 + information.trace()) * prior;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scatter, base);
+  const SymmetricEigen eigen(scatter, base);
   const Eigen::VectorXd factors = eigen.eigenvalues().cwiseMax(1);
   fit.dispersion = factors.mean();
   const Eigen::MatrixXd half = base * eigen.eigenvectors();
   scatter = half * factors.asDiagonal() * half.transpose();
-  // Of the gradients of instants at the common optimum: mean over the unknowns, and along the change.
+  // Disagreement of the instants' gradients at the common optimum: mean over the unknowns, and along the
+  // change.
   const Eigen::VectorXd along = fit.amounts.cwiseQuotient(freedom.prior).normalized();
   double sum = 0;
   double sum_along = 0;
   double count = -1;
   for (std::size_t k = 0; k < num_instants; ++k) {
     if (!is_seen[k]) continue;
-    sum += gradients[k].dot((fit.dispersion * informations[k] + 1e-3 * prior).ldlt().solve(gradients[k]));
+    sum += gradients[k].dot(solveSpd(fit.dispersion * informations[k] + 1e-3 * prior, gradients[k]));
     sum_along += std::pow(along.dot(gradients[k]), 2);
     count += 1;
   }
@@ -360,21 +294,21 @@ void addScatter(PairFit& fit, const Linear& linear, const PairFreedom& freedom,
 }  // namespace
 
 std::vector<PairFreedom> pairFreedoms(const PosedPair& pair, std::array<int, 2> widths) {
-  using enum RigChangeKind;
+  using enum CameraChangeKind;
   using enum PairSide;
   std::vector<PairFreedom> freedoms;
-  const auto add = [&](RigChangeKind kind, PairSide side, std::vector<PairFreedom::Part> parts) {
+  const auto add = [&](CameraChangeKind kind, PairSide side, std::vector<PairFreedom::Part> parts) {
     std::vector<double> prior;
     for (const PairFreedom::Part& part : parts) {
       const double one = priorOf(part.kind, widths[part.side == kFirst ? 0 : 1]);
-      prior.insert(prior.end(), static_cast<std::size_t>(sizeOf(part.kind)), one);
+      prior.insert(prior.end(), static_cast<std::size_t>(numAmounts(part.kind)), one);
     }
     freedoms.push_back({kind, side, std::move(parts),
                         Eigen::Map<Eigen::VectorXd>(prior.data(), static_cast<Eigen::Index>(prior.size()))});
   };
-  const auto addOne = [&](RigChangeKind kind, PairSide side) { add(kind, side, {{kind, side}}); };
-  const RigChangeKind first_lens = lensChange(pair.first);
-  const RigChangeKind second_lens = lensChange(pair.second);
+  const auto addOne = [&](CameraChangeKind kind, PairSide side) { add(kind, side, {{kind, side}}); };
+  const CameraChangeKind first_lens = lensChange(pair.first);
+  const CameraChangeKind second_lens = lensChange(pair.second);
   addOne(kRotation, kSecond);
   addOne(kRotation, kFirst);
   for (const PairSide side : {kSecond, kFirst, kBoth}) addOne(kFocalLength, side);
@@ -401,9 +335,9 @@ std::optional<PosedPair> changedPair(const PosedPair& pair, const PairFreedom& f
   changed.second_from_first = changedPose(pair.second_from_first, freedom, amounts);
   Eigen::Index at = 0;
   for (const auto& [kind, side] : freedom.parts) {
-    const Eigen::VectorXd by = amounts.segment(at, sizeOf(kind));
-    at += sizeOf(kind);
-    if (kind != RigChangeKind::kRotation && kind != RigChangeKind::kPosition) {
+    const Eigen::VectorXd by = amounts.segment(at, numAmounts(kind));
+    at += numAmounts(kind);
+    if (kind != CameraChangeKind::kRotation && kind != CameraChangeKind::kPosition) {
       if (side != PairSide::kSecond) {
         const auto camera = changedCamera(changed.first, kind, by);
         if (!camera) return std::nullopt;
@@ -417,25 +351,6 @@ std::optional<PosedPair> changedPair(const PosedPair& pair, const PairFreedom& f
     }
   }
   return changed;
-}
-
-std::vector<double> sampsonErrors(const PosedPair& pair, std::span<const TimedMatch> matches) {
-  const Eigen::Matrix3d E = essentialMatrix(pair.second_from_first);
-  std::vector<double> errors;
-  errors.reserve(matches.size());
-  for (const TimedMatch& match : matches) {
-    const auto rays = raysOf(pair, match.pixels);
-    if (!rays) {
-      errors.push_back(std::numeric_limits<double>::quiet_NaN());
-      continue;
-    }
-    const Eigen::Vector3d line_second = E * rays->first;
-    const Eigen::Vector3d line_first = E.transpose() * rays->second;
-    const double variance = (rays->J_first.transpose() * line_first).squaredNorm() +
-                            (rays->J_second.transpose() * line_second).squaredNorm();
-    errors.push_back(rays->second.dot(line_second) / std::sqrt(variance));
-  }
-  return errors;
 }
 
 std::vector<std::optional<PairShift>> shiftsBy(const PosedPair& pair, const PairFreedom& freedom,
@@ -491,39 +406,36 @@ PairFit fitPair(const PosedPair& pair, const PairFreedom& freedom, std::span<con
   };
   auto linear = linearAt(pair, freedom, matches, start, options.noise);
   if (!linear) return fit;
-  double cost = robustSum(linear->r) + priorCost(start);
-  double damping = 0;
-  for (int step = 0; step < options.max_steps && !fit.is_converged; ++step) {
+  double least = robustSum(linear->r) + priorCost(start);
+  const DampingRule rule{
+      .raised = [](double damping) { return damping > 1e8 / 8 ? HUGE_VAL : std::max(1e-3, damping * 8); },
+      .lowered = [](double damping) { return damping > 1e-3 ? damping / 8 : 0; },
+      .max_steps = options.max_steps};
+  fit.is_converged = minimise(rule, [&](double damping) {
     throwIfCancelled(options.cancel);
-    const Eigen::VectorXd weights = linear->r.unaryExpr(&weightOf);
     // In units of the prior.
     const Eigen::MatrixXd J = linear->J * freedom.prior.asDiagonal();
+    const Eigen::VectorXd weights = weightsOf(*linear);
     Eigen::MatrixXd A = J.transpose() * weights.asDiagonal() * J;
     A.diagonal().array() += 1;
     A.diagonal() += damping * A.diagonal();
     const Eigen::VectorXd gradient =
         J.transpose() * weights.cwiseProduct(linear->r) + fit.amounts.cwiseQuotient(freedom.prior);
-    const Eigen::VectorXd delta = -A.ldlt().solve(gradient);
+    const Eigen::VectorXd delta = -solveSpd(A, gradient);
     constexpr double kLittle = 1e-3;  // of the cost, whose unit is the noise
-    if (-0.5 * gradient.dot(delta) < kLittle) {
-      fit.is_converged = damping < 1;
-      break;
-    }
+    if (-0.5 * gradient.dot(delta) < kLittle)
+      return damping < 1 ? StepResult::kConverged : StepResult::kFailed;
     const Eigen::VectorXd trial = fit.amounts + freedom.prior.cwiseProduct(delta);
     const auto moved = changedPair(pair, freedom, trial);
-    const double trial_cost = moved ? costWith(*moved, matches, linear->units) + priorCost(trial)
-                                    : std::numeric_limits<double>::infinity();
-    auto next = trial_cost < cost ? linearAt(pair, freedom, matches, trial, options.noise) : std::nullopt;
-    if (!next) {
-      damping = std::max(1e-3, damping * 8);
-      if (damping > 1e8) break;
-      continue;
-    }
+    if (!moved || !(costWith(*moved, matches, linear->units) + priorCost(trial) < least))
+      return StepResult::kWorse;
+    auto next = linearAt(pair, freedom, matches, trial, options.noise);
+    if (!next) return StepResult::kWorse;
     fit.amounts = trial;
     linear = std::move(next);
-    cost = robustSum(linear->r) + priorCost(trial);
-    damping = damping > 1e-3 ? damping / 8 : 0;
-  }
+    least = robustSum(linear->r) + priorCost(trial);
+    return StepResult::kBetter;
+  });
   fit.cost = robustSum(linear->r);
   fit.prior_cost = priorCost(fit.amounts);
   addScatter(fit, *linear, freedom, matches);

@@ -2,32 +2,29 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "alidade/camera/camera_change.h"
 #include "alidade/core/cancel.h"
-#include "alidade/footage/check/rig_check.h"
-#include "alidade/footage/geometry/two_view.h"
+#include "alidade/footage/geometry/pair_geometry.h"
 
 namespace alidade {
 
-/// A match of two cameras at one of several instants.
-struct TimedMatch {
-  PixelMatch pixels;
-  std::size_t instant = 0;
-};
+/// The camera of a pair that changes.
+enum class PairSide : std::uint8_t { kFirst, kSecond, kBoth };
 
 /// A group of unknowns that is freed at a time.
 struct PairFreedom {
   struct Part {
-    RigChangeKind kind;
+    CameraChangeKind kind;
     PairSide side;
   };
-  RigChangeKind kind = RigChangeKind::kSeveral;
+  CameraChangeKind kind = CameraChangeKind::kSeveral;
   PairSide side = PairSide::kBoth;
   std::vector<Part> parts;  ///< their amounts follow one another
   Eigen::VectorXd prior;    ///< standard deviation of each amount before any image is seen
@@ -43,10 +40,7 @@ struct PairFreedom {
 [[nodiscard]] std::optional<PosedPair> changedPair(const PosedPair& pair, const PairFreedom& freedom,
                                                    const Eigen::VectorXd& amounts);
 
-/// Signed Sampson error of each match, px; NaN where a pixel has no ray.
-[[nodiscard]] std::vector<double> sampsonErrors(const PosedPair& pair, std::span<const TimedMatch> matches);
-
-/// By how much a change displaces a point, seen from the second camera, px: from the epipolar curve of its
+/// Displacement of a point by a change, seen from the second camera, px: from the epipolar curve of its
 /// first pixel, and in x and y; with the derivatives by the amounts. Linear in small amounts.
 struct PairShift {
   Eigen::Vector3d across_x_y{0, 0, 0};
@@ -70,7 +64,7 @@ struct PairFit {
   double dispersion = 1;    ///< variance over that of independent matches, mean over the unknowns
   double disagreement = 1;  ///< of the instants: variance of their gradients over the expected
   bool is_converged = false;
-  /// Of each match, 0 to 1: 1 if it alone determines an unknown.
+  /// One per match, 0 to 1: 1 if it alone determines an unknown.
   std::vector<double> leverages = {};
 };
 struct PairFitOptions {

@@ -14,21 +14,11 @@
 #include "alidade/core/median.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/statistics.h"
-#include "alidade/footage/check/pair_fit.h"
 #include "alidade/footage/follow/front_end.h"
 
 namespace alidade {
 namespace {
 
-// As for one camera, see camera_check.cc.
-constexpr double kPenalty = 6;
-constexpr double kEvidence = 10;
-constexpr double kAllTogether = 0.5;
-constexpr double kUnusual = 10;  // of the prior: 4.5 standard deviations
-constexpr double kSeveral = 2;   // times the limit, for all unknowns at once
-constexpr double kFailure = 5;
-constexpr double kBlind = 10;
-constexpr double kOneSided95 = 1.645;
 constexpr double kMostOutliers = 0.5;
 // Errors that one image shares are not seen in its scatter.
 constexpr int kFewestInstants = 3;
@@ -75,10 +65,7 @@ void addEffects(RigChange& change, std::span<const std::optional<PairShift>> shi
     across_stds.push_back(std::sqrt(of_shift(0, 0)));
     whole_stds.push_back(std::sqrt(of_shift(1, 1) + of_shift(2, 2)));
   }
-  change.effect_px = quantileOfFinite(std::move(effects));
-  const double std_px = quantileOfFinite(std::move(across_stds));
-  change.sure_px = std::max(0.0, change.effect_px - kOneSided95 * std_px);
-  change.blind_px = kNormal95 * std_px;
+  change.setEffect(quantileOfFinite(std::move(effects)), quantileOfFinite(std::move(across_stds)));
   change.depth_blind_px = kNormal95 * quantileOfFinite(std::move(whole_stds));
 }
 
@@ -119,14 +106,14 @@ constexpr double kAnyError = std::numeric_limits<double>::infinity();
 // The test of one pair, step by step.
 class PairTest {
  public:
-  PairTest(const MountedCamera& first, const MountedCamera& second, const RigCheckOptions& options)
+  PairTest(const MountedCamera& first, const MountedCamera& second, const FootageCheckOptions& options)
       : second_size_(second.image_size),
         stated_{first.camera, second.camera, second.camera_from_rig * first.camera_from_rig.inverse()},
         options_(options) {
     // The errors are about those of the coarser camera.
     const double diagonal = std::min(std::hypot(first.image_size.width, first.image_size.height),
                                      std::hypot(second.image_size.width, second.image_size.height));
-    threshold_px_ = std::max(2.0, 0.002 * diagonal);
+    threshold_px_ = agreementPx(0, diagonal);
     stated_.second_from_first.translation.normalize();
     freedoms_ = pairFreedoms(stated_, {first.image_size.width, second.image_size.width});
     check_.tolerance_px = options.tolerance_px;
@@ -275,15 +262,14 @@ class PairTest {
     }
     if (!fit.is_converged) return std::nullopt;
     const double given_cost = costOf(stated_, judged, noise_);
-    RigChange change{
-        .kind = freedom.kind, .side = freedom.side, .pair = *changedPair(stated_, freedom, fit.amounts)};
+    RigChange change{{.kind = freedom.kind}, freedom.side, *changedPair(stated_, freedom, fit.amounts)};
     for (Eigen::Index k = 0; k < fit.amounts.size(); ++k) {
       change.amounts.push_back(fit.amounts[k]);
       change.std.push_back(std::sqrt(fit.covariance(k, k)));
     }
-    if (freedom.kind == RigChangeKind::kRotation || freedom.kind == RigChangeKind::kPosition ||
-        freedom.kind == RigChangeKind::kPose) {
-      const Eigen::Index n = freedom.kind == RigChangeKind::kPosition ? 2 : 3;
+    if (freedom.kind == CameraChangeKind::kRotation || freedom.kind == CameraChangeKind::kPosition ||
+        freedom.kind == CameraChangeKind::kPose) {
+      const Eigen::Index n = freedom.kind == CameraChangeKind::kPosition ? 2 : 3;
       const Eigen::VectorXd along = fit.amounts.head(n).normalized();
       change.angle_std = std::sqrt(along.dot(fit.covariance.topLeftCorner(n, n) * along));
     }
@@ -306,85 +292,30 @@ class PairTest {
         options_.cancel);
     for (std::size_t i = 0; i < found.size(); ++i) {
       if (found[i]) check_.changes.push_back(*found[i]);
-      if (found[i] || freedoms_[i].kind == RigChangeKind::kSeveral) continue;
+      if (found[i] || freedoms_[i].kind == CameraChangeKind::kSeveral) continue;
       // The direction of the baseline has no optimum where all is far away.
-      (freedoms_[i].kind == RigChangeKind::kPosition ? is_position_open_ : has_open_) = true;
+      (freedoms_[i].kind == CameraChangeKind::kPosition ? is_position_open_ : has_open_) = true;
     }
-  }
-
-  [[nodiscard]] bool isWrongBy(const RigChange& change) const {
-    const double limit_px = kFailure * options_.tolerance_px;
-    return change.effect_px > limit_px && change.sure_px > 0.5 * limit_px;
-  }
-
-  // Of the changes that show the rig to be wrong (if none does, of those that are significant), the one that
-  // explains most; of those that explain as much, the most usual one.
-  bool explain() {
-    std::vector<std::size_t> candidates;
-    for (std::size_t i = 0; i < check_.changes.size(); ++i) {
-      const RigChange& change = check_.changes[i];
-      if (change.kind != RigChangeKind::kSeveral && change.score > kEvidence &&
-          change.blind_px <= kBlind * options_.tolerance_px && change.prior_cost < kUnusual)
-        candidates.push_back(i);
-    }
-    const auto isWrong = [&](std::size_t i) { return isWrongBy(check_.changes[i]); };
-    bool is_wrong = std::any_of(candidates.begin(), candidates.end(), isWrong);
-    if (is_wrong) std::erase_if(candidates, [&](std::size_t i) { return !isWrong(i); });
-    const auto gain = [&](std::size_t i) { return check_.changes[i].gain; };
-    double best = 0;
-    for (const std::size_t i : candidates) best = std::max(best, gain(i));
-    constexpr double kAsMuch = 0.98;
-    constexpr double kNearly = 0.9;
-    const auto chosen =
-        std::ranges::find_if(candidates, [&](std::size_t i) { return gain(i) >= kAsMuch * best; });
-    if (chosen != candidates.end()) {
-      check_.explanation = *chosen;
-      for (const std::size_t i : candidates) {
-        if (i != *chosen && gain(i) >= kNearly * best && !isSameMotion(i, *chosen))
-          check_.alternatives.push_back(i);
-      }
-    }
-    for (std::size_t i = 0; i < check_.changes.size(); ++i) {
-      const RigChange& change = check_.changes[i];
-      if (change.kind != RigChangeKind::kSeveral || !(change.score > kEvidence) || !isWrongBy(change) ||
-          change.effect_px < kSeveral * kFailure * options_.tolerance_px)
-        continue;
-      constexpr double kMore = 1.25;
-      const double one = check_.explanation ? check_.changes[*check_.explanation].cost_drop : 0;
-      if (change.cost_drop < kMore * one || (!is_wrong && change.cost_drop < kAllTogether)) continue;
-      check_.explanation = i;
-      check_.alternatives.clear();
-      is_wrong = true;
-    }
-    return is_wrong;
-  }
-
-  // Whichever camera turned, they are turned against each other.
-  [[nodiscard]] bool isSameMotion(std::size_t i, std::size_t j) const {
-    const auto isMotion = [&](std::size_t k) {
-      const RigChangeKind kind = check_.changes[k].kind;
-      return kind == RigChangeKind::kRotation || kind == RigChangeKind::kPose;
-    };
-    return isMotion(i) && isMotion(j);
   }
 
   void judge() {
-    const bool is_wrong = explain();
+    std::vector<const ChangeFit*> fits;
+    for (const RigChange& change : check_.changes) fits.push_back(&change);
+    const bool is_wrong = explain(check_, fits, kRigRule);
     double far_px = is_position_open_ ? std::numeric_limits<double>::infinity() : 0;
     double lens_px = 0;
     for (const RigChange& change : check_.changes) {
-      if (change.kind == RigChangeKind::kPosition) far_px = std::max(far_px, change.blind_px);
-      if (change.kind == RigChangeKind::kRotation || change.kind == RigChangeKind::kFocalLength ||
-          change.kind == RigChangeKind::kDistortion || change.kind == RigChangeKind::kFirstRadial)
+      if (change.kind == CameraChangeKind::kPosition) far_px = std::max(far_px, change.blind_px);
+      if (change.kind == CameraChangeKind::kRotation || change.kind == CameraChangeKind::kFocalLength ||
+          change.kind == CameraChangeKind::kDistortion || change.kind == CameraChangeKind::kFirstRadial)
         lens_px = std::max(lens_px, change.blind_px);
     }
     check_.blind_px = std::max(far_px, lens_px);
-    const double limit_px = kBlind * options_.tolerance_px;
     if (is_wrong) {
       check_.verdict = FootageVerdict::kInconsistent;
-    } else if (lens_px > limit_px) {
+    } else if (lens_px > check_.blindLimitPx()) {
       check_.gap = FootageGap::kWeak;
-    } else if (far_px > limit_px) {
+    } else if (far_px > check_.blindLimitPx()) {
       check_.gap = FootageGap::kNoParallax;
     } else if (has_open_) {
       check_.gap = FootageGap::kUnsolved;
@@ -398,7 +329,7 @@ class PairTest {
   ImageSize second_size_;
   PosedPair stated_;
   PosedPair best_ = stated_;
-  RigCheckOptions options_;
+  FootageCheckOptions options_;
   double threshold_px_ = 2;
   double noise_ = 1;
   std::vector<PairFreedom> freedoms_;
@@ -424,13 +355,6 @@ bool areConnected(std::size_t num_cameras, const std::vector<RigPairCheck>& pair
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-// Digits after the point that show a standard deviation; no fewer than usual.
-int digitsFor(double std, int usual) {
-  if (!(std > 0) || !std::isfinite(std)) return usual;
-  constexpr int kMost = 4;
-  return std::clamp(static_cast<int>(std::floor(-std::log10(std))) + 1, usual, kMost);
-}
-
 std::string turnWords(const RigChange& change, std::string_view turned, std::string_view against) {
   const Eigen::Vector3d w(change.amounts[0], change.amounts[1], change.amounts[2]);
   Eigen::Index axis = 0;
@@ -447,28 +371,6 @@ std::string turnWords(const RigChange& change, std::string_view turned, std::str
 
 }  // namespace
 
-std::string_view rigChangeId(RigChangeKind kind) {
-  switch (kind) {
-    case RigChangeKind::kRotation:
-      return "rotation";
-    case RigChangeKind::kFocalLength:
-      return "focal_length";
-    case RigChangeKind::kDistortion:
-      return "distortion";
-    case RigChangeKind::kFirstRadial:
-      return "radial";
-    case RigChangeKind::kPosition:
-      return "position";
-    case RigChangeKind::kPrincipalPoint:
-      return "principal_point";
-    case RigChangeKind::kPose:
-      return "pose";
-    case RigChangeKind::kSeveral:
-      break;
-  }
-  return "several";
-}
-
 std::vector<PixelMatch> matchImages(const GrayImage& first, const GrayImage& second, std::size_t num_points) {
   const std::unique_ptr<FrontEnd> tracker =
       makeFrontEnd({.kind = FrontEndKind::kKeyPoints, .num_points = num_points});
@@ -481,7 +383,7 @@ std::vector<PixelMatch> matchImages(const GrayImage& first, const GrayImage& sec
 }
 
 RigCheck checkRigOnFootage(const AnyRig& rig, std::span<const RigPairMatches> matches,
-                           const RigCheckOptions& options) {
+                           const FootageCheckOptions& options) {
   RigCheck check;
   for (const RigPairMatches& pair : matches) {
     const MountedCamera& first = rig.camera(pair.first);
@@ -512,39 +414,27 @@ RigCheck checkRigOnFootage(const AnyRig& rig, std::span<const RigPairMatches> ma
 std::string describe(const RigChange& change, std::string_view first, std::string_view second) {
   const bool is_first = change.side == PairSide::kFirst;
   const std::string_view one = is_first ? first : second;
-  const std::string of =
-      change.side == PairSide::kBoth ? fmt::format("{} and {}", first, second) : std::string(one);
   const std::string_view other = is_first ? second : first;
   const std::vector<double>& by = change.amounts;
   switch (change.kind) {
-    case RigChangeKind::kRotation:
+    case CameraChangeKind::kRotation:
       return turnWords(change, one, other);
-    case RigChangeKind::kFocalLength:
-      return fmt::format("focal length of {} {:+.{}f} % +- {:.{}f} %", of, 100 * by[0],
-                         digitsFor(100 * change.std[0], 1), 100 * change.std[0],
-                         digitsFor(100 * change.std[0], 1));
-    case RigChangeKind::kDistortion:
-      return fmt::format("distortion of {} times {:.{}f} +- {:.{}f}", of, 1 + by[0],
-                         digitsFor(change.std[0], 2), change.std[0], digitsFor(change.std[0], 2));
-    case RigChangeKind::kFirstRadial:
-      return fmt::format("{} of {} {:+.{}f} +- {:.{}f}",
-                         (is_first ? change.pair.first : change.pair.second).parameterNames()[4], of, by[0],
-                         digitsFor(change.std[0], 3), change.std[0], digitsFor(change.std[0], 3));
-    case RigChangeKind::kPosition:
+    case CameraChangeKind::kPosition: {
+      const double std = kDegrees * change.angle_std;
       return fmt::format("the direction from {} to {} turned by {:.{}f} deg +- {:.{}f} deg", first, second,
-                         kDegrees * std::hypot(by[0], by[1]), digitsFor(kDegrees * change.angle_std, 2),
-                         kDegrees * change.angle_std, digitsFor(kDegrees * change.angle_std, 2));
-    case RigChangeKind::kPrincipalPoint:
-      return fmt::format("principal point of {} {:+.{}f} +- {:.{}f} px in x and {:+.{}f} +- {:.{}f} px in y",
-                         of, by[0], digitsFor(change.std[0], 1), change.std[0], digitsFor(change.std[0], 1),
-                         by[1], digitsFor(change.std[1], 1), change.std[1], digitsFor(change.std[1], 1));
-    case RigChangeKind::kPose:
+                         kDegrees * std::hypot(by[0], by[1]), digitsFor(std, 2), std, digitsFor(std, 2));
+    }
+    case CameraChangeKind::kPose:
       return fmt::format("{}, and the direction between them by {:.2f} deg", turnWords(change, one, other),
                          kDegrees * std::hypot(by[3], by[4]));
-    case RigChangeKind::kSeveral:
+    case CameraChangeKind::kSeveral:
+      return fmt::format("pose and lenses of {} and {} at once", first, second);
+    default:
       break;
   }
-  return fmt::format("pose and lenses of {} and {} at once", first, second);
+  const std::string of = change.side == PairSide::kBoth ? fmt::format(" of {} and {}", first, second)
+                                                        : fmt::format(" of {}", one);
+  return describe(change, is_first ? change.pair.first : change.pair.second, of);
 }
 
 }  // namespace alidade

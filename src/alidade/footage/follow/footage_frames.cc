@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
-#include "alidade/footage/check/camera_windows.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/video_reader.h"

@@ -22,7 +22,7 @@ struct FootageImage {
   double seconds = 0;      ///< from the beginning of the video; 0 for photographs
 };
 
-/// What a pass through footage met.
+/// Frames and damage met in a pass through footage.
 struct FootagePass {
   bool is_video = false;  ///< a video or a numbered sequence: frames are equally spaced in time
   std::size_t num_frames = 0;
@@ -31,7 +31,7 @@ struct FootagePass {
 };
 
 struct FootagePassOptions {
-  std::optional<ImageSize> expected_size;  ///< of the camera; another one is refused
+  std::optional<ImageSize> expected_size;  ///< of the camera; a different one is refused
   /// (done, total) after each frame; total = 0: unknown.
   std::function<void(std::size_t, std::size_t)> progress = {};
   const CancelFlag* cancel = nullptr;

@@ -9,7 +9,7 @@
 
 namespace alidade {
 
-/// A patch of one image where another one shows it.
+/// The place of a patch of one image in a second image.
 struct PatchPlace {
   Eigen::Vector2f pixel{0, 0};                               ///< of the patch's centre
   Eigen::Matrix2f shape = Eigen::Matrix2f::Identity();       ///< offsets from it, by those in the first image

@@ -23,14 +23,9 @@ namespace {
 
 constexpr std::size_t kImages = 24;  // before it, that an image is matched with
 
-struct Match {
-  int from = 0;
-  int to = 0;
-  float ratio = 1;  // of the distances to the nearest and the second nearest descriptor
-};
-
-// Mutual nearest descriptors, each clearly nearer than the second.
-std::vector<Match> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
+// Mutual nearest descriptors, each clearly nearer than the second. As distance, each match has its ratio to
+// that of the second.
+std::vector<cv::DMatch> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
   if (from.rows < 2 || to.rows < 2) return {};
   constexpr float kRatio = 0.8F;
   const cv::BFMatcher matcher(cv::NORM_L2);
@@ -38,14 +33,14 @@ std::vector<Match> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
   std::vector<std::vector<cv::DMatch>> backward;
   matcher.knnMatch(from, to, forward, 2);
   matcher.knnMatch(to, from, backward, 1);
-  std::vector<Match> matches;
+  std::vector<cv::DMatch> matches;
   for (const auto& best : forward) {
     if (best.size() < 2 || best[0].distance >= kRatio * best[1].distance) continue;
     const int i = best[0].queryIdx;
     const int j = best[0].trainIdx;
     const auto& back = backward[static_cast<std::size_t>(j)];
     if (!back.empty() && back[0].trainIdx == i)
-      matches.push_back({i, j, best[0].distance / best[1].distance});
+      matches.emplace_back(i, j, best[0].distance / best[1].distance);
   }
   return matches;
 }
@@ -54,9 +49,9 @@ std::vector<Match> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
 constexpr double kLongestSide = 2000;
 constexpr double kShortestSide = 16;  // below, SIFT has no octave
 
-// What a point's place in a patch is worth, px: patches that are seen from elsewhere are not only deformed.
+// Error of a point's place in a patch, px: patches that are seen from elsewhere are not only deformed.
 constexpr double kPatchSigma = 0.1;
-// And what the place of a descriptor is worth, by its size.
+// Error of a descriptor's place, by its size.
 constexpr double kSigmaBySize = 0.12;
 
 // The pixel of an image, by that of the smaller one.
@@ -157,10 +152,10 @@ std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   };
   std::vector<Claim> claims(now.points.size());
   for (const Image& earlier : earlier_) {
-    for (const Match& match : matchesBetween(now.descriptors, earlier.descriptors)) {
-      Claim& claim = claims[static_cast<std::size_t>(match.from)];
-      if (match.ratio < claim.ratio)
-        claim = {match.ratio, &earlier.points[static_cast<std::size_t>(match.to)]};
+    for (const cv::DMatch& match : matchesBetween(now.descriptors, earlier.descriptors)) {
+      Claim& claim = claims[static_cast<std::size_t>(match.queryIdx)];
+      if (match.distance < claim.ratio)
+        claim = {match.distance, &earlier.points[static_cast<std::size_t>(match.trainIdx)]};
     }
   }
   std::map<std::uint32_t, std::size_t> holder;

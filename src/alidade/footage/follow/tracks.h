@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -27,30 +26,21 @@ struct FootageTracks {
   bool is_video = false;                        ///< frames are equally spaced in time
   std::vector<std::size_t> numbers;             ///< of the frames in their video or list, rising
   std::vector<std::vector<TrackPixel>> frames;  ///< of each frame, in rising order of track
-
-  [[nodiscard]] std::size_t numTracks() const {
-    std::size_t most = 0;
-    for (const auto& frame : frames) {
-      if (!frame.empty()) most = std::max<std::size_t>(most, frame.back().track + 1);
-    }
-    return most;
-  }
 };
 
 /// Indices, in both frames, of the tracks that both show.
-[[nodiscard]] inline std::vector<std::pair<std::size_t, std::size_t>> commonTracks(
-    const std::vector<TrackPixel>& a, const std::vector<TrackPixel>& b) {
-  std::vector<std::pair<std::size_t, std::size_t>> common;
-  for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
-    if (a[i].track < b[j].track) {
-      ++i;
-    } else if (b[j].track < a[i].track) {
-      ++j;
-    } else {
-      common.emplace_back(i++, j++);
-    }
-  }
-  return common;
-}
+[[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> commonTracks(const std::vector<TrackPixel>& a,
+                                                                            const std::vector<TrackPixel>& b);
+
+/// Whether a frame shows something new: points moved by 4 % of the width since the last one that did, or half
+/// of them are new. Photographs always do.
+/// @param kept  the frames so far that did
+[[nodiscard]] bool isKeyframe(const FootageTracks& kept, const std::vector<TrackPixel>& frame);
+
+/// Keyframes in groups that are reconstructed together. Photographs are one group.
+/// @param tracks  of keyframes
+/// @param most  groups; of more, so many are taken evenly
+[[nodiscard]] std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks,
+                                                                  std::size_t most);
 
 }  // namespace alidade

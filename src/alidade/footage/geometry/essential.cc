@@ -2,9 +2,9 @@
 #include "alidade/footage/geometry/essential.h"
 
 #include <cmath>
+#include <complex>
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 
@@ -24,7 +24,7 @@ using Cubic = Eigen::Matrix<double, 20, 1>;
 
 constexpr std::array<std::array<int, 4>, 4> kQuadraticAt = {
     {{0, 1, 2, 6}, {1, 3, 4, 7}, {2, 4, 5, 8}, {6, 7, 8, 9}}};
-// Of a quadratic monomial times x, y, z and 1.
+// The product of a quadratic monomial with x, y, z and 1.
 constexpr std::array<std::array<int, 4>, 10> kCubicAt = {{{0, 1, 2, 10},
                                                           {1, 3, 4, 11},
                                                           {2, 4, 5, 12},
@@ -54,7 +54,7 @@ Cubic product(const Quadratic& a, const Linear& b) {
   return result;
 }
 
-// Of det E = 0 and 2 E E^T E - tr(E E^T) E = 0.
+// The coefficients of det E = 0 and 2 E E^T E - tr(E E^T) E = 0.
 Eigen::Matrix<double, 10, 20> constraints(const std::array<std::array<Linear, 3>, 3>& E) {
   std::array<std::array<Quadratic, 3>, 3> EEt;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -100,16 +100,19 @@ std::vector<Eigen::Matrix3d> essentialMatrices(const std::array<RayPair, 5>& pai
   const Eigen::PartialPivLU<Eigen::Matrix<double, 10, 10>> leading(rows.leftCols<10>());
   const Eigen::Matrix<double, 10, 10> rest = leading.solve(rows.rightCols<10>());
   if (!rest.allFinite()) return {};
-  // Of the multiplication of xx xy xz yy yz zz x y z 1 by x.
+  // The matrix that multiplies xx xy xz yy yz zz x y z 1 by x.
   Eigen::Matrix<double, 10, 10> action = Eigen::Matrix<double, 10, 10>::Zero();
   action.topRows<6>() = -rest.topRows<6>();
   action(6, 0) = action(7, 1) = action(8, 2) = action(9, 6) = 1;
-  const Eigen::EigenSolver<Eigen::Matrix<double, 10, 10>> eigen(action);
-  if (eigen.info() != Eigen::Success) return {};
+  Eigen::MatrixXd vectors;
+  const Eigen::VectorXcd values = eigenvaluesOf(action, &vectors);
   std::vector<Eigen::Matrix3d> solutions;
-  for (Eigen::Index k = 0; k < 10; ++k) {
-    if (eigen.eigenvalues()[k].imag() != 0) continue;
-    const Eigen::Matrix<double, 10, 1> v = eigen.eigenvectors().col(k).real();
+  for (Eigen::Index k = 0; k < vectors.cols(); ++k) {
+    if (values[k].imag() != 0) continue;
+    // Normalised as complex numbers, whose squares are rounded differently.
+    Eigen::Matrix<std::complex<double>, 10, 1> unit = vectors.col(k).cast<std::complex<double>>();
+    unit.normalize();
+    const Eigen::Matrix<double, 10, 1> v = unit.real();
     const Eigen::Vector4d factors(v[6], v[7], v[8], v[9]);
     Eigen::Matrix3d solution;
     Eigen::Map<Eigen::Matrix<double, 9, 1>>{solution.data()} = Q.rightCols<4>() * factors;

@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include "alidade/core/random.h"
+#include "alidade/geometry/decompositions.h"
 #include "alidade/geometry/rotation_conversions.h"
 
 namespace alidade {
@@ -23,10 +24,8 @@ std::vector<double> realRoots(const std::array<double, 5>& falling) {
     companion(0, i) = -falling[static_cast<std::size_t>(i) + 1] / falling[0];
   companion.bottomLeftCorner<3, 3>().setIdentity();
   if (!companion.allFinite()) return {};
-  const Eigen::EigenSolver<Eigen::Matrix4d> eigen(companion, false);
   std::vector<double> roots;
-  for (Eigen::Index i = 0; i < 4; ++i) {
-    const auto root = eigen.eigenvalues()[i];
+  for (const std::complex<double>& root : eigenvaluesOf(companion)) {
     if (std::abs(root.imag()) < 1e-6 * (1 + std::abs(root.real()))) roots.push_back(root.real());
   }
   return roots;
@@ -56,6 +55,11 @@ double squaredError(const AnyCamera& camera, const KnownPoint& known, const SE3&
 }
 
 }  // namespace
+
+double errorOf(const AnyCamera& camera, const SE3& camera_from_world, const Eigen::Vector4d& point,
+               const Eigen::Vector2d& pixel) {
+  return std::sqrt(squaredError(camera, {point, pixel}, camera_from_world));
+}
 
 std::vector<SE3> threePointPoses(const std::array<Eigen::Vector3d, 3>& points,
                                  const std::array<Eigen::Vector3d, 3>& rays) {
@@ -129,16 +133,14 @@ std::optional<Resection> resect(const AnyCamera& camera, std::span<const KnownPo
   if (guess) best = refinedPose(camera, points, *guess, threshold_px);
   if (best && 2 * best->num_inliers > points.size()) return best;
 
-  struct Sampled {
-    Eigen::Vector3d point;
-    Eigen::Vector3d ray;
-  };
-  std::vector<Sampled> finite;
+  std::vector<Eigen::Vector3d> finite;
+  std::vector<Eigen::Vector3d> finite_rays;
   for (const KnownPoint& known : points) {
     constexpr double kNear = 1e-3;  // of w: points farther than 1000 steps of the camera do not place it
     const auto ray = camera.unproject(known.pixel);
-    if (ray && std::abs(known.point.w()) > kNear)
-      finite.push_back({known.point.head<3>() / known.point.w(), *ray});
+    if (!ray || !(std::abs(known.point.w()) > kNear)) continue;
+    finite.emplace_back(known.point.head<3>() / known.point.w());
+    finite_rays.push_back(*ray);
   }
   if (finite.size() < kFewestPoints) return best;
   Random random(seed);
@@ -149,9 +151,9 @@ std::optional<Resection> resect(const AnyCamera& camera, std::span<const KnownPo
     std::array<Eigen::Vector3d, 3> three;
     std::array<Eigen::Vector3d, 3> rays;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Sampled& sample = finite[random.index(finite.size())];
-      three[k] = sample.point;
-      rays[k] = sample.ray;
+      const std::size_t i = random.index(finite.size());
+      three[k] = finite[i];
+      rays[k] = finite_rays[i];
     }
     for (const SE3& candidate : threePointPoses(three, rays)) {
       double sum = 0;

@@ -27,6 +27,10 @@ struct KnownPoint {
 [[nodiscard]] std::vector<SE3> threePointPoses(const std::array<Eigen::Vector3d, 3>& points,
                                                const std::array<Eigen::Vector3d, 3>& rays);
 
+/// Distance of a pixel from where a homogeneous point is seen; infinite where it has no pixel.
+[[nodiscard]] double errorOf(const AnyCamera& camera, const SE3& camera_from_world,
+                             const Eigen::Vector4d& point, const Eigen::Vector2d& pixel);
+
 struct Resection {
   SE3 camera_from_world;
   std::vector<bool> is_inlier;  ///< one per point

@@ -7,13 +7,14 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-#include "alidade/adjust/scene/scene_fit.h"
+#include "alidade/adjust/scene/scene_equations.h"
+#include "alidade/adjust/scene/scene_solve.h"
 #include "alidade/core/median.h"
 #include "alidade/core/random.h"
 #include "alidade/geometry/rotation_conversions.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
@@ -70,8 +71,7 @@ Eigen::Matrix3d homography(std::span<const RayPair> pairs) {
     for (Eigen::Index i = 0; i < 3; ++i) rows.middleCols<3>(3 * i) = B.col(i) * pair.a.transpose();
     normal += rows.transpose() * rows;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(normal);
-  const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
+  const Eigen::Matrix<double, 9, 1> h = SymmetricEigen(normal).eigenvectors().col(0);
   Eigen::Matrix3d H = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());
   double side = 0;
   for (const RayPair& pair : pairs) side += pair.b.dot(H * pair.a) > 0 ? 1 : -1;
@@ -166,20 +166,15 @@ Eigen::Matrix3d bestEssential(std::span<const RayMatch> matches, double limit, R
   return E;
 }
 
-// Of the four motions of an essential matrix, that with most points before both cameras.
-struct CheckedMotion {
-  SE3 b_from_a;
-  std::size_t num_in_front = 0;
-};
-
-CheckedMotion motionInFront(const Eigen::Matrix3d& E, std::span<const RayMatch> matches) {
-  CheckedMotion best;
+// The one of the four motions of an essential matrix that has most points before both cameras, and how many.
+std::pair<SE3, std::size_t> motionInFront(const Eigen::Matrix3d& E, std::span<const RayMatch> matches) {
+  std::pair<SE3, std::size_t> best;
   for (const SE3& motion : motionsOf(E)) {
     const auto count =
         static_cast<std::size_t>(std::count_if(matches.begin(), matches.end(), [&](const RayMatch& m) {
           return depthsOf(m.rays, motion).arePositive();
         }));
-    if (count > best.num_in_front) best = {motion, count};
+    if (count > best.second) best = {motion, count};
   }
   return best;
 }
@@ -256,7 +251,7 @@ SE3 motionOf(const SceneFit& fit) {
   return motion;
 }
 
-// Of the motion with a translation of length 1, which is held, not known.
+// Covariance of the motion; its translation has length 1, which is held, not known.
 Eigen::Matrix<double, 6, 6> motionCovariance(const SceneFit& fit) {
   const SceneEquations equations = sceneEquations(fit);
   const SE3& motion = fit.camera_from_world[1];
@@ -291,18 +286,18 @@ TwoViewKind kindOf(std::span<const RayMatch> matches, const SO3& rotation, doubl
 
 }  // namespace
 
-std::string_view kindId(TwoViewKind kind) {
-  switch (kind) {
-    case TwoViewKind::kGeneral:
-      return "general";
-    case TwoViewKind::kPlane:
-      return "plane";
-    case TwoViewKind::kRotation:
-      return "rotation";
-    case TwoViewKind::kNone:
-      break;
+std::vector<PixelMatch> matchesOf(const std::vector<TrackPixel>& a, const std::vector<TrackPixel>& b,
+                                  std::vector<std::uint32_t>& tracks) {
+  std::vector<PixelMatch> matches;
+  for (const auto& [i, j] : commonTracks(a, b)) {
+    matches.push_back({a[i].pixel, b[j].pixel, std::hypot(a[i].sigma_px, b[j].sigma_px) / std::sqrt(2.0)});
+    tracks.push_back(a[i].track);
   }
-  return "none";
+  return matches;
+}
+
+double agreementPx(double asked_px, double diagonal_px) {
+  return asked_px > 0 ? asked_px : std::max(2.0, 0.002 * diagonal_px);
 }
 
 SO3 commonRotation(std::span<const RayPair> pairs) {
@@ -320,6 +315,13 @@ SO3 commonRotation(std::span<const RayPair> pairs) {
   return rotation;
 }
 
+double parallaxAngle(std::span<const RayPair> pairs) {
+  const SO3 rotation = commonRotation(pairs);
+  std::vector<double> angles;
+  for (const RayPair& pair : pairs) angles.push_back((pair.b - rotation * pair.a).norm());
+  return medianOf(std::move(angles));
+}
+
 Eigen::Vector4d pointOnRays(std::span<const SE3> camera_from_world, std::span<const Eigen::Vector3d> rays) {
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -328,8 +330,7 @@ Eigen::Vector4d pointOnRays(std::span<const SE3> camera_from_world, std::span<co
     const Eigen::Matrix<double, 3, 4> rows = hat(rays[i]) * pose;
     normal += rows.transpose() * rows;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(normal);
-  Eigen::Vector4d point = eigen.eigenvectors().col(0);
+  Eigen::Vector4d point = SymmetricEigen(normal).eigenvectors().col(0);
   double side = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Eigen::Vector3d at = camera_from_world[i].rotation * Eigen::Vector3d(point.head<3>()) +
@@ -346,8 +347,8 @@ TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> mat
   result.points.assign(matches.size(), Eigen::Vector4d::Zero());
   const std::vector<RayMatch> rays = rayMatches(camera, matches);
   if (rays.size() < TwoView::kFewestInliers) return result;
-  const double diagonal = std::hypot(options.size.width, options.size.height);
-  const double threshold = options.threshold_px > 0 ? options.threshold_px : std::max(2.0, 0.002 * diagonal);
+  const double threshold =
+      agreementPx(options.threshold_px, std::hypot(options.size.width, options.size.height));
   Random random(options.seed);
   const Eigen::Matrix3d E = bestEssential(rays, threshold * threshold, random);
   std::vector<RayMatch> inliers;
@@ -358,13 +359,13 @@ TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> mat
     pairs.push_back(match.rays);
   }
   if (inliers.size() < TwoView::kFewestInliers) return result;
-  const CheckedMotion start = motionInFront(E, inliers);
+  const auto [start, num_in_front] = motionInFront(E, inliers);
   const SO3 rotation = commonRotation(pairs);
-  result.b_from_a = start.b_from_a;
+  result.b_from_a = start;
   result.parallax_px = parallaxOf(inliers, rotation);
 
   // Motion and points together.
-  PairScene scene = pairScene(camera, matches, inliers, start.b_from_a, 5 * threshold);
+  PairScene scene = pairScene(camera, matches, inliers, start, 5 * threshold);
   if (!scene.isEnough()) return result;
   scene.fit = solveScene(std::move(scene.fit), {.max_iterations = 30, .function_tolerance = 1e-6});
   if (scene.fit.summary.termination == Termination::kFailed) return result;
@@ -394,7 +395,7 @@ TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> mat
     result.is_inlier[scene.used[i]] = true;
   }
   result.num_inliers = scene.used.size();
-  if (2 * start.num_in_front < inliers.size()) return result;  // no one motion
+  if (2 * num_in_front < inliers.size()) return result;  // no one motion
   result.kind = kindOf(close, rotation, result.parallax_px, sigma, random);
   if (result.kind == TwoViewKind::kRotation) {
     result.b_from_a = {rotation, Eigen::Vector3d::Zero()};

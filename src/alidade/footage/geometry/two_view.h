@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/image.h"
+#include "alidade/footage/follow/tracks.h"
 #include "alidade/footage/geometry/essential.h"
 #include "alidade/geometry/se3.h"
 
@@ -23,15 +23,13 @@ struct PixelMatch {
   double sigma_px = 1;  ///< standard deviation of each coordinate
 };
 
-/// What two images of a scene say of the camera's motion between them.
+/// The kind of motion that two images of a scene show.
 enum class TwoViewKind : std::uint8_t {
   kGeneral,   ///< a rotation and the direction of the translation
   kPlane,     ///< the same, but all points lie on a plane
   kRotation,  ///< the camera turned in place, or all points are far away: no translation can be seen
   kNone,      ///< too few points agree with one motion
 };
-/// "general", "plane", "rotation", "none".
-[[nodiscard]] std::string_view kindId(TwoViewKind kind);
 
 struct TwoViewOptions {
   /// A match whose error is below this agrees with a motion; wide enough for a camera that is a little wrong.
@@ -50,10 +48,10 @@ struct TwoView {
   std::size_t num_inliers = 0;
   /// Median displacement of the inliers that no rotation explains, px.
   double parallax_px = 0;
-  /// Of the inliers, homogeneous, in frame a; zero for others.
+  /// Homogeneous, in frame a; zero for outliers.
   std::vector<Eigen::Vector4d> points;
-  /// Of b_from_a, right perturbation [translation, rotation], with the length of the translation held. Scaled
-  /// by the errors. Only for kGeneral and kPlane.
+  /// Covariance of b_from_a, right perturbation [translation, rotation], with the length of the translation
+  /// held. Scaled by the errors. Only for kGeneral and kPlane.
   Eigen::Matrix<double, 6, 6, Eigen::DontAlign> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
@@ -64,8 +62,20 @@ struct TwoView {
 [[nodiscard]] TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> matches,
                                       const TwoViewOptions& options = {});
 
+/// The matches of two frames by the tracks that both show.
+/// @param tracks  set to the track of each match
+[[nodiscard]] std::vector<PixelMatch> matchesOf(const std::vector<TrackPixel>& a,
+                                                const std::vector<TrackPixel>& b,
+                                                std::vector<std::uint32_t>& tracks);
+
+/// The error below which a pixel agrees with a motion: the one that is asked for, or if that is 0, 2 px or
+/// 0.2 % of the diagonal.
+[[nodiscard]] double agreementPx(double asked_px, double diagonal_px);
+
 /// The rotation b_from_a that brings the rays of a nearest to those of b, of the larger part of the pairs.
 [[nodiscard]] SO3 commonRotation(std::span<const RayPair> pairs);
+/// Median angle that this rotation leaves between rays of a pair, radians if small. There must be a pair.
+[[nodiscard]] double parallaxAngle(std::span<const RayPair> pairs);
 
 /// The homogeneous point, of length 1, nearest to rays in the sense of least algebraic error, on the side
 /// that the cameras see; the ray's end at infinity where they are parallel.

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <functional>
 #include <utility>
 
-#include "alidade/adjust/scene/scene_fit.h"
+#include "alidade/adjust/scene/scene_solve.h"
 #include "alidade/core/median.h"
 #include "alidade/footage/geometry/resection.h"
 #include "alidade/footage/geometry/two_view.h"
@@ -31,13 +31,6 @@ Eigen::Vector3d centreOf(const SE3& camera_from_world) {
   return camera_from_world.inverse().translation;
 }
 
-double errorOf(const AnyCamera& camera, const SE3& pose, const Eigen::Vector4d& point,
-               const Eigen::Vector2d& pixel) {
-  const Projection projection =
-      camera.project(pose.rotation * Eigen::Vector3d(point.head<3>()) + pose.translation * point.w());
-  return projection.ok() ? (projection.pixel - pixel).norm() : std::numeric_limits<double>::infinity();
-}
-
 // Pixels per radian about the axis; where that has no pixel, by the mean of the focal lengths.
 double resolutionOf(const AnyCamera& camera) {
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_px_cam;
@@ -51,8 +44,7 @@ double resolutionOf(const AnyCamera& camera) {
 }  // namespace
 
 SightScale::SightScale(const AnyCamera& camera, ImageSize size, double threshold) {
-  const double diagonal = std::hypot(size.width, size.height);
-  threshold_px = threshold > 0 ? threshold : std::max(2.0, 0.002 * diagonal);
+  threshold_px = agreementPx(threshold, std::hypot(size.width, size.height));
   px_per_rad = resolutionOf(camera);
   constexpr double kKeyShare = 0.04;  // of the width
   constexpr double kLeastShare = 0.01;
@@ -156,7 +148,7 @@ std::optional<PlacedFrame> LocalMap::relocate(std::span<const TrackPixel> tracks
   return place(tracks, pose->camera_from_world, frame);
 }
 
-// What the track shows from now on is taken for another point.
+// The track is taken for a different point from now on.
 void LocalMap::giveUp(Point& point) {
   point.is_placed = false;
   point.is_far = false;
@@ -276,22 +268,16 @@ void LocalMap::triangulateAll() {
 
 void LocalMap::adjust() {
   if (window_.size() < 3) return;
-  struct Adjusted {
-    std::uint32_t track = 0;
-    std::vector<SightingAt> sightings;
-  };
-  std::vector<Adjusted> chosen;
-  for (auto& [track, sightings] : sightingsInWindow()) {
+  std::vector<std::pair<std::uint32_t, std::vector<SightingAt>>> chosen;
+  for (const auto& [track, sightings] : sightingsInWindow()) {
     const Point& point = points_.at(track);
     if (!point.is_placed || sightings.size() < 2) continue;
     if (!point.is_far && widestAngle(sightings) < scale_.least_rad) continue;
-    chosen.push_back({track, sightings});
+    chosen.emplace_back(track, sightings);
   }
   constexpr std::size_t kFewest = 20;  // fewer: a turn in place, of which resection finds the rotation
   if (chosen.size() < kFewest) return;
-  std::stable_sort(chosen.begin(), chosen.end(), [](const Adjusted& a, const Adjusted& b) {
-    return a.sightings.size() > b.sightings.size();
-  });
+  std::ranges::stable_sort(chosen, std::greater(), [](const auto& point) { return point.second.size(); });
   if (chosen.size() > kMostAdjusted) chosen.resize(kMostAdjusted);
 
   const bool is_first_held = num_keys_ <= window_size_;
@@ -302,10 +288,10 @@ void LocalMap::adjust() {
                .num_held_frames = is_first_held ? std::size_t{1} : std::size_t{2}};
   for (const KeyFrame& key : window_) fit.camera_from_world.push_back(key.camera_from_world);
   std::vector<SightingAt> places;  // of the sightings
-  for (const Adjusted& adjusted : chosen) {
+  for (const auto& [track, sightings] : chosen) {
     const auto id = static_cast<std::uint32_t>(fit.points.size());
-    fit.points.push_back(points_.at(adjusted.track).at);
-    for (const SightingAt& at : adjusted.sightings) {
+    fit.points.push_back(points_.at(track).at);
+    for (const SightingAt& at : sightings) {
       const TrackPixel& seen = window_[at.key].tracks[at.index];
       const SceneSighting sighting{.frame = static_cast<std::uint32_t>(at.key),
                                    .point = id,
@@ -335,11 +321,11 @@ void LocalMap::adjust() {
     poses_[window_[k].frame] = fit.camera_from_world[k];
   }
   for (std::size_t p = 0; p < chosen.size(); ++p) {
-    Point& point = points_.at(chosen[p].track);
+    const auto& [track, sightings] = chosen[p];
+    Point& point = points_.at(track);
     point.at = fit.points[p].normalized();
-    const auto num_used =
-        std::count_if(chosen[p].sightings.begin(), chosen[p].sightings.end(),
-                      [&](const SightingAt& at) { return window_[at.key].is_used[at.index] != 0; });
+    const auto num_used = std::ranges::count_if(
+        sightings, [&](const SightingAt& at) { return window_[at.key].is_used[at.index] != 0; });
     if (num_used < 2 || (!point.is_far && !(point.at.w() > 0))) giveUp(point);
   }
 }

@@ -65,7 +65,7 @@ class LocalMap {
   [[nodiscard]] const SE3& lastPose() const { return window_.back().camera_from_world; }
   /// The last key frame's tracks.
   [[nodiscard]] const std::vector<TrackPixel>& lastTracks() const { return window_.back().tracks; }
-  /// Of the points of the last key frame, median.
+  /// Median distance of the points of the last key frame.
   [[nodiscard]] double depth() const { return depth_; }
   /// The place of a point that was seen lately, at a known distance.
   [[nodiscard]] std::optional<Eigen::Vector3d> placeOf(std::uint32_t track) const;
@@ -101,8 +101,6 @@ class LocalMap {
   };
 
   [[nodiscard]] bool isOfUse(const Point& point) const;
-  void countSightings(std::span<const TrackPixel> tracks, std::span<const std::uint32_t> agreeing,
-                      std::span<const std::uint32_t> contradicting, std::size_t frame);
   [[nodiscard]] std::map<std::uint32_t, std::vector<SightingAt>> sightingsInWindow() const;
   [[nodiscard]] double widestAngle(const std::vector<SightingAt>& sightings) const;
   void giveUp(Point& point);

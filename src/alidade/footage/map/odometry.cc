@@ -8,25 +8,8 @@
 #include "alidade/core/error.h"
 #include "alidade/core/median.h"
 #include "alidade/footage/map/local_map.h"
-#include "alidade/footage/map/path_start.h"
 
 namespace alidade {
-
-std::string_view obstacleId(StartObstacle obstacle) {
-  switch (obstacle) {
-    case StartObstacle::kFewPoints:
-      return "few_points";
-    case StartObstacle::kStill:
-      return "still";
-    case StartObstacle::kRotation:
-      return "rotation";
-    case StartObstacle::kNoMotion:
-      return "no_motion";
-    case StartObstacle::kNone:
-      break;
-  }
-  return "none";
-}
 
 std::size_t Path::numPosed() const {
   return static_cast<std::size_t>(std::count_if(
@@ -135,7 +118,7 @@ class Odometry::Impl {
     num_errors_ += placed.num_points + placed.num_distant;
   }
 
-  // What a pair of views shows, in the world of the segment that it belongs to.
+  // The motion of a pair of views, in the world of the segment that it belongs to.
   struct Joint {
     SE3 camera_from_world;  // of the first view
     double scale = 1;
@@ -263,7 +246,7 @@ class Odometry::Impl {
     }
   }
 
-  // Of the frames so far, now that those of their key frames no longer change.
+  // Poses of the frames so far, now that those of their key frames no longer change.
   void fixPoses() {
     if (!map_) return;
     for (const auto& [index, relative] : relative_)

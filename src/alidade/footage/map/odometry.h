@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,6 +13,7 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/image.h"
 #include "alidade/footage/follow/tracks.h"
+#include "alidade/footage/map/path_start.h"
 #include "alidade/geometry/se3.h"
 
 namespace alidade {
@@ -46,17 +46,6 @@ struct PathSegment {
   std::vector<std::size_t> scale_breaks;
   std::vector<Eigen::Vector3d> points;  ///< in the world, those at a known distance
 };
-
-/// Why no segment could be started.
-enum class StartObstacle : std::uint8_t {
-  kNone,
-  kFewPoints,  ///< the frames share too few points
-  kStill,      ///< nothing moves
-  kRotation,   ///< points move as if the camera turned in place
-  kNoMotion,   ///< points move, but not as one rigid scene
-};
-/// "none", "few_points", "still", "rotation", "no_motion".
-[[nodiscard]] std::string_view obstacleId(StartObstacle obstacle);
 
 struct Path {
   std::vector<PathFrame> frames;  ///< all that were given

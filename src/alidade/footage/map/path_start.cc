@@ -2,6 +2,7 @@
 #include "alidade/footage/map/path_start.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -11,7 +12,7 @@ namespace alidade {
 namespace {
 
 constexpr std::size_t kFewestShared = 30;  // tracks
-// Of SightScale::key_rad: the parallax of the first trial and of the last one.
+// The parallax of the first trial and of the last one, in units of SightScale::key_rad.
 constexpr double kStartShare = 0.25;
 constexpr double kMostShare = 4;
 // Standard deviation of the direction in which the camera went; the second where no better pair will come.
@@ -41,6 +42,11 @@ SharedRays sharedRays(const AnyCamera& camera, const std::vector<TrackPixel>& a,
 }
 
 }  // namespace
+
+std::string_view obstacleId(StartObstacle obstacle) {
+  constexpr std::array<std::string_view, 5> kIds = {"none", "few_points", "still", "rotation", "no_motion"};
+  return kIds.at(static_cast<std::size_t>(obstacle));
+}
 
 PathStart::PathStart(const AnyCamera& camera, ImageSize size, const SightScale& scale, std::uint64_t seed)
     : camera_(camera), size_(size), scale_(scale), seed_(seed), wanted_rad_(kStartShare * scale.key_rad) {}
@@ -105,19 +111,12 @@ std::optional<StartingPair> PathStart::tryPair(double least_rad, double sure_rad
     obstacle_ = StartObstacle::kStill;
     return std::nullopt;
   }
-  const SO3 rotation = commonRotation(shared.rays);
-  std::vector<double> angles;
-  for (const RayPair& pair : shared.rays) angles.push_back((pair.b - rotation * pair.a).norm());
-  if (medianOf(std::move(angles)) < least_rad) {
+  if (parallaxAngle(shared.rays) < least_rad) {
     obstacle_ = StartObstacle::kRotation;
     return std::nullopt;
   }
   StartingPair pair{.a = 0, .b = waiting_.size() - 1, .motion = {}, .tracks = {}};
-  std::vector<PixelMatch> matches;
-  for (const auto& [i, j] : commonTracks(a, b)) {
-    matches.push_back({a[i].pixel, b[j].pixel, std::hypot(a[i].sigma_px, b[j].sigma_px) / std::sqrt(2.0)});
-    pair.tracks.push_back(a[i].track);
-  }
+  const std::vector<PixelMatch> matches = matchesOf(a, b, pair.tracks);
   pair.motion = estimateTwoView(
       camera_, matches,
       {.threshold_px = scale_.threshold_px, .seed = seed_ + waiting_.back().index, .size = size_});

@@ -6,6 +6,7 @@
 #include <deque>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,9 +16,19 @@
 #include "alidade/footage/follow/tracks.h"
 #include "alidade/footage/geometry/two_view.h"
 #include "alidade/footage/map/local_map.h"
-#include "alidade/footage/map/odometry.h"
 
 namespace alidade {
+
+/// Why no segment could be started.
+enum class StartObstacle : std::uint8_t {
+  kNone,
+  kFewPoints,  ///< the frames share too few points
+  kStill,      ///< nothing moves
+  kRotation,   ///< points move as if the camera turned in place
+  kNoMotion,   ///< points move, but not as one rigid scene
+};
+/// "none", "few_points", "still", "rotation", "no_motion".
+[[nodiscard]] std::string_view obstacleId(StartObstacle obstacle);
 
 /// A frame that waits for its pose.
 struct WaitingFrame {

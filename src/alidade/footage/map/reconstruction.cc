@@ -7,7 +7,9 @@
 #include <map>
 #include <utility>
 
+#include "alidade/adjust/scene/scene_solve.h"
 #include "alidade/core/median.h"
+#include "alidade/core/parallel.h"
 #include "alidade/footage/geometry/resection.h"
 
 namespace alidade {
@@ -36,10 +38,7 @@ std::vector<FramePair> rankedPairs(const FootageTracks& tracks, std::span<const 
         if (rays[i][a] && rays[j][b]) common.push_back({*rays[i][a], *rays[j][b]});
       }
       if (common.size() < TwoView::kFewestInliers) continue;
-      const SO3 rotation = commonRotation(common);
-      std::vector<double> angles;
-      for (const RayPair& pair : common) angles.push_back((pair.b - rotation * pair.a).norm());
-      const double parallax = focal_px * medianOf(std::move(angles));
+      const double parallax = focal_px * parallaxAngle(common);
       // False matches of photographs have any parallax.
       pairs.push_back(
           {i, j, tracks.is_video ? startScore(common.size(), parallax) : static_cast<double>(common.size())});
@@ -56,8 +55,7 @@ class Builder {
   Builder(const AnyCamera& camera, const FootageTracks& tracks, std::span<const std::size_t> frames,
           const ReconstructionOptions& options)
       : camera_(camera), tracks_(tracks), frames_(frames.begin(), frames.end()), options_(options) {
-    const double diagonal = std::hypot(tracks.size.width, tracks.size.height);
-    threshold_px_ = options.threshold_px > 0 ? options.threshold_px : std::max(2.0, 0.002 * diagonal);
+    threshold_px_ = agreementPx(options.threshold_px, std::hypot(tracks.size.width, tracks.size.height));
     for (const std::size_t frame : frames_) {
       auto& rays = rays_.emplace_back();
       for (const TrackPixel& at : tracks.frames[frame]) rays.push_back(camera.unproject(at.pixel));
@@ -83,13 +81,8 @@ class Builder {
     for (std::size_t k = 0; k < std::min(most_tried, pairs.size()); ++k) {
       const auto& a = tracks_.frames[frames_[pairs[k].a]];
       const auto& b = tracks_.frames[frames_[pairs[k].b]];
-      std::vector<PixelMatch> matches;
       std::vector<std::uint32_t> ids;
-      for (const auto& [i, j] : commonTracks(a, b)) {
-        matches.push_back(
-            {a[i].pixel, b[j].pixel, std::hypot(a[i].sigma_px, b[j].sigma_px) / std::sqrt(2.0)});
-        ids.push_back(a[i].track);
-      }
+      const std::vector<PixelMatch> matches = matchesOf(a, b, ids);
       const TwoView two = estimateTwoView(
           camera_, matches,
           {.threshold_px = options_.threshold_px, .seed = options_.seed + k, .size = tracks_.size});
@@ -176,13 +169,8 @@ class Builder {
       const Eigen::Vector4d point = pointOnRays(poses, rays);
       std::size_t num_close = 0;
       for (const auto& [i, k] : sightings) {
-        const SE3& pose = *poses_[i];
-        const Projection projection =
-            camera_.project(pose.rotation * Eigen::Vector3d(point.head<3>()) + pose.translation * point.w());
-        num_close += projection.ok() && (projection.pixel - tracks_.frames[frames_[i]][k].pixel).norm() <
-                                            3 * threshold_px_
-                         ? 1
-                         : 0;
+        const Eigen::Vector2d& pixel = tracks_.frames[frames_[i]][k].pixel;
+        num_close += errorOf(camera_, *poses_[i], point, pixel) < 3 * threshold_px_ ? 1 : 0;
       }
       if (num_close == sightings.size()) points_[track] = point;
     }
@@ -298,6 +286,33 @@ std::size_t removeOutliers(SceneFit& fit, double limit) {
 Reconstruction reconstruct(const AnyCamera& camera, const FootageTracks& tracks,
                            std::span<const std::size_t> frames, const ReconstructionOptions& options) {
   return Builder(camera, tracks, frames, options).build();
+}
+
+FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks,
+                              const ReconstructionOptions& options, int num_jobs) {
+  constexpr std::size_t kMost = 12;
+  const auto groups = chooseWindows(tracks, kMost);
+  std::vector<std::vector<Reconstruction>> found(groups.size());
+  parallelFor(
+      groups.size(), num_jobs,
+      [&](std::size_t g) {
+        std::vector<std::size_t> left = groups[g];
+        while (left.size() >= 2 && found[g].size() < kMost) {
+          found[g].push_back(reconstruct(camera, tracks, left, options));
+          const Reconstruction& window = found[g].back();
+          if (!window.fit || tracks.is_video) break;
+          std::erase_if(left, [&](std::size_t frame) {
+            return std::find(window.frames.begin(), window.frames.end(), frame) != window.frames.end();
+          });
+        }
+      },
+      options.cancel);
+  FootageWindows result;
+  for (auto& group : found) {
+    for (Reconstruction& window : group)
+      (window.fit ? result.windows : result.without_fit).push_back(std::move(window));
+  }
+  return result;
 }
 
 }  // namespace alidade

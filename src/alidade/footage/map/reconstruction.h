@@ -41,6 +41,16 @@ struct ReconstructionOptions {
                                          std::span<const std::size_t> frames,
                                          const ReconstructionOptions& options = {});
 
+/// Groups of frames, each reconstructed by itself.
+struct FootageWindows {
+  std::vector<Reconstruction> windows;      ///< with fits
+  std::vector<Reconstruction> without_fit;  ///< why others failed
+};
+/// Reconstructs all groups that chooseWindows() makes; the rest of a group of photographs becomes further
+/// windows.
+[[nodiscard]] FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks,
+                                            const ReconstructionOptions& options, int num_jobs);
+
 /// The standard deviation of a coordinate in units of sigma_px, by the median of the errors.
 [[nodiscard]] double noiseOf(const SceneFit& fit);
 

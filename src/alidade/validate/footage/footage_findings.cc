@@ -141,7 +141,7 @@ std::string likelyCause(const CameraChange& change, const AnyCamera& file) {
     case CameraChangeKind::kFirstRadial:
       if (!hasDistortion(file)) return "the file has no distortion, but the images have; calibrate the lens";
       return "another lens or another focus, or images that were partly corrected; calibrate again";
-    case CameraChangeKind::kSeveral:
+    default:
       break;
   }
   return "another camera or lens, or a file for other settings; calibrate this camera";

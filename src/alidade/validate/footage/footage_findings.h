@@ -11,7 +11,7 @@
 
 namespace alidade {
 
-/// What footage says of a camera file, as checks: `footage` (a failure if it is inconsistent, a warning if
+/// The verdict of footage on a camera file, as checks: `footage` (a failure if it is inconsistent, a warning if
 /// footage cannot tell), and notes: `footage_fit` (another camera fits better, by less than counts) and
 /// `footage_shutter` (a rolling shutter).
 /// @param file  the camera file's name, for commands
@@ -22,7 +22,7 @@ namespace alidade {
 /// things".
 [[nodiscard]] std::string gapWords(const FootageJudgement& judgement);
 
-/// What may have changed the camera like this, in plain words, and what to do.
+/// The likely cause of a change, in plain words, and what to do.
 /// @param file  the camera as the file has it
 [[nodiscard]] std::string likelyCause(const CameraChange& change, const AnyCamera& file);
 

@@ -116,20 +116,17 @@ std::string editFlags(const ConversionRequest& edit) {
 }
 
 FootageJudgement judgeOnFootage(const CameraRecord& camera, const FootageTracks& tracks,
-                                const FootageJudgementOptions& options) {
-  const FootageCheckOptions check_options{
-      .tolerance_px = options.tolerance_px, .num_jobs = options.num_jobs, .cancel = options.cancel};
-  FootageJudgement judgement{
-      .camera_size = camera.image_size,
-      .image_size = tracks.size,
-      .num_frames_given = options.num_frames_given > 0 ? options.num_frames_given : tracks.frames.size(),
-      .check = {}};
+                                const FootageCheckOptions& options, std::size_t num_frames_given) {
+  FootageJudgement judgement{.camera_size = camera.image_size,
+                             .image_size = tracks.size,
+                             .num_frames_given = num_frames_given,
+                             .check = {}};
   if (!judgement.isOtherSize()) {
-    judgement.check = checkOnFootage(camera.camera, tracks, check_options);
+    judgement.check = checkOnFootage(camera.camera, tracks, options);
     return judgement;
   }
   for (ConversionRequest& edit : editsBetween(camera.image_size, tracks.size)) {
-    FootageCheck check = checkOnFootage(convertCamera(camera, edit).camera(), tracks, check_options);
+    FootageCheck check = checkOnFootage(convertCamera(camera, edit).camera(), tracks, options);
     judgement.edits.push_back({.request = std::move(edit), .check = std::move(check)});
   }
   std::ranges::stable_sort(judgement.edits, [](const FootageEdit& a, const FootageEdit& b) {

@@ -25,12 +25,12 @@ struct FootageEdit {
   FootageCheck check;
 };
 
-/// What footage says of a camera.
+/// The verdict of footage on a camera.
 struct FootageJudgement {
   ImageSize camera_size;  ///< px, as the camera file says
   ImageSize image_size;   ///< px, of the footage
   std::size_t num_frames_given = 0;
-  /// Of the camera as it is; where the sizes differ, of the camera after edits.front(), if there is one.
+  /// The camera as it is; where the sizes differ, of the camera after edits.front(), if there is one.
   FootageCheck check;
   /// Those that were tried because the sizes differ: consistent ones first, by their error, then the others.
   std::vector<FootageEdit> edits = {};
@@ -38,23 +38,18 @@ struct FootageJudgement {
   [[nodiscard]] bool isOtherSize() const { return camera_size != image_size; }
   /// The edit that makes the camera consistent with the footage; nothing if none does.
   [[nodiscard]] const FootageEdit* foundEdit() const;
-  /// Of the camera file: that of the check, but inconsistent if the sizes differ.
+  /// The verdict on the camera file: that of the check, but inconsistent if the sizes differ.
   [[nodiscard]] FootageVerdict verdict() const;
-};
-
-struct FootageJudgementOptions {
-  double tolerance_px = kFootageTolerancePx;
-  std::size_t num_frames_given = 0;  ///< of the footage, keyframes or not; 0: those of the tracks
-  int num_jobs = 0;
-  const CancelFlag* cancel = nullptr;
 };
 
 /// Tests a camera on tracks. If its images have another size than those of the footage, tests it after each
 /// edit that may explain this.
 /// @param tracks  with at least one frame
+/// @param num_frames_given  of the footage, keyframes or not
 /// @throws Cancelled
 [[nodiscard]] FootageJudgement judgeOnFootage(const CameraRecord& camera, const FootageTracks& tracks,
-                                              const FootageJudgementOptions& options);
+                                              const FootageCheckOptions& options,
+                                              std::size_t num_frames_given);
 
 /// The edits that make images of one size from those of another: resized, cropped in the centre, both, and
 /// rotated by a quarter turn too where one size is upright and the other is not.

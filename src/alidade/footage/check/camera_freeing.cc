@@ -1,29 +1,23 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/check/camera_windows.h"
+#include "alidade/footage/check/camera_freeing.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
-#include "alidade/adjust/scene/scene_fit.h"
+#include "alidade/adjust/scene/scene_equations.h"
+#include "alidade/adjust/scene/scene_solve.h"
+#include "alidade/camera/camera_change.h"
 #include "alidade/core/error.h"
 #include "alidade/core/median.h"
 #include "alidade/core/parallel.h"
+#include "alidade/geometry/decompositions.h"
+#include "alidade/geometry/least_squares.h"
+#include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
 namespace {
-
-// Of what two frames share: how far its points move.
-double medianMotion(const std::vector<TrackPixel>& a, const std::vector<TrackPixel>& b, double* shared) {
-  std::vector<double> motions;
-  for (const auto& [i, j] : commonTracks(a, b)) motions.push_back((a[i].pixel - b[j].pixel).norm());
-  *shared = a.empty() ? 0 : static_cast<double>(motions.size()) / static_cast<double>(a.size());
-  return motions.empty() ? std::numeric_limits<double>::infinity() : medianOf(std::move(motions));
-}
 
 constexpr int kMostSteps = 40;
 
@@ -41,13 +35,13 @@ Eigen::VectorXd unitsOf(const Eigen::MatrixXd& A) {
 }
 Eigen::VectorXd solveScaled(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
   const Eigen::VectorXd unit = unitsOf(A);
-  return unit.asDiagonal() * (unit.asDiagonal() * A * unit.asDiagonal()).ldlt().solve(unit.asDiagonal() * b);
+  return unit.asDiagonal() *
+         solveSpd(unit.asDiagonal() * A * unit.asDiagonal(), Eigen::VectorXd(unit.asDiagonal() * b));
 }
 Eigen::MatrixXd inverseScaled(const Eigen::MatrixXd& A) {
   const Eigen::VectorXd unit = unitsOf(A);
   const Eigen::MatrixXd scaled = unit.asDiagonal() * A * unit.asDiagonal();
-  return unit.asDiagonal() * scaled.ldlt().solve(Eigen::MatrixXd::Identity(A.rows(), A.cols())) *
-         unit.asDiagonal();
+  return unit.asDiagonal() * inverseSpd(scaled) * unit.asDiagonal();
 }
 
 // The scatter, in no direction less than the information: that would be by chance.
@@ -55,14 +49,12 @@ Eigen::MatrixXd atLeast(const Eigen::MatrixXd& scatter, const Eigen::MatrixXd& i
   const Eigen::VectorXd unit = unitsOf(information);
   Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
   scaled.diagonal().array() += 1e-10;
-  const Eigen::LLT<Eigen::MatrixXd> root(scaled);
-  const Eigen::MatrixXd half =
-      root.matrixL().solve(Eigen::MatrixXd(unit.asDiagonal() * scatter * unit.asDiagonal()));
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
-      Eigen::MatrixXd(root.matrixL().solve(Eigen::MatrixXd(half.transpose()))));
+  const Eigen::MatrixXd root = choleskyOf(scaled);
+  const Eigen::MatrixXd half = solveLower(root, unit.asDiagonal() * scatter * unit.asDiagonal());
+  const SymmetricEigen eigen(solveLower(root, half.transpose()));
   const Eigen::VectorXd factors = eigen.eigenvalues().cwiseMax(1);
   *mean = factors.size() > 0 ? factors.mean() : 1;
-  const Eigen::MatrixXd rotated = root.matrixL() * eigen.eigenvectors();
+  const Eigen::MatrixXd rotated = root.triangularView<Eigen::Lower>() * eigen.eigenvectors();
   const Eigen::VectorXd scale = unit.cwiseInverse();
   return scale.asDiagonal() * rotated * factors.asDiagonal() * rotated.transpose() * scale.asDiagonal();
 }
@@ -91,8 +83,12 @@ struct CameraFreeing::State {
 };
 
 CameraFreeing::CameraFreeing(const AnyCamera& given, std::vector<Reconstruction> windows,
-                             const FootageTracks& tracks, const FreeingOptions& options)
-    : given_(given), windows_(std::move(windows)), options_(options), is_video_(tracks.is_video) {
+                             const FootageTracks& tracks, int num_jobs, const CancelFlag* cancel)
+    : given_(given),
+      windows_(std::move(windows)),
+      num_jobs_(num_jobs),
+      cancel_(cancel),
+      is_video_(tracks.is_video) {
   const auto params = given.parameters();
   num_ = static_cast<Eigen::Index>(params.size()) + 1;
   start_ = Eigen::VectorXd::Zero(num_);
@@ -108,7 +104,7 @@ CameraFreeing::CameraFreeing(const AnyCamera& given, std::vector<Reconstruction>
   constexpr double kLeast = 0.01;  // px
   constexpr int kRounds = 5;
   for (int round = 0; round < kRounds; ++round) {
-    minimise(state, all, 2);
+    solve(state, all, 2);
     const double next = std::max(kLeast, std::sqrt(state.sums.field_square / state.sums.num_coefficients));
     const bool is_settled = std::abs(next - field_px_) < 0.2 * field_px_;
     field_px_ = next;
@@ -117,12 +113,12 @@ CameraFreeing::CameraFreeing(const AnyCamera& given, std::vector<Reconstruction>
     state.sums = sumsAt(state);
     if (is_settled) break;
   }
-  is_all_found_ = minimise(state, all, kMostSteps);
+  is_all_found_ = solve(state, all, kMostSteps);
   State given_state{.windows = windows_, .at = start_, .sums = {}};
   setField(given_state, field_px_);
   if (!solveAt(given_state, start_)) return;
   given_state.sums = sumsAt(given_state);
-  is_usable_ = minimise(given_state, Eigen::MatrixXd(num_ - 1, 0), kMostSteps);
+  is_usable_ = solve(given_state, Eigen::MatrixXd(num_ - 1, 0), kMostSteps);
   at_all_ = std::make_unique<State>(std::move(state));
   at_given_ = std::make_unique<State>(std::move(given_state));
 }
@@ -146,7 +142,7 @@ std::optional<FreedCamera> CameraFreeing::all() const {
 std::optional<FreedCamera> CameraFreeing::along(const Eigen::MatrixXd& directions) const {
   if (!is_usable_) return std::nullopt;
   State state = *at_given_;
-  const bool is_converged = minimise(state, directions, kMostSteps);
+  const bool is_converged = solve(state, directions, kMostSteps);
   return freedAt(state.at, state.sums, directions, is_converged);
 }
 
@@ -164,14 +160,16 @@ std::optional<FreedCamera> CameraFreeing::predictedAlong(const Eigen::MatrixXd& 
   return freedAt(at_given_->at + step, sums, directions, true);
 }
 
+std::optional<AnyCamera> CameraFreeing::cameraAt(const Eigen::VectorXd& at) const {
+  return cameraWith(given_.modelId(), {at.data(), static_cast<std::size_t>(num_ - 1)});
+}
+
 std::optional<FreedCamera> CameraFreeing::freedAt(const Eigen::VectorXd& at, const Sums& sums,
                                                   const Eigen::MatrixXd& directions,
                                                   bool is_converged) const {
-  const std::span<const double> params(at.data(), static_cast<std::size_t>(num_ - 1));
-  for (std::size_t i = 0; i < params.size(); ++i) {
-    if (parameterComplaint(given_.modelId(), i, params[i])) return std::nullopt;
-  }
-  FreedCamera freed{.camera = AnyCamera::make(given_.modelId(), params),
+  const auto camera = cameraAt(at);
+  if (!camera) return std::nullopt;
+  FreedCamera freed{.camera = *camera,
                     .amounts = {},
                     .cost = sums.cost,
                     .covariance = {},
@@ -182,7 +180,7 @@ std::optional<FreedCamera> CameraFreeing::freedAt(const Eigen::VectorXd& at, con
   const Eigen::VectorXd change = at - start_;
   if (directions.cols() > 0) {
     const Eigen::MatrixXd gram = directions.transpose() * directions;
-    freed.amounts = gram.ldlt().solve(directions.transpose() * change.head(num_ - 1));
+    freed.amounts = solveSpd(gram, Eigen::VectorXd(directions.transpose() * change.head(num_ - 1)));
   }
   const Eigen::MatrixXd information = D.transpose() * sums.information * D;
   const Eigen::MatrixXd prior = D.transpose() * prior_ * D;
@@ -223,7 +221,8 @@ void CameraFreeing::setNoise() {
   for (Reconstruction& window : windows_) window.fit->loss = {.threshold_px = 2.5 * noise_};
 }
 
-// The mean square change of the footage's pixels is as if measured to be zero, with the options' deviation.
+// The mean square change of the footage's pixels is as if measured to be zero: what footage does not
+// determine then stays as it is.
 void CameraFreeing::setPrior() {
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(num_, num_);
   double count = 0;
@@ -237,8 +236,9 @@ void CameraFreeing::setPrior() {
       count += 1;
     }
   }
-  prior_ = sum / (std::max(1.0, count) * options_.prior_px * options_.prior_px);
-  // Of directions that do not move the pixels at all.
+  constexpr double kPriorPx = 20;  // standard deviation of the change that is thought possible, RMS
+  prior_ = sum / (std::max(1.0, count) * kPriorPx * kPriorPx);
+  // Directions that do not move the pixels at all need a prior too.
   for (Eigen::Index i = 0; i < num_; ++i) prior_(i, i) += 1e-6 * prior_(i, i) + 1e-12;
   if (is_video_) {
     prior_(num_ - 1, num_ - 1) += 1;  // a readout takes a frame's time at most
@@ -262,29 +262,26 @@ double CameraFreeing::priorCost(const Eigen::VectorXd& at) const {
 }
 
 bool CameraFreeing::solveAt(State& state, const Eigen::VectorXd& at) const {
-  const std::span<const double> params(at.data(), static_cast<std::size_t>(num_ - 1));
-  for (std::size_t i = 0; i < params.size(); ++i) {
-    if (parameterComplaint(given_.modelId(), i, params[i])) return false;
-  }
-  const AnyCamera camera = AnyCamera::make(given_.modelId(), params);
+  const auto camera = cameraAt(at);
+  if (!camera) return false;
   std::vector<char> is_solved(state.windows.size(), 0);
   parallelFor(
-      state.windows.size(), options_.num_jobs,
+      state.windows.size(), num_jobs_,
       [&](std::size_t i) {
         SceneFit& fit = *state.windows[i].fit;
-        fit.camera = camera;
+        fit.camera = *camera;
         fit.readout = at[num_ - 1];
         fit = solveScene(std::move(fit),
-                         {.max_iterations = 200, .function_tolerance = 1e-6, .cancel = options_.cancel});
+                         {.max_iterations = 200, .function_tolerance = 1e-6, .cancel = cancel_});
         is_solved[i] = fit.summary.termination == Termination::kConverged ? 1 : 0;
       },
-      options_.cancel);
+      cancel_);
   return std::all_of(is_solved.begin(), is_solved.end(), [](char ok) { return ok != 0; });
 }
 
 CameraFreeing::Sums CameraFreeing::sumsAt(const State& state) const {
   std::vector<SceneEquations> equations(state.windows.size());
-  parallelFor(state.windows.size(), options_.num_jobs,
+  parallelFor(state.windows.size(), num_jobs_,
               [&](std::size_t i) { equations[i] = sceneEquations(*state.windows[i].fit); });
   Sums sums;
   sums.information = Eigen::MatrixXd::Zero(num_, num_);
@@ -308,92 +305,31 @@ CameraFreeing::Sums CameraFreeing::sumsAt(const State& state) const {
 }
 
 // Gauss-Newton steps on the windows' normal equations, to the optimum. @returns whether it was reached
-bool CameraFreeing::minimise(State& state, const Eigen::MatrixXd& directions, int max_steps) const {
+bool CameraFreeing::solve(State& state, const Eigen::MatrixXd& directions, int max_steps) const {
   const Eigen::MatrixXd D = withReadout(directions);
   double cost = state.sums.cost + priorCost(state.at);
-  double damping = 0;
-  for (int step = 0; step < max_steps; ++step) {
-    throwIfCancelled(options_.cancel);
+  const DampingRule rule{
+      .raised = [](double damping) { return damping > 1e8 / 8 ? HUGE_VAL : std::max(1e-2, damping * 8); },
+      .lowered = [](double damping) { return damping > 1e-3 ? damping / 8 : 0; },
+      .max_steps = max_steps};
+  return minimise(rule, [&](double damping) {
+    throwIfCancelled(cancel_);
     Eigen::MatrixXd A = D.transpose() * (state.sums.information + prior_) * D;
     A.diagonal() += damping * A.diagonal();
     const Eigen::VectorXd gradient = D.transpose() * (state.sums.gradient + prior_ * (state.at - start_));
     const Eigen::VectorXd delta = -solveScaled(A, gradient);
     const double promise = -0.5 * gradient.dot(delta);
-    if (!(promise >= 0)) return false;
-    if (promise < 1e-2 * (1 + damping)) return true;
+    if (!(promise >= 0)) return StepResult::kFailed;
+    if (promise < 1e-2 * (1 + damping)) return StepResult::kConverged;
     State trial{.windows = state.windows, .at = state.at + D * delta, .sums = {}};
-    if (solveAt(trial, trial.at)) {
-      trial.sums = sumsAt(trial);
-      const double trial_cost = trial.sums.cost + priorCost(trial.at);
-      if (trial_cost <= cost + 1e-9 * cost) {
-        state = std::move(trial);
-        cost = trial_cost;
-        damping = damping > 1e-3 ? damping / 8 : 0;
-        continue;
-      }
-    }
-    damping = std::max(1e-2, damping * 8);
-    if (damping > 1e8) return false;
-  }
-  return false;
-}
-
-FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks,
-                              const ReconstructionOptions& options, int num_jobs) {
-  constexpr std::size_t kMost = 12;
-  const auto groups = chooseWindows(tracks, kMost);
-  std::vector<std::vector<Reconstruction>> found(groups.size());
-  parallelFor(
-      groups.size(), num_jobs,
-      [&](std::size_t g) {
-        std::vector<std::size_t> left = groups[g];
-        while (left.size() >= 2 && found[g].size() < kMost) {
-          found[g].push_back(reconstruct(camera, tracks, left, options));
-          const Reconstruction& window = found[g].back();
-          if (!window.fit || tracks.is_video) break;
-          std::erase_if(left, [&](std::size_t frame) {
-            return std::find(window.frames.begin(), window.frames.end(), frame) != window.frames.end();
-          });
-        }
-      },
-      options.cancel);
-  FootageWindows result;
-  for (auto& group : found) {
-    for (Reconstruction& window : group)
-      (window.fit ? result.windows : result.without_fit).push_back(std::move(window));
-  }
-  return result;
-}
-
-bool isKeyframe(const FootageTracks& kept, const std::vector<TrackPixel>& frame) {
-  constexpr double kMotion = 0.04;  // of the width
-  constexpr double kShared = 0.5;   // of tracks
-  if (frame.empty()) return false;
-  if (!kept.is_video || kept.frames.empty()) return true;
-  double shared = 0;
-  const double motion = medianMotion(kept.frames.back(), frame, &shared);
-  return motion > kMotion * kept.size.width || shared < kShared;
-}
-
-std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks, std::size_t most) {
-  const std::size_t kFrames = tracks.is_video ? 9 : 40;  // of a window
-  std::vector<std::vector<std::size_t>> windows;
-  if (tracks.frames.size() < 2) return windows;
-  // Of about equal length.
-  const std::size_t count = (tracks.frames.size() + kFrames - 1) / kFrames;
-  for (std::size_t w = 0; w < count; ++w) {
-    const std::size_t begin = w * tracks.frames.size() / count;
-    const std::size_t end = (w + 1) * tracks.frames.size() / count;
-    if (end - begin < 2) continue;
-    std::vector<std::size_t>& window = windows.emplace_back();
-    for (std::size_t i = begin; i < end; ++i) window.push_back(i);
-  }
-  if (windows.size() > most) {
-    std::vector<std::vector<std::size_t>> fewer;
-    for (std::size_t k = 0; k < most; ++k) fewer.push_back(std::move(windows[k * windows.size() / most]));
-    return fewer;
-  }
-  return windows;
+    if (!solveAt(trial, trial.at)) return StepResult::kWorse;
+    trial.sums = sumsAt(trial);
+    const double trial_cost = trial.sums.cost + priorCost(trial.at);
+    if (!(trial_cost <= cost + 1e-9 * cost)) return StepResult::kWorse;
+    state = std::move(trial);
+    cost = trial_cost;
+    return StepResult::kBetter;
+  });
 }
 
 }  // namespace alidade

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "alidade/camera/camera_change.h"
+#include "alidade/core/cancel.h"
+
+namespace alidade {
+
+/// The answer of footage about a camera or a rig.
+enum class FootageVerdict : std::uint8_t {
+  kConsistent,
+  kInconsistent,
+  kCannotTell,
+};
+/// "consistent", "inconsistent", "cannot_tell".
+[[nodiscard]] std::string_view verdictId(FootageVerdict verdict);
+
+/// Why footage cannot tell.
+enum class FootageGap : std::uint8_t {
+  kNone,
+  kFewPoints,    ///< too few points could be followed
+  kNoMotion,     ///< all frames show the same
+  kNoParallax,   ///< the camera turned in place, or all is far away
+  kMovingScene,  ///< too few points agree with one motion of the camera
+  kFewFrames,    ///< fewer than five frames could be reconstructed together
+  kUnsolved,     ///< a change that may explain the footage could not be solved for
+  kWeak,         ///< the motion leaves the camera's parameters undetermined
+};
+/// "too_few_points", "no_motion", "no_parallax", "moving_scene", "too_few_frames",
+/// "unsolved", "undetermined"; empty for kNone.
+[[nodiscard]] std::string_view gapId(FootageGap gap);
+
+struct FootageCheckOptions {
+  double tolerance_px = 1;
+  int num_jobs = 0;
+  const CancelFlag* cancel = nullptr;
+};
+
+/// The change of one kind that fits footage best.
+struct ChangeFit {
+  CameraChangeKind kind = CameraChangeKind::kSeveral;
+  std::vector<double> amounts = {};  ///< see CameraChangeKind
+  std::vector<double> std = {};      ///< of each
+  double cost_drop = 0;              ///< share of the sum of squared errors that the change removes
+  double gain = 0;                   ///< what counts of that in the choice between changes
+  double prior_cost = 0;             ///< half the squares of the amounts in units of what is usual
+  double score = 0;                  ///< half the drop in units of its variance, less kPenalty an unknown
+  /// 95th percentile of the displacement by the change, where points were seen; and what is left of it 1.645
+  /// standard deviations nearer to no change.
+  double effect_px = 0;
+  double sure_px = 0;
+  /// The same percentile of 1.96 standard deviations: a change of this kind that would go unnoticed.
+  double blind_px = 0;
+
+  /// @param std_px  95th percentile of the standard deviation of the displacement
+  void setEffect(double displacement_px, double std_px);
+};
+
+/// The result of testing all changes.
+struct FootageOutcome {
+  FootageVerdict verdict = FootageVerdict::kCannotTell;
+  FootageGap gap = FootageGap::kNone;
+  std::optional<std::size_t> explanation = {};  ///< the change that explains the footage best, if one does
+  std::vector<std::size_t> alternatives = {};   ///< of rigs: other changes that explain nine tenths as much
+  double tolerance_px = 0;
+  double blind_px = 0;  ///< the largest change that counts and would go unnoticed
+  double noise_px = 0;  ///< of a coordinate
+  double parallax_px = 0;
+
+  [[nodiscard]] double failurePx() const { return 5 * tolerance_px; }      ///< as for findings of boards
+  [[nodiscard]] double blindLimitPx() const { return 10 * tolerance_px; }  ///< beyond, footage cannot tell
+};
+
+/// Taken off a score for each unknown: 1 in 1000 and a choice of six kinds.
+inline constexpr double kPenalty = 6;
+
+/// How the explanation is chosen.
+struct ExplanationRule {
+  bool prefers_wrong = false;  ///< changes that show a file to be wrong come before all others
+  double as_much = 1;          ///< share of the largest gain from which the first change is taken
+  double several = 1;          ///< times the effect that fails otherwise, of all unknowns at once
+};
+inline constexpr ExplanationRule kCameraRule = {};
+inline constexpr ExplanationRule kRigRule = {.prefers_wrong = true, .as_much = 0.98, .several = 2};
+
+/// Sets the explanation: of the significant changes of one kind, the one that explains most; or all unknowns
+/// together, if they explain clearly more, and what they find is an error that counts. And the alternatives,
+/// of rigs.
+/// @returns whether the explanation shows the file to be wrong
+bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& changes,
+             const ExplanationRule& rule);
+
+/// A change of a camera's parameters: "focal length of left +3.1 % +- 0.2 %".
+/// @param camera  whose parameters are named
+/// @param of  " of left", with more digits where they are known; or nothing
+[[nodiscard]] std::string describe(const ChangeFit& change, const AnyCamera& camera, std::string_view of);
+
+/// Digits after the point that show a standard deviation; no fewer than usual.
+[[nodiscard]] int digitsFor(double std, int usual);
+
+}  // namespace alidade
