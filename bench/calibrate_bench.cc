@@ -12,6 +12,7 @@
 #include <sys/resource.h>
 #include <opencv2/calib3d.hpp>
 
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"

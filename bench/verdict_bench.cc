@@ -16,6 +16,7 @@
 #include <optional>
 #include <string>
 
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
 #include "alidade/core/error.h"
 #include "support/verdict_case.h"
@@ -32,7 +33,7 @@ struct Row {
 
 Row runRow(Flaw flaw, const std::string& model, int num_sets) {
   Row row;
-  const std::vector<std::string> expected = findingsFor(flaw);
+  const std::vector<DiagnosisId> expected = findingsFor(flaw);
   // A view that was left out does no harm any more, and a lens may deviate by little.
   const bool is_harmless = flaw == Flaw::kSwappedImage || flaw == Flaw::kTooLean;
   for (int i = 0; i < num_sets; ++i) {
@@ -108,7 +109,7 @@ class GradedCase {
     Graded graded;
     try {
       const Calibration result = calibratedWith(strength);
-      const std::vector<std::string> expected = findingsFor(flaw_);
+      const std::vector<DiagnosisId> expected = findingsFor(flaw_);
       graded.is_warned = std::ranges::any_of(result.diagnoses, [&](const Diagnosis& d) {
         return d.severity > Severity::kNote && std::ranges::find(expected, d.id) != expected.end();
       });

@@ -15,7 +15,7 @@
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/calibrate/record_of.h"
+#include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
@@ -318,13 +318,14 @@ void bindFinding(py::module_& module) {
       .def_property_readonly(
           "severity", [](const Diagnosis& self) { return std::string(severityName(self.severity)); },
           doc("Finding.severity"))
-      .def_readonly("id", &Diagnosis::id, doc("Finding.id"))
+      .def_property_readonly(
+          "id", [](const Diagnosis& self) { return std::string(self.id); }, doc("Finding.id"))
       .def_property_readonly("message", &Diagnosis::message, doc("Finding.message"))
       .def_readonly("next_step", &Diagnosis::next_step, doc("Finding.next_step"))
       .def_readonly("effect_px", &Diagnosis::effect_px, doc("Finding.effect_px"))
       .def("__repr__", [](const Diagnosis& self) {
-        return "<alidade.Finding: " + std::string(severityName(self.severity)) + ", " + self.id + ": " +
-               self.message() + ">";
+        return "<alidade.Finding: " + std::string(severityName(self.severity)) + ", " + std::string(self.id) +
+               ": " + self.message() + ">";
       });
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/calibrate/start/options.h"
+#include "alidade/calibrate/start/calibration_options.h"
 #include "alidade/core/diagnosis.h"
 #include "alidade/report/pages/page_shell.h"
 #include "detection.h"

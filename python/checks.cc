@@ -7,7 +7,7 @@
 
 #include <pybind11/stl.h>
 
-#include "alidade/calibrate/record_of.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
 #include "alidade/files/camera_source.h"
@@ -126,7 +126,7 @@ py::str validationHtml(const FileValue& self) {
   std::string table;
   for (const CheckResult& result : checksOf(self)) {
     table += "<tr>" + cell(std::string(severityName(result.check.severity))) + cell(result.camera) +
-             cell(result.check.id) + cell(result.check.message) + "</tr>";
+             cell(std::string(result.check.id)) + cell(result.check.message) + "</tr>";
   }
   if (!table.empty())
     table =
@@ -144,7 +144,7 @@ void bindChecks(py::module_& module) {
   py::class_<CheckResult>(module, "Check", doc("Check"))
       .def_readonly("camera", &CheckResult::camera, doc("Check.camera"))
       .def_property_readonly(
-          "id", [](const CheckResult& self) { return self.check.id; }, doc("Check.id"))
+          "id", [](const CheckResult& self) { return std::string(self.check.id); }, doc("Check.id"))
       .def_property_readonly(
           "severity", [=](const CheckResult& self) { return status(self.check.severity); },
           doc("Check.severity"))
@@ -159,7 +159,7 @@ void bindChecks(py::module_& module) {
           },
           doc("Check.values"))
       .def("__repr__", [=](const CheckResult& self) {
-        return "<alidade.Check: " + status(self.check.severity) + ", " + self.check.id + ": " +
+        return "<alidade.Check: " + status(self.check.severity) + ", " + std::string(self.check.id) + ": " +
                self.check.message + ">";
       });
   py::class_<FileValue>(module, "FileValidation", doc("FileValidation"))

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "alidade/calibrate/start/options.h"
+#include "alidade/calibrate/start/calibration_options.h"
 #include "alidade/core/cancel.h"
 #include "alidade/detect/survey.h"
 #include "alidade/imagery/image_set.h"

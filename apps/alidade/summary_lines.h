@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 
 // Lines that the summaries of cameras and of rigs have in common, for people.
 

@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 
+#include "alidade/adjust/board/errors.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "support/simulated_set.h"
@@ -38,7 +39,7 @@ std::string messageOf(const std::function<void()>& call) {
 std::string findingsOf(const Calibration& result) {
   std::string text;
   for (const Diagnosis& finding : result.diagnoses)
-    text += "[" + finding.id + "] " + finding.message() + "\n";
+    text += "[" + std::string(finding.id) + "] " + finding.message() + "\n";
   return text;
 }
 

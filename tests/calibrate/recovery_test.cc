@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/simulated_set.h"
 

@@ -5,7 +5,10 @@
 
 #include <gmock/gmock.h>
 
+#include "alidade/adjust/board/errors.h"
+#include "alidade/calibrate/bend/board_bend.h"
 #include "alidade/calibrate/calibrator.h"
+#include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/core/error.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/parallel.h"
 #include "support/simulated_set.h"

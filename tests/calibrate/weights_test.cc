@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/error.h"
 #include "support/simulated_set.h"

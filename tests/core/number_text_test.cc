@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/core/number_text.h"
 
-#include <gmock/gmock.h>
-
-#include "alidade/core/diagnosis_order.h"
+#include <gtest/gtest.h>
 
 namespace alidade {
 namespace {
@@ -26,19 +24,6 @@ TEST(NumberText, NeedsNoExponentForWhatPeopleMeasure) {
   EXPECT_EQ(numberText("%.2g", -1234), "-1200");
   EXPECT_EQ(numberText("%.1g", 1.3e17), "1e+17");
   EXPECT_EQ(numberText("%.4f", 1234.5), "1234.5000");
-}
-
-TEST(SortDiagnoses, PutsCausesBeforeWhatFollowsFromThem) {
-  std::vector<Diagnosis> diagnoses = {{.severity = Severity::kWarning, .id = "poor_coverage", .cause = ""},
-                                      {.severity = Severity::kFailure, .id = "inaccurate", .cause = ""},
-                                      {.severity = Severity::kWarning, .id = "odd_aspect", .cause = ""},
-                                      {.severity = Severity::kFailure, .id = "folds_in_image", .cause = ""},
-                                      {.severity = Severity::kFailure, .id = "two_cameras", .cause = ""}};
-  sortDiagnoses(diagnoses);
-  std::vector<std::string> ids;
-  for (const Diagnosis& diagnosis : diagnoses) ids.push_back(diagnosis.id);
-  EXPECT_THAT(ids, testing::ElementsAre("two_cameras", "folds_in_image", "inaccurate", "odd_aspect",
-                                        "poor_coverage"));
 }
 
 }  // namespace

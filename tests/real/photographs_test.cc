@@ -10,6 +10,7 @@
 #include <map>
 
 #include "alidade/adjust/board/errors.h"
+#include "alidade/calibrate/bend/board_bend.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/random.h"
 #include "alidade/detect/detect_images.h"

@@ -129,8 +129,8 @@ TEST(TiltFigure, PlacesAViewTowardsItsNearerSide) {
 TEST(ViewErrors, NameImagesBrieflyAndMarkThoseOfWarnings) {
   ReportData data = withMisplacedPoint(3, {1e-3, 0, 0});
   for (std::size_t v = 0; v < 4; ++v) data.views[v].image = fmt::format("left0{}.jpg", v + 1);
-  data.findings = {{.severity = Severity::kWarning, .id = "influential_view", .cause = "left02.jpg"},
-                   {.severity = Severity::kNote, .id = "outliers", .cause = "left03.jpg"}};
+  data.findings = {{.id = "influential_view", .severity = Severity::kWarning, .cause = "left02.jpg"},
+                   {.id = "outliers", .severity = Severity::kNote, .cause = "left03.jpg"}};
   const std::string svg = viewErrorsFigure(data).svg;
   EXPECT_THAT(svg, testing::AllOf(HasSubstr(">01<"), HasSubstr(">04<"), HasSubstr("named in a warning")));
   EXPECT_THAT(svg, HasSubstr("class=\"bar named\" data-view=\"1\""));

@@ -21,7 +21,7 @@ using testing::Not;
 constexpr double kNoise = 0.1;
 
 auto hasId(const char* id) {
-  return Contains(Field(&Diagnosis::id, id));
+  return Contains(Field(&Diagnosis::id, testing::Eq(id)));
 }
 
 BoardShape unevenShape(std::uint64_t seed) {

@@ -209,7 +209,7 @@ TEST(Rig, FindsFramesThatWereNotTakenTogether) {
     EXPECT_EQ(view.camera, 1u);
     EXPECT_THAT(wrong, Contains(view.image));
   }
-  EXPECT_THAT(rig.diagnoses, Contains(Field(&Diagnosis::id, "not_simultaneous")));
+  EXPECT_THAT(rig.diagnoses, Contains(Field(&Diagnosis::id, testing::Eq("not_simultaneous"))));
   EXPECT_LT(poseError(scene, rig, 1).norm(), 0.02);
 }
 
@@ -247,7 +247,7 @@ TEST(Rig, FindsACameraThatMoved) {
       EXPECT_EQ(found.camera, mover);
       EXPECT_NEAR(std::stoi(found.from_frame.substr(5)), kFirstMoved, 1);
       EXPECT_NEAR((motion.inverse() * found.after_from_before).log().norm(), 0, 0.2 * angle_rad + 5e-4);
-      EXPECT_THAT(rig.diagnoses, Contains(Field(&Diagnosis::id, "camera_moved")));
+      EXPECT_THAT(rig.diagnoses, Contains(Field(&Diagnosis::id, testing::Eq("camera_moved"))));
       EXPECT_EQ(rig.isUsable(), found.effect_px < 5);
       ++num_found;
     }
@@ -297,7 +297,7 @@ TEST(Rig, KeepsLensesThatAreGiven) {
   const RigCalibration contradicted = calibrate(std::span(&kCharuco, 1), scene.views, options);
   ASSERT_TRUE(contradicted.cameras[2].misfit);
   EXPECT_GT(contradicted.cameras[2].misfit->effect_px, 1);
-  EXPECT_THAT(contradicted.diagnoses, Contains(Field(&Diagnosis::id, "given_lens_misfits")));
+  EXPECT_THAT(contradicted.diagnoses, Contains(Field(&Diagnosis::id, testing::Eq("given_lens_misfits"))));
 }
 
 TEST(Rig, NeedsTwoCameras) {
@@ -339,7 +339,7 @@ TEST(RigValidation, TellsARightRigFromAWrongOne) {
   RigRecord moved = truth;
   moved.cameras[2].camera_from_rig.translation.x() += 0.004;
   const RigValidation wrong = validated(moved, kCharuco);
-  EXPECT_THAT(wrong.diagnoses, Contains(Field(&Diagnosis::id, "pose_contradicted")));
+  EXPECT_THAT(wrong.diagnoses, Contains(Field(&Diagnosis::id, testing::Eq("pose_contradicted"))));
   EXPECT_GT(wrong.cameras[2].sigmas, 5);
   EXPECT_NEAR(wrong.cameras[2].freed_from_stated.translation.x(), -0.004, 0.002);
   EXPECT_LT(wrong.cameras[1].sigmas, 3);
@@ -348,7 +348,7 @@ TEST(RigValidation, TellsARightRigFromAWrongOne) {
   for (RigCameraRecord& camera : large.cameras) camera.camera_from_rig.translation *= 1.01;
   const RigValidation long_lengths = validated(large, kCharuco);
   EXPECT_NEAR(long_lengths.length_ratio, 1.01, 0.003);
-  EXPECT_THAT(long_lengths.diagnoses, Contains(Field(&Diagnosis::id, "lengths_contradicted")));
+  EXPECT_THAT(long_lengths.diagnoses, Contains(Field(&Diagnosis::id, testing::Eq("lengths_contradicted"))));
 }
 
 TEST(RigFile, HoldsItsCameras) {

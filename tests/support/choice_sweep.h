@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 #include "support/user_views.h"
 
 namespace alidade {

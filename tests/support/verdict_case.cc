@@ -158,7 +158,7 @@ std::string_view flawName(Flaw flaw) {
   return "unknown";
 }
 
-std::vector<std::string> findingsFor(Flaw flaw) {
+std::vector<DiagnosisId> findingsFor(Flaw flaw) {
   switch (flaw) {
     case Flaw::kNone:
       return {};

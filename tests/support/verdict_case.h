@@ -34,8 +34,8 @@ inline constexpr std::array kFlaws = {Flaw::kNone,           Flaw::kThreeViews, 
 
 [[nodiscard]] std::string_view flawName(Flaw flaw);
 
-/// Ids of findings of which any one names the flaw; empty for none.
-[[nodiscard]] std::vector<std::string> findingsFor(Flaw flaw);
+/// Ids of diagnoses of which any one names the flaw; empty for none.
+[[nodiscard]] std::vector<DiagnosisId> findingsFor(Flaw flaw);
 
 /// A set of views with one flaw and how a user would calibrate it.
 struct VerdictCase {

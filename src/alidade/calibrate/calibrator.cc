@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/calibrator.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/noise/larger_model.h"
 #include "alidade/calibrate/choose/model_choice.h"
+#include "alidade/calibrate/clean/dropped.h"
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/calibrate/start/held_params.h"
-#include "alidade/core/mapped.h"
+#include "alidade/calibrate/uncertainty/uncertainty_of.h"
+#include "alidade/core/number_text.h"
+#include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
 
-void setAccuracy(std::vector<AnyCamera> alternatives, double distance_m, Calibration& now) {
-  if (!now.uncertainty.covariance) return;
-  for (const OtherOptimum& other : now.uncertainty.other_optima)
-    alternatives.push_back(AnyCamera::make(onlyCamera(now.fit).model, other.params));
-  now.uncertainty.accuracy = accuracyOf(now.fit, now.uncertainty, alternatives, distance_m);
-}
-
-// At rest under normalisation, which reading a file does: what was written is then read back the same.
+// Normalised until it no longer changes, as the reader does: what was written is then read back the same.
 SE3 settled(SE3 pose) {
   constexpr int kEnough = 16;  // each round has about an even chance
   for (int i = 0; i < kEnough; ++i) {
@@ -29,62 +29,87 @@ SE3 settled(SE3 pose) {
   return pose;
 }
 
-// As the caller knows the views: with their names, and by their indices among those that were given.
-void nameViews(const PreparedViews& given, Calibration& calibration) {
-  for (FitView& view : calibration.fit.views) {
-    view.image = given.views[view.source].image;
-    view.source = given.sources[view.source];
-  }
-  for (Outlier& outlier : calibration.dropped.outliers) outlier.source = given.sources[outlier.source];
-}
-
-// All but the diagnoses.
 Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
                           const CalibratorOptions& options) {
-  const bool is_flat = options.board_shape == BoardShapeMode::kFlat;
-  Calibration now{.fit = std::move(solution.fit), .choice = std::move(solution.choice)};
-  now.uncertainty =
-      uncertaintyOf(now.fit, is_flat ? ignoredBend(now.fit) : std::nullopt,
-                    mapped(now.choice.shapes, &ShapeReport::std_m), solution.close_params, options.cancel);
-  const std::vector<std::string> names =
-      mapped(now.fit.views, [&](const FitView& view) { return given.views[view.source].image; });
-  const double sigma_px = now.uncertainty.coordinate_sigma_px;
-  now.uncertainty.two_cameras = twoCameras(now.fit, names, sigma_px * sigma_px);
-  now.dropped = droppedFrom(now.fit, given, options.cancel);
-  now.domain = certifyDomain(now.camera(), now.imageSize());
-  for (FitPlacement& placement : now.fit.placements)
-    placement.rig_from_board = settled(placement.rig_from_board);
-  return now;
+  Fit& fit = solution.fit;
+  Choice& choice = solution.choice;
+  Uncertainty uncertainty = uncertaintyOf(solution, options);
+  Dropped dropped = droppedFrom(fit, given, options.cancel);
+  for (FitPlacement& placement : fit.placements) placement.rig_from_board = settled(placement.rig_from_board);
+  if (!choice.model) choice.better_model = neededModel(fit, options.cancel);
+  // As the caller knows the views.
+  for (FitView& view : fit.views) view.source = given.sources[view.source];
+  for (Outlier& outlier : dropped.outliers) outlier.source = given.sources[outlier.source];
+  const AnyCamera camera = AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
+  Calibration result{.fit = std::move(fit),
+                     .dropped = std::move(dropped),
+                     .choice = std::move(choice),
+                     .uncertainty = std::move(uncertainty),
+                     .domain = certifyDomain(camera, onlyCamera(fit).size)};
+  result.diagnoses = judge(result, options.tolerance_px);
+  return result;
 }
 
-Calibration chosenByHeldOutErrors(const PreparedViews& given, const CalibratorOptions& options) {
-  ChosenModel chosen = chooseModel(given, options);
-  Calibration now = calibrationOf(std::move(chosen.solution), given, options);
-  setAccuracy(std::move(chosen.rivals), options.distance_m, now);
-  now.choice.model = std::move(chosen.choice);
-  return now;
+// To a tenth of a pixel: enough to recognise an image by.
+std::vector<Eigen::Vector2d> viewCenters(const Fit& fit) {
+  constexpr double kTenths = 10;
+  std::vector<Eigen::Vector2d> centers;
+  for (const FitView& view : fit.views) {
+    if (centers.size() == CalibrationRecord::kMaxViewCenters) break;
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (const Observation& corner : view.corners) sum += corner.pixel;
+    const Eigen::Vector2d mean = sum / static_cast<double>(view.corners.size());
+    centers.emplace_back((kTenths * mean).array().round() / kTenths);
+  }
+  return centers;
 }
 
-Calibration ofNamedModel(const PreparedViews& given, const CalibratorOptions& options) {
-  Calibration now =
-      calibrationOf(withDataSettled(fittedPlainly(given, options), given, options), given, options);
-  now.choice.better_model = neededModel(now.fit, options.cancel);
-  setAccuracy({}, options.distance_m, now);
-  return now;
+// Three digits.
+double rounded(double value) {
+  return std::isfinite(value) ? *parseDouble(numberText("%.3g", value)) : value;
+}
+
+// Of the boards that the views show.
+void addBoards(const Calibration& of, CalibrationRecord& record) {
+  for (std::size_t b = 0; b < of.fit.boards.size(); ++b) {
+    const FitBoard& board = of.fit.boards[b];
+    if (numViews(of.fit, b) == 0) continue;
+    if (!board.is_shape_fixed) {
+      record.warps.push_back({.board = record.boards.size(),
+                              .shape = {.bend_x_m = board.shape.bend_x_m, .bend_y_m = board.shape.bend_y_m},
+                              .std_m = of.uncertainty.bend_std_m[b]});
+    }
+    record.boards.push_back(board.target.spec());
+  }
+}
+
+CalibrationRecord calibrationRecord(const Calibration& of) {
+  const Uncertainty& known = of.uncertainty;
+  CalibrationRecord record{.verdict = of.verdict(),
+                           .rms_px = rms(of.fit),
+                           .holdout_rms_px = known.holdout.rms_px,
+                           .num_views = static_cast<int>(of.fit.views.size()),
+                           .num_corners = static_cast<int>(numCorners(of.fit)),
+                           .boards = {},
+                           .view_centers = viewCenters(of.fit)};
+  if (known.accuracy) {
+    record.accuracy_px = rounded(known.accuracy->covered_px);
+    record.accuracy_distance_m = known.accuracy->distance_m;
+    record.covered_share = rounded(known.accuracy->covered_share);
+  }
+  addBoards(of, record);
+  for (const Diagnosis& diagnosis : of.diagnoses) {
+    if (std::find(record.findings.begin(), record.findings.end(), diagnosis.id) == record.findings.end())
+      record.findings.emplace_back(diagnosis.id);
+  }
+  if (!known.covariance) return record;
+  record.covariance = lowerTriangle(known.statedCovariance());
+  record.is_covariance_by_views = known.isNoiseExceeded();
+  for (int i = 0; i < known.covariance->rows(); ++i) record.parameter_std.push_back(known.parameterStd(i));
+  return record;
 }
 
 }  // namespace
-
-std::vector<Diagnosis> judge(const Calibration& calibration, double tolerance_px) {
-  const AnyCamera camera = calibration.camera();
-  return judge(Evidence{.fit = calibration.fit,
-                        .dropped = calibration.dropped,
-                        .choice = calibration.choice,
-                        .uncertainty = calibration.uncertainty,
-                        .domain = calibration.domain,
-                        .camera = camera,
-                        .tolerance_px = tolerance_px});
-}
 
 Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
                       const CalibratorOptions& options) {
@@ -94,15 +119,62 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
     static_cast<void>(parameterNames(named.model));  // throws for an unknown model
   static_cast<void>(constraintOf(named));
   const PreparedViews given = prepareViews(boards, std::move(views));
-  Calibration now =
-      named.model == kAutoModel ? chosenByHeldOutErrors(given, named) : ofNamedModel(given, named);
-  nameViews(given, now);
-  now.diagnoses = judge(now, options.tolerance_px);
-  return now;
+  return calibrationOf(named.model == kAutoModel ? chooseModel(given, named)
+                                                 : withDataSettled(fittedPlainly(given, named), given, named),
+                       given, named);
 }
 
 Calibration calibrate(const Board& board, std::vector<View> views, const CalibratorOptions& options) {
   return calibrate(std::span(&board, 1), std::move(views), options);
+}
+
+AnyCamera Calibration::camera() const {
+  return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
+}
+
+std::vector<ViewSummary> viewSummaries(const Calibration& calibration) {
+  std::vector<ViewSummary> summaries;
+  auto outlier = calibration.dropped.outliers.begin();
+  for (const FitView& view : calibration.fit.views) {
+    ViewSummary summary{.image = view.image,
+                        .board = boardIndex(calibration.fit, view),
+                        .num_corners = static_cast<int>(view.errors.size())};
+    double sum = 0;
+    for (const Eigen::Vector2d& error : view.errors) {
+      sum += error.squaredNorm();
+      summary.max_error_px = std::max(summary.max_error_px, error.norm());
+    }
+    summary.rms_px = std::sqrt(sum / summary.num_corners);
+    // Outliers are in the order of their views.
+    for (; outlier != calibration.dropped.outliers.end() && outlier->source == view.source; ++outlier)
+      ++summary.num_outliers;
+    summaries.push_back(std::move(summary));
+  }
+  return summaries;
+}
+
+std::vector<Diagnosis> judge(const Calibration& calibration, double tolerance_px) {
+  const AnyCamera camera = calibration.camera();
+  return detail::judge({.fit = calibration.fit,
+                        .dropped = calibration.dropped,
+                        .choice = calibration.choice,
+                        .uncertainty = calibration.uncertainty,
+                        .domain = calibration.domain,
+                        .camera = camera,
+                        .tolerance_px = tolerance_px});
+}
+
+CameraRecord recordOf(const Calibration& calibration, RecordDetails details) {
+  AnyCamera camera = calibration.camera();
+  std::vector<SelfCheckPoint> self_check = makeSelfCheck(camera, calibration.imageSize());
+  return {.camera = camera,
+          .image_size = calibration.imageSize(),
+          .name = std::move(details.name),
+          .domain = DomainClaim{.max_angle_rad = calibration.domain.cone.max_angle_rad,
+                                .full_image = calibration.domain.full_image},
+          .self_check = std::move(self_check),
+          .calibration = calibrationRecord(calibration),
+          .created_by = std::move(details.created_by)};
 }
 
 }  // namespace alidade

@@ -1,15 +1,39 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "alidade/calibrate/calibration.h"
-#include "alidade/calibrate/start/options.h"
+#include "alidade/adjust/board/fit.h"
+#include "alidade/calibrate/start/calibration_options.h"
+#include "alidade/calibrate/start/reports.h"
+#include "alidade/calibrate/uncertainty/uncertainty.h"
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/diagnosis.h"
+#include "alidade/record/camera_record.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
+
+/// A calibrated camera, and what is known about it.
+struct Calibration {
+  Fit fit = {};                           ///< one camera; views in order of image name and board
+  Dropped dropped = {};                   ///< corners and views that were given and are not in the fit
+  Choice choice = {};                     ///< how the fit was found
+  Uncertainty uncertainty = {};           ///< how accurate the camera is
+  std::vector<Diagnosis> diagnoses = {};  ///< what is wrong, failures first
+  DomainCertificate domain = {};          ///< where the camera is one-to-one
+
+  /// Created by each call.
+  [[nodiscard]] AnyCamera camera() const;
+  [[nodiscard]] ImageSize imageSize() const { return onlyCamera(fit).size; }
+  [[nodiscard]] Verdict verdict() const { return verdictOf(diagnoses); }
+  /// False if any diagnosis is a failure: the parameters are then not to be used.
+  [[nodiscard]] bool isUsable() const { return verdict() != Verdict::kNo; }
+};
 
 /// Calibrates one camera from views of one board or of several; an initial guess is not needed. An image may
 /// show several boards: each is a view of its own, with the index of its board in View::board. The views are
@@ -26,5 +50,36 @@ namespace alidade {
                                     const CalibratorOptions& options = {});
 [[nodiscard]] Calibration calibrate(const Board& board, std::vector<View> views,
                                     const CalibratorOptions& options = {});
+
+/// Everything that is wrong with a calibration, failures first; pure judgement, no estimation.
+///
+/// A failure makes the answer wrong or meaningless whatever the tolerance. Every other diagnosis states its
+/// effect in pixels, from which its severity follows by severityOf().
+/// @param calibration   all but its `diagnoses`
+/// @param tolerance_px  see CalibratorOptions
+[[nodiscard]] std::vector<Diagnosis> judge(const Calibration& calibration, double tolerance_px = 1);
+
+/// How a view of a calibration came out.
+struct ViewSummary {
+  std::string image;
+  std::size_t board = 0;  ///< index into Fit::boards
+  int num_corners = 0;    ///< used, outliers left out
+  int num_outliers = 0;
+  double rms_px = 0;  ///< sqrt(mean over used corners of dx^2 + dy^2)
+  double max_error_px = 0;
+};
+
+/// One per view of the fit.
+[[nodiscard]] std::vector<ViewSummary> viewSummaries(const Calibration& calibration);
+
+/// Contents of a camera file beside the result of the calibration.
+struct RecordDetails {
+  std::string created_by;  ///< program and version
+  CameraName name = {};
+};
+
+/// All that a camera file holds of a calibration: the camera with its domain and self-check points,
+/// accuracy, covariance, verdict and findings. Write it with saveCamera().
+[[nodiscard]] CameraRecord recordOf(const Calibration& calibration, RecordDetails details);
 
 }  // namespace alidade

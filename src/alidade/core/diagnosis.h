@@ -4,11 +4,11 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include "alidade/core/verdict.h"
 
 namespace alidade {
 
@@ -19,10 +19,179 @@ enum class Severity {
   kFailure,  ///< the result must not be used
 };
 
+/// What a diagnosis is about.
+enum class Subject {
+  kFit,       ///< whether there is a solution
+  kLens,      ///< the lens, as far as these views show it: of no interest for a lens that was given
+  kViews,     ///< photographs and their corners
+  kBoard,     ///< the board's shape and print
+  kMatching,  ///< which images of a rig's cameras belong together
+  kFrames,    ///< what the frames of a rig show
+  kRig,       ///< where the cameras of a rig are
+  kImage,     ///< whether an image shows the board
+  kFile,      ///< the numbers of a camera file
+  kTest,      ///< a camera on images, on footage or beside another camera
+  kFleet,     ///< many camera files of one kind
+};
+
+/// Which of equally severe diagnoses to read first.
+enum class Rank {
+  kCause,  ///< photographs or settings are wrong, so that more photographs of the same kind cannot help
+  kOrdinary,
+  kConsequence,  ///< usually follows from another: large errors of any cause
+};
+
+struct DiagnosisKind {
+  std::string_view id;  ///< stable, for scripts
+  Subject subject;
+  std::optional<Severity> severity = std::nullopt;  ///< nothing: by the effect, or by another rule
+  Rank rank = Rank::kOrdinary;
+};
+
+namespace detail {
+inline constexpr std::optional<Severity> kByRule;
+}
+
+/// All diagnoses there are. docs/verdict.md describes those of one camera in the same order, docs/rigs.md
+/// those of a rig; a test compares them.
+inline constexpr DiagnosisKind kDiagnosisKinds[] = {
+    {"not_converged", Subject::kFit, Severity::kFailure},
+    {"not_settled", Subject::kViews, Severity::kFailure},
+    {"corners_outside_domain", Subject::kViews, Severity::kFailure, Rank::kCause},
+    {"folds_in_image", Subject::kLens, Severity::kFailure},
+    {"principal_point_outside", Subject::kLens, Severity::kFailure},
+    {"fronto_parallel", Subject::kLens},
+    {"unobservable", Subject::kLens, Severity::kFailure},
+    {"focal_uncertain", Subject::kLens, Severity::kFailure, Rank::kConsequence},
+    {"views_disagree", Subject::kViews, Severity::kFailure, Rank::kCause},
+    {"two_cameras", Subject::kViews, detail::kByRule, Rank::kCause},
+    {"inaccurate", Subject::kLens, Severity::kFailure, Rank::kConsequence},
+    {"misfit", Subject::kLens, detail::kByRule, Rank::kConsequence},
+    {"model_too_lean", Subject::kLens, detail::kByRule, Rank::kCause},
+    {"lens_deviates", Subject::kLens},
+    {"few_views", Subject::kLens},
+    {"ambiguous_optimum", Subject::kLens},
+    {"centre_moves", Subject::kViews, detail::kByRule, Rank::kConsequence},
+    {"focus_breathes", Subject::kViews, detail::kByRule, Rank::kConsequence},
+    {"focal_changed", Subject::kViews, detail::kByRule, Rank::kCause},
+    {"rolling_shutter", Subject::kViews},
+    {"board_not_square", Subject::kBoard},
+    {"board_graded", Subject::kBoard},
+    {"board_twisted", Subject::kBoard},
+    {"corners_biased", Subject::kViews},
+    {"odd_aspect", Subject::kLens},
+    {"bent_board", Subject::kBoard},
+    {"board_even", Subject::kBoard, Severity::kNote},
+    {"uneven_board", Subject::kBoard, Severity::kNote},
+    {"bend_ignored", Subject::kBoard},
+    {"influential_view", Subject::kViews},
+    {"poor_coverage", Subject::kLens, Severity::kWarning, Rank::kConsequence},
+    {"ill_conditioned", Subject::kLens, Severity::kNote},
+    {"parameter_at_limit", Subject::kLens, Severity::kNote},
+    {"pixels_without_ray", Subject::kLens, Severity::kNote},
+    {"bend_unknown", Subject::kBoard, Severity::kNote},
+    {"mirrored_view", Subject::kViews, Severity::kNote},
+    {"view_left_out", Subject::kViews, Severity::kNote},
+    {"outliers", Subject::kViews},
+    {"repeated_views", Subject::kViews, Severity::kNote},
+
+    {"undetermined", Subject::kFit, Severity::kFailure},
+    {"camera_moved", Subject::kFrames, detail::kByRule, Rank::kCause},
+    {"not_simultaneous", Subject::kFrames, detail::kByRule, Rank::kCause},
+    {"times_differ", Subject::kMatching, Severity::kNote},
+    {"unmatched_images", Subject::kMatching, Severity::kNote},
+    {"frames_disagree", Subject::kRig, Severity::kWarning},
+    {"weak_link", Subject::kRig, detail::kByRule, Rank::kConsequence},
+    {"no_holdout", Subject::kRig, Severity::kNote},
+    {"holdout_error", Subject::kRig},
+    {"same_images", Subject::kMatching, Severity::kFailure, Rank::kCause},
+    {"points_lost", Subject::kFrames, Severity::kNote},
+    {"given_lens_untested", Subject::kFrames, Severity::kNote},
+    {"given_lens_misfits", Subject::kRig},
+    {"given_lens_verdict", Subject::kRig},
+    {"pose_contradicted", Subject::kRig},
+    {"lens_contradicted", Subject::kRig},
+    {"lengths_contradicted", Subject::kRig, Severity::kWarning},
+
+    {"several_sizes", Subject::kImage, Severity::kNote},
+    {"blurred_images", Subject::kImage, Severity::kNote},
+    {"exif_orientation", Subject::kImage, Severity::kNote},
+    {"ambiguous_board", Subject::kImage, Severity::kNote},
+    {"partial", Subject::kImage},
+    {"cut", Subject::kImage},
+    {"no_board", Subject::kImage},
+    {"unplaced", Subject::kImage},
+    {"larger_board", Subject::kImage},
+    {"other_board", Subject::kImage},
+    {"several_boards", Subject::kImage},
+    {"irregular", Subject::kImage},
+    {"blurred", Subject::kImage},
+    {"too_small", Subject::kImage},
+    {"duplicate", Subject::kImage},
+    {"unreadable", Subject::kImage},
+    {"other_size", Subject::kImage},
+
+    {"focal_length", Subject::kFile},
+    {"aspect", Subject::kFile},
+    {"principal_point", Subject::kFile},
+    {"projection_matrix", Subject::kFile},
+    {"tangential", Subject::kFile},
+    {"one_to_one", Subject::kFile},
+    {"domain", Subject::kFile},
+    {"self_check", Subject::kFile},
+    {"covariance", Subject::kFile},
+    {"calibration", Subject::kFile},
+    {"image_size", Subject::kFile, Severity::kNote},
+    {"model", Subject::kFile, Severity::kFailure},
+    {"extent", Subject::kFile},
+    {"poses", Subject::kFile},
+    {"rig_calibration", Subject::kFile},
+    {"rig_covariance", Subject::kFile},
+
+    {"held_out_error", Subject::kTest},
+    {"images_agree", Subject::kTest},
+    {"stated_accuracy", Subject::kTest},
+    {"own_images", Subject::kTest},
+    {"footage", Subject::kTest},
+    {"footage_fit", Subject::kTest, Severity::kNote},
+    {"footage_shutter", Subject::kTest, Severity::kNote},
+    {"against", Subject::kTest},
+
+    {"too_few_units", Subject::kFleet, Severity::kNote},
+    {"too_few_to_judge", Subject::kFleet, Severity::kNote},
+    {"no_covariance", Subject::kFleet, Severity::kNote},
+    {"several_kinds", Subject::kFleet, Severity::kWarning},
+    {"deviating_units", Subject::kFleet, Severity::kWarning},
+    {"drifted_units", Subject::kFleet, Severity::kWarning},
+    {"rejected_units", Subject::kFleet, Severity::kWarning},
+    {"unreadable_files", Subject::kFleet, Severity::kWarning},
+    {"unreadable_previous", Subject::kFleet, Severity::kWarning},
+    {"no_previous", Subject::kFleet, Severity::kNote},
+};
+
+/// The id of a diagnosis. One that is written in code and has no row in kDiagnosisKinds does not compile.
+class DiagnosisId : public std::string_view {
+ public:
+  consteval DiagnosisId(const char* id) : std::string_view(id) {
+    for (const DiagnosisKind& kind : kDiagnosisKinds) {
+      if (kind.id == id) return;
+    }
+    throw std::invalid_argument("add a row to kDiagnosisKinds");
+  }
+  /// An id from a file, which another version may have written.
+  [[nodiscard]] static DiagnosisId read(std::string_view id);
+
+  /// That of the table; one of its own for an id of another version.
+  [[nodiscard]] DiagnosisKind kind() const;
+
+ private:
+  DiagnosisId() = default;
+};
+
 /// What a calibration, a file check or a detection found, and what the user should do about it.
 struct Diagnosis {
-  Severity severity = Severity::kWarning;
-  std::string id;              ///< stable, for scripts: "fronto_parallel"
+  DiagnosisId id;
+  Severity severity = id.kind().severity.value_or(Severity::kWarning);
   std::string cause;           ///< what is wrong
   std::string evidence = {};   ///< the computed value; may be empty
   std::string limit = {};      ///< the limit for it; empty if there is no limit
@@ -39,12 +208,7 @@ struct Diagnosis {
 
 /// The severity of a cause that may displace projected points by `effect_px`, for a user who accepts
 /// `tolerance_px`: a note below a quarter of it, a failure above five times it. NaN: a note.
-[[nodiscard]] constexpr Severity severityOf(double effect_px, double tolerance_px) {
-  constexpr double kWarningShare = 0.25;
-  constexpr double kFailureFactor = 5;
-  if (effect_px > kFailureFactor * tolerance_px) return Severity::kFailure;
-  return effect_px >= kWarningShare * tolerance_px ? Severity::kWarning : Severity::kNote;
-}
+[[nodiscard]] Severity severityOf(double effect_px, double tolerance_px);
 
 /// Stable name for JSON.
 [[nodiscard]] constexpr std::string_view severityName(Severity severity) {
@@ -52,14 +216,31 @@ struct Diagnosis {
   return kNames[static_cast<std::size_t>(severity)];
 }
 
-/// The verdict that follows from the most severe diagnosis.
-[[nodiscard]] constexpr Verdict verdictOf(const std::vector<Diagnosis>& diagnoses) {
-  Verdict verdict = Verdict::kTrustworthy;
-  for (const Diagnosis& diagnosis : diagnoses) {
-    if (diagnosis.severity == Severity::kFailure) return Verdict::kNo;
-    if (diagnosis.severity == Severity::kWarning) verdict = Verdict::kReservations;
-  }
-  return verdict;
+/// Whether a calibration may be used.
+enum class Verdict {
+  kTrustworthy,   ///< no problem was found
+  kReservations,  ///< usable if the reported problems do not matter to the user
+  kNo,            ///< must not be used
+};
+
+/// Stable name for files and JSON.
+[[nodiscard]] constexpr std::string_view verdictName(Verdict verdict) {
+  if (verdict == Verdict::kTrustworthy) return "trustworthy";
+  return verdict == Verdict::kReservations ? "usable_with_reservations" : "rejected";
 }
+
+/// The verdict with this name; std::nullopt if the name is unknown.
+[[nodiscard]] constexpr std::optional<Verdict> verdictOf(std::string_view name) {
+  for (const Verdict verdict : {Verdict::kTrustworthy, Verdict::kReservations, Verdict::kNo}) {
+    if (verdictName(verdict) == name) return verdict;
+  }
+  return std::nullopt;
+}
+
+/// The verdict that follows from the most severe diagnosis.
+[[nodiscard]] Verdict verdictOf(const std::vector<Diagnosis>& diagnoses);
+
+/// The most severe first; of equally severe ones by Rank.
+void sortDiagnoses(std::vector<Diagnosis>& diagnoses);
 
 }  // namespace alidade

@@ -260,15 +260,15 @@ std::vector<BoardSurvey> surveyImages(const ImageSet& images, std::span<const Bo
 std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome) {
   const Detection& detection = outcome.detection;
   if (detection.found()) return std::nullopt;
-  return Diagnosis{.severity = detection.hasCorners() ? Severity::kNote : Severity::kWarning,
-                   .id = std::string(reasonCode(detection.reason)),
+  return Diagnosis{.id = DiagnosisId::read(reasonCode(detection.reason)),
+                   .severity = detection.hasCorners() ? Severity::kNote : Severity::kWarning,
                    .cause = outcome.image,
                    .evidence = detection.detail};
 }
 
 Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey) {
-  const auto told = [](std::string id, std::string cause) {
-    return Diagnosis{.severity = Severity::kNote, .id = std::move(id), .cause = std::move(cause)};
+  const auto told = [](DiagnosisId id, std::string cause) {
+    return Diagnosis{.id = id, .severity = Severity::kNote, .cause = std::move(cause)};
   };
   const std::size_t count = note.images.size();
   const Board& board = survey.board;
@@ -293,9 +293,9 @@ Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey) {
                       board.countsText(), board.symmetryStep() == 1 ? "90, 180 or 270" : "180",
                       board.words().certain));
     case SurveyNote::Kind::kOtherBoard:
-      return told("other_board", hintText(note.hint.value(), board));
+      break;
   }
-  return {};
+  return told("other_board", hintText(note.hint.value(), board));
 }
 
 std::string hintText(const BoardHint& hint, const Board& asked) {

@@ -30,8 +30,7 @@ void addGroupFindings(const Fleet& fleet, const FleetGroup& group, std::vector<D
   const std::string size = sizeText(group.size) + " px";
   if (!group.typical) {
     findings.push_back(
-        {.severity = Severity::kNote,
-         .id = "too_few_units",
+        {.id = "too_few_units",
          .cause = counted(group.units.size(), "unit") + " of " + size + ": too few for a typical camera",
          .limit = fmt::format("{} of one model", kFewestUnits)});
     return;
@@ -39,16 +38,14 @@ void addGroupFindings(const Fleet& fleet, const FleetGroup& group, std::vector<D
   const TypicalCamera& typical = *group.typical;
   if (!typical.can_judge) {
     findings.push_back(
-        {.severity = Severity::kNote,
-         .id = "too_few_to_judge",
+        {.id = "too_few_to_judge",
          .cause = fmt::format("{} of {} are too few to tell which of them deviate",
                               counted(typical.num_units, "unit"), size),
          .limit = fmt::format("{} units", fewestForOutliers(typical.camera.parameters().size()))});
   }
   if (typical.num_without_covariance > 0) {
     findings.push_back(
-        {.severity = Severity::kNote,
-         .id = "no_covariance",
+        {.id = "no_covariance",
          .cause = fmt::format("{} of {} of {} state no covariance and are treated as exact",
                               typical.num_without_covariance, counted(typical.num_units, "unit"), size),
          .evidence = "the spread between units contains their errors"});
@@ -57,8 +54,7 @@ void addGroupFindings(const Fleet& fleet, const FleetGroup& group, std::vector<D
       1 - static_cast<double>(typical.population.numMembers()) / static_cast<double>(typical.num_units);
   if (strangers > kShareOfStrangers) {
     findings.push_back(
-        {.severity = Severity::kWarning,
-         .id = "several_kinds",
+        {.id = "several_kinds",
          .cause = fmt::format("the {} of {} are probably of several kinds",
                               counted(typical.num_units, "unit"), size),
          .evidence = fmt::format("{:.0f} % of them do not belong to the largest one", 100 * strangers),
@@ -68,8 +64,7 @@ void addGroupFindings(const Fleet& fleet, const FleetGroup& group, std::vector<D
   const auto deviating = deviatingUnits(group);
   if (!deviating.empty()) {
     findings.push_back(
-        {.severity = Severity::kWarning,
-         .id = "deviating_units",
+        {.id = "deviating_units",
          .cause =
              fmt::format("{} of {} differ from the typical camera by more than their uncertainty and the "
                          "spread between units explain",
@@ -128,8 +123,7 @@ std::vector<Diagnosis> fleetFindings(const Fleet& fleet) {
   const auto drifted = driftedUnits(fleet);
   if (!drifted.empty()) {
     findings.push_back(
-        {.severity = Severity::kWarning,
-         .id = "drifted_units",
+        {.id = "drifted_units",
          .cause = fmt::format("{} of {} with a previous calibration changed by more than both uncertainties "
                               "explain",
                               drifted.size(), counted(fleet.drifts.size(), "unit")),
@@ -145,18 +139,17 @@ std::vector<Diagnosis> fleetFindings(const Fleet& fleet) {
     std::vector<std::size_t> which;
     for (std::size_t i = 0; i < fleet.files.units.size(); ++i)
       if (fleet.files.units[i].verdict == Verdict::kNo) which.push_back(i);
-    findings.push_back({.severity = Severity::kWarning,
-                        .id = "rejected_units",
+    findings.push_back({.id = "rejected_units",
                         .cause = counted(rejected, "unit") + " are rejected by their own files",
                         .evidence = firstOf(which, [&](std::size_t i) { return fleet.files.units[i].file; }),
                         .next_step = "calibrate these units again"});
   }
-  const auto addUnreadable = [&](const std::vector<UnreadableFile>& files, const char* id, const char* what) {
+  const auto addUnreadable = [&](const std::vector<UnreadableFile>& files, DiagnosisId id, const char* what) {
     if (files.empty()) return;
     std::vector<std::size_t> all;
     for (std::size_t i = 0; i < files.size(); ++i) all.push_back(i);
-    findings.push_back({.severity = Severity::kWarning,
-                        .id = id,
+    findings.push_back({.id = id,
+                        .severity = Severity::kWarning,
                         .cause = fmt::format("{} cannot be read and {} left out",
                                              counted(files.size(), std::string(what) + "file"),
                                              files.size() == 1 ? "is" : "are"),
@@ -166,8 +159,7 @@ std::vector<Diagnosis> fleetFindings(const Fleet& fleet) {
   addUnreadable(fleet.files.unreadable, "unreadable_files", "");
   addUnreadable(fleet.unreadable_previous, "unreadable_previous", "previous ");
   if (fleet.num_unpaired > 0) {
-    findings.push_back({.severity = Severity::kNote,
-                        .id = "no_previous",
+    findings.push_back({.id = "no_previous",
                         .cause = counted(fleet.num_unpaired, "unit") + " have no previous calibration",
                         .evidence = "none of the same serial number, name or file name"});
   }

@@ -9,7 +9,7 @@
 
 namespace alidade {
 
-/// The findings about a fleet, the most severe first: units that deviate or have drifted, files that
+/// Diagnoses of a fleet, the most severe first: units that deviate or have drifted, files that
 /// cannot be read, groups that are no population.
 [[nodiscard]] std::vector<Diagnosis> fleetFindings(const Fleet& fleet);
 

@@ -8,7 +8,7 @@
 
 #include <Eigen/Geometry>
 
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"
 

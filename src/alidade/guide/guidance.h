@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "alidade/adjust/board/observation.h"
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/guide/coverage.h"
 #include "alidade/target/board.h"

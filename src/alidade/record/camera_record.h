@@ -11,7 +11,7 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/self_check.h"
-#include "alidade/core/verdict.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/geometry/dense_matrix.h"
 #include "alidade/target/board_shape.h"
 

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "alidade/camera/any_rig.h"
-#include "alidade/core/verdict.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/record/camera_record.h"
 

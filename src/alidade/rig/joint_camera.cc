@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "alidade/adjust/noise/joint_information.h"
+#include "alidade/calibrate/uncertainty/accuracy.h"
 #include "alidade/compare/projection_difference.h"
 #include "alidade/core/mapped.h"
 

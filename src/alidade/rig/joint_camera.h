@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/rig/rig_calibration.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "alidade/adjust/board/fit.h"
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/core/cancel.h"
 #include "alidade/rig/rig_frames.h"
 #include "alidade/rig/rig_start.h"

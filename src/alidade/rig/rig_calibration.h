@@ -11,7 +11,7 @@
 
 #include "alidade/adjust/board/fit.h"
 #include "alidade/adjust/noise/cross_validation.h"
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/core/diagnosis.h"
 #include "alidade/geometry/dense_matrix.h"
 #include "alidade/record/camera_record.h"

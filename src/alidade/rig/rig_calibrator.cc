@@ -10,7 +10,6 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/calibrate/record_of.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/parallel.h"
@@ -190,8 +189,8 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
                    .findings = {},
                    .created_by = created_by};
   for (const Diagnosis& diagnosis : rig.diagnoses) {
-    if (std::ranges::find(record.findings, diagnosis.id) == record.findings.end())
-      record.findings.push_back(diagnosis.id);
+    if (std::ranges::find(record.findings, std::string_view(diagnosis.id)) == record.findings.end())
+      record.findings.emplace_back(diagnosis.id);
   }
   const JointColumns columns = jointColumns(rig.fit);
   if (rig.covariance.isKnown()) {

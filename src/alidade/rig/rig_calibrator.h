@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "alidade/calibrate/start/options.h"
+#include "alidade/calibrate/start/calibration_options.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/record/rig_record.h"
 #include "alidade/rig/rig_calibration.h"
-#include "alidade/rig/rig_frames.h"
 #include "alidade/target/board.h"
+#include "alidade/target/frame_table.h"
 
 namespace alidade {
 

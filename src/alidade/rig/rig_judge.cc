@@ -13,7 +13,7 @@
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/core/degrees.h"
-#include "alidade/core/diagnosis_order.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 #include "alidade/rig/joint_fit.h"
@@ -38,14 +38,12 @@ std::string listedImages(const RigCalibration& rig, const std::vector<RigImage>&
 
 void judgeFit(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
   if (rig.fit.summary.termination != Termination::kConverged) {
-    diagnoses.push_back({.severity = Severity::kFailure,
-                         .id = "not_converged",
-                         .cause = "the joint fit did not converge: " + rig.fit.summary.reason});
+    diagnoses.push_back(
+        {.id = "not_converged", .cause = "the joint fit did not converge: " + rig.fit.summary.reason});
   }
   if (!rig.covariance.isKnown()) {
     diagnoses.push_back(
-        {.severity = Severity::kFailure,
-         .id = "undetermined",
+        {.id = "undetermined",
          .cause = "the frames do not determine the poses of the cameras",
          .next_step = "take more frames in which several cameras see the board, tilted differently"});
   }
@@ -56,8 +54,8 @@ void judgeMotions(const RigCalibration& rig, double tolerance_px, std::vector<Di
     const std::string& name = rig.cameras[motion.camera].name;
     const SE3& change = motion.after_from_before;
     diagnoses.push_back(
-        {.severity = severityOf(motion.effect_px, tolerance_px),
-         .id = "camera_moved",
+        {.id = "camera_moved",
+         .severity = severityOf(motion.effect_px, tolerance_px),
          .cause = fmt::format("{} stands elsewhere from frame {} on: by {:.2f} mm and {:.3f} degrees, which "
                               "moves points at the boards' distance by {:.2f} px",
                               rig.cameras.size() == 2 ? name + " relative to the other camera" : name,
@@ -79,8 +77,8 @@ void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Dia
     // Of two views that contradict each other, either may be the wrong one.
     const bool are_many = 5 * rig.links.num_lone_views > rig.links.num_common_views;
     diagnoses.push_back(
-        {.severity = are_many ? Severity::kFailure : Severity::kWarning,
-         .id = "not_simultaneous",
+        {.id = "not_simultaneous",
+         .severity = are_many ? Severity::kFailure : Severity::kWarning,
          .cause = fmt::format("{} of {} common views of a board contradict the rig", unlinked.size(),
                               rig.links.num_common_views),
          .evidence = listedImages(rig, unlinked),
@@ -88,16 +86,14 @@ void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Dia
   }
   if (rig.frames.time_spread > 0) {
     diagnoses.push_back(
-        {.severity = Severity::kNote,
-         .id = "times_differ",
+        {.id = "times_differ",
          .cause = fmt::format("images were matched by the nearest times in their names; those of one frame "
                               "differ by up to {:.6g} in the names' unit",
                               rig.frames.time_spread)});
   }
   if (!rig.frames.unmatched.empty()) {
     diagnoses.push_back(
-        {.severity = Severity::kNote,
-         .id = "unmatched_images",
+        {.id = "unmatched_images",
          .cause =
              fmt::format("{} image{} no other camera's image of the same instant; {} intrinsics only",
                          rig.frames.unmatched.size(), rig.frames.unmatched.size() == 1 ? " has" : "s have",
@@ -109,8 +105,7 @@ void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Dia
     const double effect_px = kRadius95 * std::sqrt(std::max(0.0, more));
     if (severityOf(effect_px, tolerance_px) == Severity::kNote) continue;
     diagnoses.push_back(
-        {.severity = Severity::kWarning,
-         .id = "frames_disagree",
+        {.id = "frames_disagree",
          .cause = fmt::format("{} has an RMS of {:.3f} px in the rig and of {:.3f} px alone", camera.name,
                               camera.rms_px, camera.alone_rms_px),
          .next_step = "trigger the cameras together, fix them to each other, and hold the board still",
@@ -124,8 +119,8 @@ void judgeLinks(const RigCalibration& rig, double tolerance_px, std::vector<Diag
     if (severity == Severity::kNote) continue;
     const bool are_grazing = 2 * camera.link.num_grazing > camera.link.num_views;
     diagnoses.push_back(
-        {.severity = severity,
-         .id = "weak_link",
+        {.id = "weak_link",
+         .severity = severity,
          .cause =
              fmt::format("mapping a point from '{}' to '{}' is uncertain by {:.2f} px (95 %) at the boards' "
                          "distance",
@@ -144,8 +139,7 @@ void judgeLinks(const RigCalibration& rig, double tolerance_px, std::vector<Diag
 // Errors of the images that were used do not tell how the rig does on others.
 void judgeHoldout(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
   if (rig.holdout.num_corners == 0) {
-    diagnoses.push_back({.severity = Severity::kNote,
-                         .id = "no_holdout",
+    diagnoses.push_back({.id = "no_holdout",
                          .cause =
                              "there is no cross-validation: without a fifth of the frames, the others do not "
                              "determine the rig, or boards have too few corners",
@@ -158,8 +152,8 @@ void judgeHoldout(const RigCalibration& rig, double tolerance_px, std::vector<Di
   const bool are_many_unseen = 20 * rig.holdout.num_unseen > rig.holdout.num_corners;
   if (severityOf(effect_px, tolerance_px) == Severity::kNote && !are_many_unseen) return;
   diagnoses.push_back(
-      {.severity = std::max(Severity::kWarning, severityOf(effect_px, tolerance_px)),
-       .id = "holdout_error",
+      {.id = "holdout_error",
+       .severity = std::max(Severity::kWarning, severityOf(effect_px, tolerance_px)),
        .cause = fmt::format("on frames that were left out, the RMS is {:.3f} px instead of {:.3f} px",
                             rig.holdout.rms_px, fitted_px),
        .evidence = rig.holdout.num_unseen > 0
@@ -191,8 +185,7 @@ void judgeSameImages(const RigCalibration& rig, std::vector<Diagnosis>& diagnose
   for (const auto& [cameras, count] : counts) {
     if (2 * count.first <= count.second) continue;
     diagnoses.push_back(
-        {.severity = Severity::kFailure,
-         .id = "same_images",
+        {.id = "same_images",
          .cause = fmt::format("{} and {} have the same images: {} of {} common views agree to the last digit",
                               rig.cameras[cameras.first].name, rig.cameras[cameras.second].name, count.first,
                               count.second),
@@ -203,32 +196,10 @@ void judgeSameImages(const RigCalibration& rig, std::vector<Diagnosis>& diagnose
 void judgeBoards(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
   if (!rig.are_points_lost) return;
   diagnoses.push_back(
-      {.severity = Severity::kNote,
-       .id = "points_lost",
+      {.id = "points_lost",
        .cause = "a camera alone finds a board uneven, but no places of its points fit all cameras; the "
                 "boards are taken as even",
        .next_step = "hold the board still while the cameras take a frame"});
-}
-
-// Those of a lens that was given do not concern its new images.
-bool isOfLens(const std::string& id) {
-  constexpr std::string_view kOfLens[] = {"unobservable",
-                                          "focal_uncertain",
-                                          "folds_in_image",
-                                          "poor_coverage",
-                                          "model_too_lean",
-                                          "lens_deviates",
-                                          "odd_aspect",
-                                          "inaccurate",
-                                          "ambiguous_optimum",
-                                          "ill_conditioned",
-                                          "few_views",
-                                          "fronto_parallel",
-                                          "parameter_at_limit",
-                                          "pixels_without_ray",
-                                          "principal_point_outside",
-                                          "misfit"};
-  return std::ranges::find(kOfLens, id) != std::end(kOfLens);
 }
 
 void judgeGivenLenses(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
@@ -236,8 +207,7 @@ void judgeGivenLenses(const RigCalibration& rig, double tolerance_px, std::vecto
     if (!camera.given) continue;
     if (!rig.are_lenses_tested) {
       diagnoses.push_back(
-          {.severity = Severity::kNote,
-           .id = "given_lens_untested",
+          {.id = "given_lens_untested",
            .cause = fmt::format("these images do not tell whether the lens of {} is right: by themselves "
                                 "they give no rig",
                                 camera.name),
@@ -245,8 +215,8 @@ void judgeGivenLenses(const RigCalibration& rig, double tolerance_px, std::vecto
     }
     if (camera.misfit) {
       diagnoses.push_back(
-          {.severity = severityOf(camera.misfit->effect_px, tolerance_px),
-           .id = "given_lens_misfits",
+          {.id = "given_lens_misfits",
+           .severity = severityOf(camera.misfit->effect_px, tolerance_px),
            .cause = fmt::format("the images of {} contradict the lens of its camera file by {:.2f} px (95 %)",
                                 camera.name, camera.misfit->effect_px),
            .evidence = fmt::format("RMS {:.3f} px with it, {:.3f} px with the lenses freed", camera.rms_px,
@@ -258,8 +228,8 @@ void judgeGivenLenses(const RigCalibration& rig, double tolerance_px, std::vecto
         camera.given->calibration ? camera.given->calibration->verdict : Verdict::kTrustworthy;
     if (verdict == Verdict::kTrustworthy) continue;
     diagnoses.push_back(
-        {.severity = verdict == Verdict::kNo ? Severity::kFailure : Severity::kWarning,
-         .id = "given_lens_verdict",
+        {.id = "given_lens_verdict",
+         .severity = verdict == Verdict::kNo ? Severity::kFailure : Severity::kWarning,
          .cause = fmt::format("the camera file of {} says of itself: {}", camera.name, verdictName(verdict)),
          .next_step = "calibrate it again, or leave out --fixed"});
   }
@@ -279,10 +249,10 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
   judgeGivenLenses(rig, tolerance_px, diagnoses);
   for (const RigCamera& camera : rig.cameras) {
     for (Diagnosis diagnosis : camera.calibration.diagnoses) {
-      if (camera.given && isOfLens(diagnosis.id)) continue;
+      if (camera.given && diagnosis.id.kind().subject == Subject::kLens) continue;
       diagnosis.cause = camera.name + ": " + diagnosis.cause;
       // A rig suggests no view.
-      if (diagnosis.id == "poor_coverage")
+      if (diagnosis.id == DiagnosisId("poor_coverage"))
         diagnosis.next_step = "run alidade calibrate on the images of this camera to see which view to add";
       diagnoses.push_back(std::move(diagnosis));
     }

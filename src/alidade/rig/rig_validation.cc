@@ -16,7 +16,7 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/triangulation.h"
 #include "alidade/core/degrees.h"
-#include "alidade/core/diagnosis_order.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
@@ -261,8 +261,8 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
   for (const TestedRigCamera& camera : tested.cameras) {
     if (camera.sigmas > kSure) {
       diagnoses.push_back(
-          {.severity = severityOf(camera.effect_px, tolerance_px),
-           .id = "pose_contradicted",
+          {.id = "pose_contradicted",
+           .severity = severityOf(camera.effect_px, tolerance_px),
            .cause =
                fmt::format("{} stands elsewhere than the file says: by {:.2f} mm and {:.3f} degrees, which "
                            "moves points at the boards' distance by {:.2f} px",
@@ -275,8 +275,8 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
     }
     if (camera.misfit) {
       diagnoses.push_back(
-          {.severity = severityOf(camera.misfit->effect_px, tolerance_px),
-           .id = "lens_contradicted",
+          {.id = "lens_contradicted",
+           .severity = severityOf(camera.misfit->effect_px, tolerance_px),
            .cause = fmt::format("the images of {} contradict its lens by {:.2f} px (95 %)", camera.name,
                                 camera.misfit->effect_px),
            .next_step = "check that the inputs are in the order of the cameras; otherwise calibrate it again",
@@ -286,20 +286,16 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
   const double wrong = std::abs(tested.length_ratio - 1);
   if (wrong > kWrongLength && wrong > kSure * tested.length_ratio_std) {
     diagnoses.push_back(
-        {.severity = Severity::kWarning,
-         .id = "lengths_contradicted",
+        {.id = "lengths_contradicted",
          .cause = fmt::format("the rig measures lengths on the board {:.2f} % {} than the board states",
                               100 * wrong, tested.length_ratio > 1 ? "longer" : "shorter"),
          .evidence = fmt::format("standard deviation {:.2f} %", 100 * tested.length_ratio_std),
          .next_step = "measure the board; if it is as stated, calibrate the rig again"});
   }
   for (const Diagnosis& diagnosis : tested.freed.diagnoses) {
-    const bool is_of_frames = diagnosis.id == "not_simultaneous" || diagnosis.id == "camera_moved" ||
-                              diagnosis.id == "not_converged" || diagnosis.id == "undetermined" ||
-                              diagnosis.id == "unmatched_images" || diagnosis.id == "same_images" ||
-                              diagnosis.id == "times_differ" || diagnosis.id == "given_lens_untested" ||
-                              diagnosis.id == "points_lost";
-    if (is_of_frames) diagnoses.push_back(diagnosis);
+    const Subject about = diagnosis.id.kind().subject;
+    if (about == Subject::kFit || about == Subject::kMatching || about == Subject::kFrames)
+      diagnoses.push_back(diagnosis);
   }
   sortDiagnoses(diagnoses);
   return diagnoses;

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/rig/rig_frames.h"
 
 namespace alidade {

@@ -410,7 +410,7 @@ CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file)
     judgement.checks.push_back({.severity = remark.id == "unknown_keys" ? Severity::kWarning
                                             : remark.id == "bad_pose"   ? Severity::kFailure
                                                                         : Severity::kNote,
-                                .id = remark.id,
+                                .id = DiagnosisId::read(remark.id),
                                 .message = withoutPath(remark.message, cameraFilePath(file))});
   }
   return judgement;

@@ -23,7 +23,7 @@ using CheckValues = std::vector<std::pair<std::string, double>>;
 /// A question that was asked of a camera file, and the answer.
 struct FileCheck {
   Severity severity = Severity::kPass;
-  std::string id;                        ///< stable, for scripts: "focal_length"
+  DiagnosisId id;
   std::string message;                   ///< the answer, with value and limit
   CheckValues values = {};               ///< of the message
   std::string slip = {};                 ///< the id of the slip behind a misfit

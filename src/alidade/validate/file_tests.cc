@@ -20,7 +20,7 @@ ComparedCamera compared(const CameraRecord& file) {
   return {.camera = &file.camera, .size = file.image_size, .covariance = statedCovariance(file)};
 }
 
-CheckValues valuesOf(const std::string& id, const HeldOutJudgement& judgement, double tolerance_px) {
+CheckValues valuesOf(DiagnosisId id, const HeldOutJudgement& judgement, double tolerance_px) {
   if (id == "held_out_error") {
     return {{"rms_px", judgement.held_out_rms_px},
             {"noise_rms_px", judgement.noise_rms_px},
@@ -59,8 +59,8 @@ void testOnImages(const CameraRecord& record, const FileTests& tests, CameraJudg
     if (on_images.difference) check.values.push_back({"measured_px", on_images.difference->p95_px});
   }
   if (stated && std::isfinite(stated->accuracy_px) && std::isfinite(stated->accuracy_distance_m)) {
-    add({.severity = Severity::kNote,
-         .id = "stated_accuracy",
+    add({.id = "stated_accuracy",
+         .severity = Severity::kNote,
          .cause = fmt::format("not tested: it is stated for points at {:g} m", stated->accuracy_distance_m)});
   }
   if (stated && !stated->view_centers.empty()) add(ownImagesCheck(stated->view_centers, tests.views));
@@ -101,7 +101,7 @@ void testOnFootage(const CameraRecord& record, const std::string& file, const Fi
 // Thread-safe without images and footage.
 void addTests(const StatedCamera& camera, const std::string& file, const FileTests& tests,
               CameraJudgement& judgement, bool is_only_camera) {
-  const auto attempt = [&](const char* id, const auto& addChecks) {
+  const auto attempt = [&](DiagnosisId id, const auto& addChecks) {
     try {
       addChecks(recordOf(camera, file));
     } catch (const Error& error) {
@@ -113,8 +113,8 @@ void addTests(const StatedCamera& camera, const std::string& file, const FileTes
   }
   if (tests.footage && !is_only_camera) {
     judgement.checks.push_back(
-        fileCheck({.severity = Severity::kWarning,
-                   .id = "footage",
+        fileCheck({.id = "footage",
+                   .severity = Severity::kWarning,
                    .cause = "not tested: the file has several cameras, and footage is of one",
                    .next_step = "test the camera alone: " + file + "#" + judgement.name}));
   } else if (tests.footage) {

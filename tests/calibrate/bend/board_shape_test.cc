@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "alidade/adjust/board/errors.h"
+#include "alidade/calibrate/bend/board_bend.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/simulated_set.h"
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/error.h"
 #include "support/choice_sweep.h"

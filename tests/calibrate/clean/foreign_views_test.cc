@@ -25,7 +25,7 @@ Calibration run(const SimulatedSet& set) {
 
 std::vector<std::string> findingIds(const Calibration& result) {
   std::vector<std::string> ids;
-  for (const Diagnosis& finding : result.diagnoses) ids.push_back(finding.id);
+  for (const Diagnosis& finding : result.diagnoses) ids.emplace_back(finding.id);
   return ids;
 }
 

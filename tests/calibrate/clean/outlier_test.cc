@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/simulated_set.h"
 

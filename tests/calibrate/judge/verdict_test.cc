@@ -13,7 +13,7 @@ namespace {
 
 std::string idsOf(const Calibration& result) {
   std::string ids;
-  for (const Diagnosis& f : result.diagnoses) ids += " " + f.id;
+  for (const Diagnosis& f : result.diagnoses) ids += " " + std::string(f.id);
   return ids;
 }
 
@@ -22,7 +22,7 @@ TEST(Verdict, NamesWhatIsWrong) {
   int num_sets = 0;
   for (const Flaw flaw : kFlaws) {
     if (flaw == Flaw::kNone) continue;
-    const std::vector<std::string> expected = findingsFor(flaw);
+    const std::vector<DiagnosisId> expected = findingsFor(flaw);
     for (const char* model : {"radtan", "kannala_brandt"}) {
       for (std::uint64_t number = 0; number < 2; ++number) {
         const VerdictCase c = makeVerdictCase(flaw, model, number);
@@ -86,7 +86,7 @@ TEST(Verdict, TrustsNoCameraThatIsWrong) {
 }
 
 TEST(Verdict, TheWorstFindingDecides) {
-  const Diagnosis note{.severity = Severity::kNote, .id = "a", .cause = "", .evidence = "", .next_step = ""};
+  const Diagnosis note{.id = "outliers", .severity = Severity::kNote, .cause = "", .evidence = "", .next_step = ""};
   Diagnosis warning = note;
   warning.severity = Severity::kWarning;
   Diagnosis failure = note;

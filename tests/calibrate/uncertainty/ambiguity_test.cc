@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/uncertainty/other_optima.h"
 #include "support/simulated_set.h"
 #include "support/verdict_case.h"

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/solve.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/fit_set.h"

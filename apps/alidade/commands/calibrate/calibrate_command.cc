@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/calibrate/record_of.h"
 #include "alidade/calibrate/start/held_params.h"
+#include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/camera/model_fit.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/report/data/evidence.h"
 #include "board_views.h"
 

@@ -84,8 +84,7 @@ std::string cameraText(const RigCalibration& rig, std::size_t index, const Given
 
 // Is this about the given images rather than the rig?
 bool isOfInput(const Diagnosis& diagnosis) {
-  return diagnosis.severity == Severity::kNote &&
-         (diagnosis.id == "unmatched_images" || diagnosis.id == "times_differ");
+  return diagnosis.severity == Severity::kNote && diagnosis.id.kind().subject == Subject::kMatching;
 }
 
 std::string nextStepText(const RigCalibration& rig) {

@@ -56,12 +56,12 @@ std::string reasonText(const FileJudgement& file) {
       if (check.severity != worst) continue;
       // A check that names a slip tells more than the others.
       reasons.insert(check.mended ? reasons.begin() : reasons.end(),
-                     (file.cameras.size() > 1 ? camera.name + ": " : "") + check.id + ": " +
+                     (file.cameras.size() > 1 ? camera.name + ": " : "") + std::string(check.id) + ": " +
                          check.message.substr(0, check.message.find(kNextLine)));
     }
   }
   for (const FileCheck& check : file.rig_checks) {
-    if (check.severity == worst) reasons.push_back("rig: " + check.id + ": " + check.message);
+    if (check.severity == worst) reasons.push_back("rig: " + std::string(check.id) + ": " + check.message);
   }
   if (reasons.size() > 1) reasons[0] += fmt::format(" (and {} more)", reasons.size() - 1);
   return printable(oneLine(reasons[0]));

@@ -73,7 +73,7 @@ struct FitView {
   std::size_t source = 0;                    ///< index of the view among the input views
   std::vector<Observation> corners = {};     ///< in use, in ascending order of id; on the flat board
   std::vector<Eigen::Vector2d> errors = {};  ///< projected minus observed, px, not weighted; set by solve()
-  std::string image = {};                    ///< its name; empty before a calibration is finished
+  std::string image = {};                    ///< its name; may be empty
 };
 
 enum class Termination {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -98,5 +99,13 @@ struct HeldOutExcess {
 
 /// What a further parameter must take off the held-out RMS, as a share of it; see docs/model_choice.md.
 inline constexpr double kShareOfParameter = 0.005;
+
+/// A model with more parameters that explains the same views significantly better.
+struct BetterModel {
+  std::string id;
+  double rms_px = 0;       ///< weighted, with the weights of the model in use
+  double lean_rms_px = 0;  ///< the same for the model in use
+  std::vector<double> params = {};
+};
 
 }  // namespace alidade

@@ -3,20 +3,12 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "alidade/adjust/board/fit.h"
+#include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/core/cancel.h"
 
 namespace alidade {
-
-/// A model with more parameters that explains the same views significantly better.
-struct BetterModel {
-  std::string id;
-  double rms_px = 0;       ///< weighted, with the weights of the model in use
-  double lean_rms_px = 0;  ///< the same for the model in use
-  std::vector<double> params = {};
-};
 
 /// The next larger model, if it explains the corners significantly better. It is solved from the final
 /// solution of the fit, on the same corners and with the same loss, so that the costs are comparable.

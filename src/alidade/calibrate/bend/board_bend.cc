@@ -105,7 +105,7 @@ void bend(BentFit& bent, const FurtherBend& further, BoardShapeMode mode, const 
   board.shape.bend_x_m = further.step_m.x();
   board.shape.bend_y_m = further.step_m.y();
   now.fit = solve(std::move(now.fit), {.cancel = cancel});
-  // What looked like noise was the bend: weights and loss are settled anew.
+  // A part of the apparent noise was the bend: weights and loss are settled again.
   now = settledWeights(std::move(now.fit), cancel);
   const bool is_determined = describeBend(now.fit, further.board, report).has_value();
   // A bend takes up some of what a model lacks. If the larger model explains more than the bend, it is that.
@@ -133,14 +133,14 @@ bool isStillBent(BentFit& bent, std::size_t board, BoardShapeMode mode, const Ca
   report.flat_params = onlyCamera(flat).params;
   report.flat_rms_px = weightedRms(flat);
   if (is_determined && (mode == BoardShapeMode::kWarp || isBent(report.f, report.by_views))) return true;
-  // What looked like a bend was outliers.
+  // The apparent bend was outliers.
   report.flat_params.clear();
   report.flat_rms_px = std::numeric_limits<double>::quiet_NaN();
   fit = solve(std::move(flat), {.cancel = cancel});
   return false;
 }
 
-// What one more bend would do beside others, of a fit in which all boards are flat.
+// Effect of one more bend beside others, in a fit in which all boards are flat.
 std::optional<ShapeInformation> furtherBend(const Fit& fit, const std::vector<std::size_t>& others,
                                             double drop_by_others) {
   std::optional<ShapeInformation> most;

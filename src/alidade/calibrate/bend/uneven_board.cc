@@ -38,7 +38,7 @@ std::vector<std::size_t> allBoards(const Fit& fit) {
 // The fit with offsets if the views bear them out.
 std::optional<Fit> ifBorneOut(const Fit& even, UnevenReport& report, const CancelFlag* cancel) {
   const Fit started = startedUneven(even, testableBoards(even));
-  // What held-out errors gain the errors in use gain as well.
+  // A gain in held-out errors shows in the errors in use as well.
   if (!isAnyUneven(started) || varianceLeftByOffsets(started) > (1 - kWorthwhile) * (1 - kWorthwhile))
     return std::nullopt;
   auto fit = withOffsets(started, OffsetScatter::kEstimate, cancel);
@@ -66,7 +66,7 @@ UnevenFit uneven(SettledFit settled, BoardShapeMode mode, const CancelFlag* canc
     result.report.is_undetermined = !fit || !isAnyUneven(*fit);
   }
   if (!fit) return result;
-  // What looked like noise was the board.
+  // A part of the apparent noise was the board.
   result.settled = unevenAgain(settledWeights(*std::move(fit), cancel), cancel);
   return result;
 }

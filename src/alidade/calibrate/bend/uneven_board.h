@@ -1,22 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <optional>
-
-#include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/adjust/noise/robust_weighting.h"
-#include "alidade/calibrate/start/options.h"
+#include "alidade/calibrate/start/calibration_options.h"
+#include "alidade/calibrate/start/reports.h"
 
 namespace alidade {
-
-/// Whether the points of a board lie where the SPEC and the bend put them.
-struct UnevenReport {
-  /// What the held-out errors are larger by with the points in their places; nothing where a glance at the
-  /// errors was enough or nobody asked.
-  std::optional<HeldOutExcess> even_excess = {};
-  /// Somebody asked, and the views show no offsets that stand out from noise.
-  bool is_undetermined = false;
-};
 
 struct UnevenFit {
   SettledFit settled;

@@ -11,8 +11,8 @@
 
 #include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/adjust/noise/model_soundness.h"
-#include "alidade/calibrate/choose/choice.h"
 #include "alidade/calibrate/choose/model_solution.h"
+#include "alidade/calibrate/start/reports.h"
 
 namespace alidade {
 

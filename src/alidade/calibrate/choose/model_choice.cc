@@ -192,7 +192,7 @@ double shareLeftOut(const Fit& fit, const PreparedViews& given) {
   return 1 - static_cast<double>(numCorners(fit)) / static_cast<double>(num_given);
 }
 
-ChosenModel chosenAmong(Lenses lenses, const PreparedViews& given, const CalibratorOptions& options) {
+ModelSolution chosenAmong(Lenses lenses, const PreparedViews& given, const CalibratorOptions& options) {
   const IsClose isClose = [&](double larger_px, double smaller_px) {
     if (lenses == Lenses::kByField) return false;  // one of these is good enough, or all are compared
     const double further_px = std::sqrt(std::max(0.0, larger_px * larger_px - smaller_px * smaller_px));
@@ -226,16 +226,18 @@ ChosenModel chosenAmong(Lenses lenses, const PreparedViews& given, const Calibra
     if (!winner.solution) winner.solution = fittedPlainly(given, own);
     winner.solution = withDataSettled(*std::move(winner.solution), given, own);
   }
-  return {.solution = *std::move(winner.solution), .choice = std::move(choice), .rivals = std::move(rivals)};
+  ModelSolution solution = *std::move(winner.solution);
+  solution.rivals = std::move(rivals);
+  solution.choice.model = std::move(choice);
+  return solution;
 }
 
 }  // namespace
 
-ChosenModel chooseModel(const PreparedViews& given, const CalibratorOptions& options) {
+ModelSolution chooseModel(const PreparedViews& given, const CalibratorOptions& options) {
   constexpr double kManyOutliers = 0.05;  // may be corners that another lens explains
-  ChosenModel chosen = chosenAmong(Lenses::kByField, given, options);
-  const Fit& fit = chosen.solution.fit;
-  if (!foldsInsideImage(fit) && shareLeftOut(fit, given) < kManyOutliers) return chosen;
+  ModelSolution chosen = chosenAmong(Lenses::kByField, given, options);
+  if (!foldsInsideImage(chosen.fit) && shareLeftOut(chosen.fit, given) < kManyOutliers) return chosen;
   return chosenAmong(Lenses::kAll, given, options);
 }
 

@@ -1,19 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <vector>
-
-#include "alidade/calibrate/choose/choice.h"
 #include "alidade/calibrate/choose/model_solution.h"
-#include "alidade/camera/any_camera.h"
 
 namespace alidade {
-
-struct ChosenModel {
-  ModelSolution solution;  ///< with what withDataSettled() leaves
-  ModelChoice choice;
-  std::vector<AnyCamera> rivals;  ///< of other models, which predict the corners as well
-};
 
 /// Chooses the smallest model beside which none with further parameters has significantly smaller held-out
 /// errors, by a share that is worth them, among those that the views determine. Where it folds inside the
@@ -27,6 +17,6 @@ struct ChosenModel {
 /// fits as well as any settles on: a lean model would leave out as outliers what a better one explains.
 /// The chosen model then settles by itself what an outlier is, as if it had been named.
 /// @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views
-[[nodiscard]] ChosenModel chooseModel(const PreparedViews& given, const CalibratorOptions& options);
+[[nodiscard]] ModelSolution chooseModel(const PreparedViews& given, const CalibratorOptions& options);
 
 }  // namespace alidade

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "alidade/adjust/noise/weak_prior.h"
+#include "alidade/calibrate/bend/board_bend.h"
 #include "alidade/calibrate/bend/uneven_board.h"
 #include "alidade/calibrate/clean/outliers.h"
 #include "alidade/calibrate/start/start_fit.h"

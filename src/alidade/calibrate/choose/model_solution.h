@@ -3,9 +3,10 @@
 
 #include <vector>
 
-#include "alidade/calibrate/choose/choice.h"
-#include "alidade/calibrate/start/options.h"
+#include "alidade/calibrate/start/calibration_options.h"
 #include "alidade/calibrate/start/prepared_views.h"
+#include "alidade/calibrate/start/reports.h"
+#include "alidade/camera/any_camera.h"
 
 namespace alidade {
 
@@ -15,6 +16,7 @@ struct ModelSolution {
   Choice choice;  ///< but for what concerns other models
   /// Parameters of other optima that were about as good on all views, for otherOptima().
   std::vector<std::vector<double>> close_params;
+  std::vector<AnyCamera> rivals = {};  ///< of other models, which predict the corners as well
 };
 
 /// From views to a camera that fits them, all corners counting by the robust loss alone.

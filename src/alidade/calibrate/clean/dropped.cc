@@ -6,7 +6,6 @@
 #include <optional>
 #include <utility>
 
-#include "alidade/adjust/board/fit.h"
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/clean/renumbering.h"
@@ -84,16 +83,6 @@ std::vector<Outlier> outliersOf(const Fit& fit, const PreparedViews& given) {
 }
 
 }  // namespace
-
-std::size_t Dropped::numMisfits() const {
-  return static_cast<std::size_t>(
-      std::count_if(views.begin(), views.end(), [](const ExcludedView& view) { return view.is_misfit; }));
-}
-
-double Dropped::outlierShare(const Fit& fit) const {
-  const auto num_out = static_cast<double>(outliers.size());
-  return num_out / (num_out + static_cast<double>(numCorners(fit)));
-}
 
 Dropped droppedFrom(const Fit& fit, const PreparedViews& given, const CancelFlag* cancel) {
   Dropped dropped{.views = given.excluded, .repeated = given.repeated, .outliers = outliersOf(fit, given)};

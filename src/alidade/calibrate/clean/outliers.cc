@@ -45,7 +45,7 @@ bool haveSameIds(const std::vector<Observation>& a, const std::vector<Observatio
                     [](const Observation& x, const Observation& y) { return x.id == y.id; });
 }
 
-// Judges all corners anew; false if the same ones come out as before.
+// Judges all corners again; false if the same ones come out as before.
 bool leaveOutCorners(Fit& fit, const PreparedViews& given, const CancelFlag* cancel) {
   const double sigma = noiseSigma(fit);
   std::vector<std::vector<Observation>> kept;
@@ -89,6 +89,7 @@ bool readmitViews(SettledFit& now, const PreparedViews& given, const CancelFlag*
   if (fitting.empty()) return false;
   for (auto& [source, view] : fitting)
     addView(now.fit, source, std::move(view.corners), view.camera_from_board, view.board);
+  for (FitView& view : now.fit.views) view.image = given.views[view.source].image;
   now = settled(std::move(now.fit), cancel);
   return true;
 }

@@ -21,7 +21,7 @@ bool readmitViews(SettledFit& settled, const PreparedViews& given, const CancelF
 bool setAsideMisnumberedViews(SettledFit& settled, const PreparedViews& given, const CancelFlag* cancel);
 
 /// Leaves out corners that are no noise, and views that do not fit the camera of the others, and solves
-/// again. Outliers are judged anew in each round, among all corners, until the same ones come out.
+/// again. Outliers are judged again in each round, among all corners, until the same ones come out.
 /// @throws Error (kInput) if too few views are left
 [[nodiscard]] SettledFit withoutOutliers(SettledFit settled, const PreparedViews& given,
                                          const CancelFlag* cancel);

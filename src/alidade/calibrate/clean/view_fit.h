@@ -12,7 +12,7 @@
 
 namespace alidade {
 
-/// How a view fits a camera: that of the fit, or another one.
+/// How a view fits a camera, which need not be that of its fit.
 struct ViewFit {
   std::size_t board = 0;  ///< see View
   SE3 camera_from_board;

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <cstddef>
 #include <string>
 #include <vector>
 
 #include "alidade/adjust/board/errors.h"
-#include "alidade/calibrate/judge/judge.h"
+#include "alidade/calibrate/judge/diagnoses.h"
 #include "alidade/core/number_text.h"
 
-namespace alidade {
+namespace alidade::detail {
 namespace {
 
 // Are the errors far larger than those of corners in sharp images?
@@ -17,12 +16,9 @@ bool isMisfit(const Evidence& of) {
   return weightedRms(of.fit) > kMisfit * 2 * halfDiagonal(of);
 }
 
-}  // namespace
-
 void notConverged(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (of.fit.summary.termination == Termination::kConverged) return;
-  diagnoses.push_back({.severity = Severity::kFailure,
-                       .id = "not_converged",
+  diagnoses.push_back({.id = "not_converged",
                        .cause = "the solver stopped before it reached the optimum",
                        .evidence = of.fit.summary.reason,
                        .next_step = "check the images with the largest errors"});
@@ -30,8 +26,7 @@ void notConverged(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
 
 void notSettled(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (of.choice.is_settled) return;
-  diagnoses.push_back({.severity = Severity::kFailure,
-                       .id = "not_settled",
+  diagnoses.push_back({.id = "not_settled",
                        .cause = "the views have no stable solution",
                        .evidence = "each fit changes which corners are outliers",
                        .next_step = "check the images with the largest errors"});
@@ -41,8 +36,7 @@ void parameterAtLimit(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   for (const FitParam& param : of.fit.summary.at_limit) {
     const auto i = static_cast<std::size_t>(param.index);
     diagnoses.push_back(
-        {.severity = Severity::kNote,
-         .id = "parameter_at_limit",
+        {.id = "parameter_at_limit",
          .cause = std::string(of.camera.parameterNames()[i]) + " is at the limit of its range",
          .evidence = numberText("%g", of.camera.parameters()[i]),
          .next_step = "use a model that suits the lens"});
@@ -88,4 +82,12 @@ void lensDeviates(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
               deviation_px, diagnoses);
 }
 
-}  // namespace alidade
+}  // namespace
+
+void diagnoseFit(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  for (const auto& diagnose :
+       {notConverged, notSettled, parameterAtLimit, misfit, modelTooLean, lensDeviates})
+    diagnose(of, diagnoses);
+}
+
+}  // namespace alidade::detail

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "alidade/adjust/board/fit.h"
-#include "alidade/calibrate/start/options.h"
+#include "alidade/calibrate/start/calibration_options.h"
 
 namespace alidade {
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "alidade/adjust/board/fit.h"
+#include "alidade/calibrate/start/reports.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
@@ -19,22 +20,7 @@ inline constexpr int kMinViews = 3;
 /// Fewest corners from which a view is used.
 inline constexpr std::size_t kMinCornersPerView = 6;
 
-/// A view that was given but not used.
-struct ExcludedView {
-  std::string image;
-  std::size_t board = 0;  ///< see View
-  std::string reason;
-  bool is_misfit = false;  ///< it does not fit the camera of the others
-};
-
-/// A view that was taken together with another one of the same pose, see mergeRepeatedViews().
-struct RepeatedView {
-  std::string image;
-  std::size_t board = 0;  ///< see View
-  std::string same_as;    ///< the image whose view stands for both
-};
-
-/// What a calibration is made from.
+/// The input of a calibration, checked and in order.
 struct PreparedViews {
   std::vector<Board> boards;  ///< View::board is an index into these
   std::vector<View> views;  ///< in order of names and boards, corners in order of their ids; FitView::source
@@ -57,9 +43,9 @@ struct PreparedViews {
 /// @throws Error (kInput) with the reasons of the views left out if the fit has fewer than kMinViews
 void requireViews(const PreparedViews& given, const Fit& fit);
 
-/// Makes one view of all views in which a board stands at the same place: copies of an image, a stored
-/// again or a retouched one, a series from a tripod. What the lens, the board's shape and blur do there is
-/// the same in all of them, and only the corners' noise may differ; taken for as many views they would feign
+/// Makes one view of all views in which a board stands at the same place: duplicates of an image,
+/// re-encoded or retouched, or a series from a tripod. The effects of lens, board shape and blur are the
+/// same in all of them, and only the corners' noise may differ; taken for as many views they would feign
 /// more certainty than there is and outweigh the rest.
 ///
 /// The view keeps the first one's name (in order of names). Each corner is put at the median, axis by axis,
@@ -72,7 +58,7 @@ void requireViews(const PreparedViews& given, const Fit& fit);
 /// @param given  with views in order of their names; those that repeat others go to `repeated`
 void mergeRepeatedViews(PreparedViews& given);
 
-/// How far apart corners of the same pose may lie for the pose's sake, RMS over the corners, px.
+/// How far apart corners may lie and still count as the same pose, RMS over the corners, px.
 inline constexpr double kSamePlacePx = 0.25;
 
 }  // namespace alidade

@@ -7,18 +7,11 @@
 #include <vector>
 
 #include "alidade/adjust/board/pose_search.h"
+#include "alidade/calibrate/start/reports.h"
 #include "alidade/core/cancel.h"
 #include "alidade/core/image.h"
 
 namespace alidade {
-
-/// How the search for a start went.
-struct StartReport {
-  int num_tried = 0;   ///< fields of view at which the views could be explained at all
-  int num_solved = 0;  ///< of these, the best, solved to convergence until two agreed or none was left
-  int num_agreed = 0;  ///< of these, those that came to the optimum of the lowest cost
-  int num_optima = 1;  ///< optima of about this cost that other shapes of the lens led to, this one with them
-};
 
 struct Start {
   PosedCamera camera;  ///< of the model that was asked for

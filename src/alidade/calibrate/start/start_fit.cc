@@ -62,8 +62,10 @@ StartedFit startedFit(const PreparedViews& given, const CalibratorOptions& optio
                      .report = start->report};
   onlyCamera(started.fit).constraint = constraint;
   for (std::size_t v = 0; v < corners.size(); ++v) {
-    if (const auto& pose = start->camera.poses[v])
-      addView(started.fit, v, std::move(corners[v]), *pose, given.views[v].board);
+    const auto& pose = start->camera.poses[v];
+    if (!pose) continue;
+    addView(started.fit, v, std::move(corners[v]), *pose, given.views[v].board);
+    started.fit.views.back().image = given.views[v].image;
   }
   requireViews(given, started.fit);
   return started;
@@ -71,11 +73,7 @@ StartedFit startedFit(const PreparedViews& given, const CalibratorOptions& optio
 
 ComparedFit comparedWithRivals(Fit fit, const std::vector<PosedCamera>& rivals, const CancelFlag* cancel) {
   constexpr double kTolerance = 1e-9;  // of the cost
-  struct Solved {
-    std::vector<double> params;
-    double cost = 0;
-  };
-  std::vector<Solved> others;
+  std::vector<Fit> others;
   for (const PosedCamera& camera : rivals) {
     auto rival = movedTo(camera, fit);
     if (!rival) continue;
@@ -83,12 +81,12 @@ ComparedFit comparedWithRivals(Fit fit, const std::vector<PosedCamera>& rivals, 
     if (rival->summary.termination == Termination::kFailed) continue;
     const bool is_better = rival->summary.cost < (1 - kTolerance) * fit.summary.cost;
     if (is_better) std::swap(fit, *rival);
-    others.push_back({.params = onlyCamera(*rival).params, .cost = rival->summary.cost});
+    others.push_back(*std::move(rival));
     if (is_better) fit = solve(std::move(fit), {.cancel = cancel});
   }
   ComparedFit compared{.fit = std::move(fit), .close_params = {}};
-  for (Solved& other : others) {
-    if (isClose(compared.fit, other.cost)) compared.close_params.push_back(std::move(other.params));
+  for (const Fit& other : others) {
+    if (isClose(compared.fit, other.summary.cost)) compared.close_params.push_back(onlyCamera(other).params);
   }
   return compared;
 }

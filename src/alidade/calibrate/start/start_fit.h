@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "alidade/adjust/board/fit.h"
-#include "alidade/calibrate/start/options.h"
+#include "alidade/calibrate/start/calibration_options.h"
 #include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/calibrate/start/start.h"
 

@@ -13,7 +13,6 @@
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
 #include "alidade/calibrate/uncertainty/covered_pixels.h"
 #include "alidade/calibrate/uncertainty/flexible_fit.h"
-#include "alidade/calibrate/uncertainty/uncertainty.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/camera/projection_uncertainty.h"
 
@@ -61,46 +60,6 @@ std::vector<View> seenCorners(const Fit& fit) {
   }
   return views;
 }
-
-double share(std::size_t part, std::size_t all) {
-  return all == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(all);
-}
-
-}  // namespace
-
-// Leenhouts 1985, On the computation of bi-normal radial error, Navigation 32(1): within 0.2 %.
-double radius95(const Eigen::Matrix2d& covariance) {
-  const double mean = 0.5 * covariance.trace();
-  const double half = 0.5 * (covariance(0, 0) - covariance(1, 1));
-  const double root = std::sqrt(half * half + covariance(0, 1) * covariance(0, 1));
-  const double large = mean + root;
-  if (!(large > 0)) return large == 0 ? 0.0 : kNan;
-  const double c = std::sqrt(std::max(0.0, mean - root) / large);
-  return std::sqrt(large) * (1.960790 + c * (0.004071 + c * (0.114276 + c * 0.371625)));
-}
-
-double Accuracy::shareWithin(double tolerance_px) const {
-  std::size_t num_rays = 0;
-  std::size_t num_within = 0;
-  for (const double error : error_px) {
-    num_rays += std::isnan(error) ? 0 : 1;
-    num_within += error <= tolerance_px ? 1 : 0;
-  }
-  return share(num_within, num_rays);
-}
-
-double Accuracy::coveredShareWithin(double tolerance_px) const {
-  std::size_t num_covered = 0;
-  std::size_t num_within = 0;
-  for (std::size_t i = 0; i < error_px.size(); ++i) {
-    if (!is_covered[i] || std::isnan(error_px[i])) continue;
-    ++num_covered;
-    num_within += error_px[i] <= tolerance_px ? 1 : 0;
-  }
-  return share(num_within, num_covered);
-}
-
-namespace {
 
 // Changes of the pixels by the parameters after alignment by the rotation (or pose) that fits best where
 // boards were seen.
@@ -159,6 +118,17 @@ std::vector<double> largestDifferences(const AnyCamera& camera, std::span<const 
 
 }  // namespace
 
+// Leenhouts 1985, On the computation of bi-normal radial error, Navigation 32(1): within 0.2 %.
+double radius95(const Eigen::Matrix2d& covariance) {
+  const double mean = 0.5 * covariance.trace();
+  const double half = 0.5 * (covariance(0, 0) - covariance(1, 1));
+  const double root = std::sqrt(half * half + covariance(0, 1) * covariance(0, 1));
+  const double large = mean + root;
+  if (!(large > 0)) return large == 0 ? 0.0 : kNan;
+  const double c = std::sqrt(std::max(0.0, mean - root) / large);
+  return std::sqrt(large) * (1.960790 + c * (0.004071 + c * (0.114276 + c * 0.371625)));
+}
+
 Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const AnyCamera> alternatives,
                     double distance_m) {
   const FitCamera& camera = onlyCamera(fit);
@@ -207,7 +177,8 @@ Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const An
       accuracy.worst_pixel = accuracy.pixels[i];
     }
   }
-  accuracy.covered_share = share(num_covered, num_rays);
+  accuracy.covered_share =
+      num_rays == 0 ? 0.0 : static_cast<double>(num_covered) / static_cast<double>(num_rays);
   return accuracy;
 }
 

@@ -47,7 +47,7 @@ class FieldGrid {
   int rows_;
 };
 
-// What the views say of intrinsics and field, their poses following.
+// The views' equations for intrinsics and field, their poses following.
 struct Votes {
   Eigen::MatrixXd information;  // of all views
   Eigen::MatrixXd gradients;    // a column a view

@@ -13,6 +13,7 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/model_soundness.h"
 #include "alidade/adjust/noise/shape_information.h"
+#include "alidade/calibrate/bend/board_bend.h"
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
 
 namespace alidade {

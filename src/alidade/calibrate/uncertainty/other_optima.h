@@ -17,7 +17,7 @@ inline constexpr double kNoiseChi2 = 9;
 /// use do not rule out and that the stated sigmas of the result do: each is solved to rest on the same
 /// corners with the same loss, board and prior, and counts if it is sound (unsoundnessOf()), costs more by
 /// less than kNoiseChi2 and has a parameter beyond 3 stated standard deviations. Where the board's bend was
-/// estimated, it may have another one. Where the views disagree by more than noise, the chi square is by
+/// estimated, it may differ. Where the views disagree by more than noise, the chi square is by
 /// their disagreement.
 ///
 /// Local sigmas come from the curvature at one optimum and cannot know of another.

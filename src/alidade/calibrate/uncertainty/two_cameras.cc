@@ -29,8 +29,8 @@ Eigen::MatrixXd unitBasis(const Eigen::MatrixXd& information) {
          values.tail(num_known).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
-// What a place says of an offset d of the intrinsics: twice its cost is d^T S d + 2 g^T d, in units of the
-// noise.
+// Evidence of a place about an offset d of the intrinsics: twice its cost is d^T S d + 2 g^T d, in units of
+// the noise.
 struct Place {
   Eigen::MatrixXd S;
   Eigen::VectorXd g;
@@ -100,14 +100,15 @@ std::optional<Division> bestDivision(std::span<const Place> places) {
 
 // Places by the names of their views: those of two cameras usually differ in more than a number, or lie in
 // two folders. Nothing if there are not exactly two kinds of names.
-std::optional<std::vector<int>> groupsByName(std::span<const std::string> names,
-                                             std::span<const std::size_t> place_of, std::size_t num_places) {
+std::optional<std::vector<int>> groupsByName(const Fit& fit, std::span<const std::size_t> place_of,
+                                             std::size_t num_places) {
   std::vector<std::string> kinds;
   std::vector<int> group(num_places, 0);
-  for (std::size_t v = 0; v < names.size(); ++v) {
-    const auto slash = names[v].find_last_of('/');
-    std::string kind = slash == std::string::npos ? "" : names[v].substr(0, slash + 1);
-    for (const char c : names[v].substr(kind.size())) {
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
+    const std::string& name = fit.views[v].image;
+    const auto slash = name.find_last_of('/');
+    std::string kind = slash == std::string::npos ? "" : name.substr(0, slash + 1);
+    for (const char c : name.substr(kind.size())) {
       if (c < '0' || c > '9') kind += c;
     }
     auto at = std::find(kinds.begin(), kinds.end(), kind);
@@ -266,7 +267,7 @@ std::optional<Division> significantDivision(std::span<const Place> places,
 
 }  // namespace
 
-std::optional<TwoCameras> twoCameras(const Fit& fit, std::span<const std::string> names, double variance) {
+std::optional<TwoCameras> twoCameras(const Fit& fit, double variance) {
   const FitCamera& camera = onlyCamera(fit);
   const Eigen::MatrixXd directions =
       freeDirections(static_cast<int>(camera.params.size()), camera.constraint);
@@ -281,7 +282,7 @@ std::optional<TwoCameras> twoCameras(const Fit& fit, std::span<const std::string
     places.push_back({.S = basis.transpose() * pull.information * basis,
                       .g = basis.transpose() * pull.gradient / std::sqrt(variance)});
   }
-  const auto division = significantDivision(places, groupsByName(names, place_of, pulls.size()));
+  const auto division = significantDivision(places, groupsByName(fit, place_of, pulls.size()));
   if (!division) return std::nullopt;
   const auto num_second = std::count(division->group.begin(), division->group.end(), 1);
   const int minority = 2 * num_second > static_cast<std::ptrdiff_t>(places.size()) ? 0 : 1;

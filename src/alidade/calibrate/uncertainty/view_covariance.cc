@@ -25,14 +25,6 @@ Eigen::MatrixXd larger(double variance, const Eigen::MatrixXd& covariance) {
 
 }  // namespace
 
-double ViewCovariance::effectiveStd(int i) const {
-  const double variance = is_pooled ? larger(i, i) : covariance(i, i);
-  const double inflated =
-      is_pooled || !(variance > 0) ? 1.0 : inflation(freedom[static_cast<std::size_t>(i)]);
-  const double by_views = inflated * std::sqrt(std::max(0.0, variance));
-  return common_error.rows() > 0 ? std::hypot(by_views, common_error(i, 0)) : by_views;
-}
-
 std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
                                              const Eigen::MatrixXd& directions, int num_params,
                                              double variance, double mean_slope) {

@@ -2,6 +2,8 @@
 #include "alidade/calibrate/uncertainty/view_scores.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <optional>
 
 #include <Eigen/Cholesky>
@@ -17,6 +19,49 @@ namespace alidade {
 namespace {
 
 constexpr int kNumOtherCauses = static_cast<int>(kCommonCauses.size()) - kNumBoardCauses;
+
+// One further column for each cause, in the order of CommonCause: first those of each board in turn, then
+// the others. For the views of one board; the columns of other boards are zero.
+class CommonColumns {
+ public:
+  CommonColumns(const Fit& fit, std::size_t board)
+      : first_(kNumBoardCauses * static_cast<int>(board)),
+        num_board_columns_(kNumBoardCauses * static_cast<int>(fit.boards.size())),
+        middle_(fit.boards[board].target.middle()),
+        focal_{onlyCamera(fit).params[0], onlyCamera(fit).params[1]} {}
+
+  [[nodiscard]] int size() const {
+    return num_board_columns_ + static_cast<int>(kCommonCauses.size()) - kNumBoardCauses;
+  }
+  [[nodiscard]] ExtraElements<kCommonCauses.size()> elements(const CornerRows& rows, int axis) const {
+    // A point of the board moves as by a translation of the pose.
+    using Row = Eigen::Map<const Eigen::RowVector3d>;
+    const auto at = static_cast<std::size_t>(axis);
+    const Row J(rows.J_px_pose[at]);
+    const Eigen::Vector3d& p = rows.corner.p_board;
+    const Eigen::Vector3d out = p - middle_;
+    const double X = out.x() / middle_.x();
+    const double Y = out.y() / middle_.y();
+    const Eigen::Vector3d p_cam = rows.camera_from_board * p;
+    const double angle = std::atan2(p_cam.head<2>().norm(), p_cam.z());
+    const Eigen::Vector3d optical_axis = rows.camera_from_board.rotation.matrix().row(2);
+    const double distance_m = (rows.camera_from_board * middle_).norm();
+    const double* by_params = rows.J_px_params[at];
+    const double outward = std::hypot(Row(rows.J_px_pose[0]).dot(out), Row(rows.J_px_pose[1]).dot(out));
+    const int rest = num_board_columns_;
+    return {.column = {first_, first_ + 1, first_ + 2, first_ + 3, rest, rest + 1, rest + 2},
+            .value = {J[0] * p.x(), J[0] * middle_.x() * X * X, J[1] * middle_.y() * Y * Y,
+                      J[2] * middle_.x() * X * Y, -angle * angle * J.dot(optical_axis),
+                      (focal_[0] * by_params[0] + focal_[1] * by_params[1]) / distance_m,
+                      outward > 0 ? rows.root_weight * (X * X + Y * Y) * J.dot(out) / outward : 0.0}};
+  }
+
+ private:
+  int first_;
+  int num_board_columns_;
+  Eigen::Vector3d middle_;
+  std::array<double, 2> focal_;
+};
 
 // A view beside the others, in coordinates in which noise gives the result the covariance 1.
 struct OneView {
@@ -149,7 +194,7 @@ class CommonEstimate {
   }
 
  private:
-  // What is free: the intrinsics, and these.
+  // The free directions: the intrinsics, and these.
   [[nodiscard]] Eigen::MatrixXd basis(const std::vector<int>& columns) const {
     const Eigen::Index n = directions_.rows();
     const Eigen::Index m = directions_.cols();

@@ -10,7 +10,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/guide/coverage.h"
 #include "alidade/guide/guidance.h"
 #include "alidade/target/view.h"

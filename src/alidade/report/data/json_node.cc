@@ -45,8 +45,8 @@ Severity readSeverity(const JsonNode& node) {
 
 std::vector<Diagnosis> readFindings(const JsonNode& node) {
   return node.list([](const JsonNode& finding) {
-    Diagnosis diagnosis{.severity = readSeverity(finding["severity"]),
-                        .id = finding["id"].text(),
+    Diagnosis diagnosis{.id = DiagnosisId::read(finding["id"].text()),
+                        .severity = readSeverity(finding["severity"]),
                         .cause = finding["cause"].text()};
     diagnosis.evidence = finding["evidence"].text();
     diagnosis.next_step = finding["next_step"].text();

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "alidade/core/diagnosis_order.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/core/error.h"
 #include "alidade/report/data/json_node.h"
 #include "alidade/target/board_spec.h"

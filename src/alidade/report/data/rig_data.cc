@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "alidade/core/diagnosis_order.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/report/data/json_node.h"
 #include "alidade/target/board_spec.h"
 

@@ -18,7 +18,7 @@ Diagnosis diagnosisFrom(Severity severity, const std::string& id, const std::str
   constexpr std::string_view kNext = "\n  next: ";
   const std::string message = validUtf8(raw_message);
   const std::size_t end = message.find(kNext);
-  Diagnosis check{.severity = severity, .id = id, .cause = message.substr(0, end)};
+  Diagnosis check{.id = DiagnosisId::read(id), .severity = severity, .cause = message.substr(0, end)};
   if (end != std::string::npos) check.next_step = message.substr(end + kNext.size());
   for (std::string* const text : {&check.cause, &check.next_step}) std::ranges::replace(*text, '\n', ' ');
   return check;

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/guide/guidance.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "alidade/core/diagnosis_order.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
 #include "alidade/report/canvas/page_table.h"
@@ -187,11 +187,11 @@ std::vector<PageSection> sectionsOf(const CalibrationEvidence& data, const PageO
 CalibrationEvidence readShownData(const nlohmann::json& evidence, const std::string& file) {
   CalibrationEvidence data = readCalibration(evidence, file);
   const bool is_in_vain = std::ranges::any_of(data.findings, [](const Diagnosis& finding) {
-    return finding.severity == Severity::kFailure && isWrongInput(finding.id);
+    return finding.severity == Severity::kFailure && finding.id.kind().rank == Rank::kCause;
   });
   if (is_in_vain) data.next_view.reset();
   for (Diagnosis& finding : data.findings)
-    if (finding.id == "poor_coverage" && !data.next_view)
+    if (finding.id == DiagnosisId("poor_coverage") && !data.next_view)
       finding.next_step.clear();  // "take the suggested view"
   return data;
 }

@@ -88,7 +88,7 @@ std::string groupHtml(const FindingGroup& group, const std::vector<std::string>&
 // reason itself.
 bool doesAccuracyApply(const PageContent& page) {
   return page.verdict != Verdict::kNo || std::ranges::all_of(page.findings, [](const Diagnosis& finding) {
-           return finding.severity < Severity::kFailure || finding.id == "inaccurate";
+           return finding.severity < Severity::kFailure || finding.id == DiagnosisId("inaccurate");
          });
 }
 

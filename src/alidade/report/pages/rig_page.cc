@@ -96,7 +96,7 @@ std::vector<PageNumber> rigNumbers(const ReportedRig& rig) {
     numbers.push_back({"Rotation", turnText(rig.cameras[1]), "between the cameras", true});
   }
   const bool is_uneven = std::ranges::any_of(
-      rig.findings, [](const Diagnosis& finding) { return finding.id == "uneven_board"; });
+      rig.findings, [](const Diagnosis& finding) { return finding.id == DiagnosisId("uneven_board"); });
   numbers.push_back({"Cross-validation",
                      std::isfinite(rig.holdout_rms_px) ? rmsText(rig.holdout_rms_px) : "impossible",
                      "RMS in unseen frames"});

@@ -13,7 +13,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/degrees.h"
-#include "alidade/core/diagnosis_order.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
@@ -161,7 +161,7 @@ std::string checksTable(const JudgedFile& file) {
   if (checks.empty()) return "";
   std::vector<PageRow> rows;
   for (const Diagnosis& check : checks)
-    rows.push_back({{check.id, std::string(severityName(check.severity)), check.cause}});
+    rows.push_back({{std::string(check.id), std::string(severityName(check.severity)), check.cause}});
   return fmt::format(
       "<details><summary>All {} checks</summary>{}</details>\n", checks.size(),
       tableHtml("Checks", {{"Check", "words"}, {"Result", "words"}, {"What was found", "words found"}},

@@ -61,7 +61,7 @@ std::string convertCommand(const FootageEdit& edit, const std::string& file) {
 Diagnosis findingOfSize(const FootageJudgement& judgement, const std::string& file) {
   const std::string sizes = fmt::format("the images have {} px, the file is for {}",
                                         sizeText(judgement.image_size), sizeText(judgement.camera_size));
-  Diagnosis finding{.severity = Severity::kFailure, .id = "footage", .cause = ""};
+  Diagnosis finding{.id = "footage", .severity = Severity::kFailure, .cause = ""};
   if (const FootageEdit* const found = judgement.foundEdit()) {
     finding.cause =
         fmt::format("inconsistent: image {} without the file; {}", editWords(found->request), sizes);
@@ -155,8 +155,7 @@ std::vector<Diagnosis> footageFindings(const FootageJudgement& judgement, const 
   if (check.verdict == FootageVerdict::kConsistent && check.explanation) {
     const CameraChange& change = check.changes.at(*check.explanation);
     findings.push_back(
-        {.severity = Severity::kNote,
-         .id = "footage_fit",
+        {.id = "footage_fit",
          .cause = fmt::format("{} fits better; displaces points by {}, surely by {}; not enough to call the "
                               "file wrong",
                               describe(change), pixelsOf(change.effect_px), pixelsOf(change.sure_px)),
@@ -166,8 +165,7 @@ std::vector<Diagnosis> footageFindings(const FootageJudgement& judgement, const 
   if (check.verdict == FootageVerdict::kConsistent && check.is_video &&
       std::abs(check.readout) > kLittleReadout) {
     findings.push_back(
-        {.severity = Severity::kNote,
-         .id = "footage_shutter",
+        {.id = "footage_shutter",
          .cause = fmt::format("rolling shutter: from the first row to the last in {:.2f} of the time between "
                               "frames; taken into account",
                               check.readout)});

@@ -37,8 +37,8 @@ bool isFreedWrong(const Calibration& freed) {
 Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_px) {
   const double noise_px = std::isfinite(judgement.noise_rms_px) ? judgement.noise_rms_px : 0.0;
   Diagnosis check{
-      .severity = Severity::kPass,
       .id = "held_out_error",
+      .severity = Severity::kPass,
       .cause = {},
       .evidence = fmt::format("{:.3g} px RMS over {} corners of {} of {} views", judgement.held_out_rms_px,
                               judgement.numCorners(), judgement.views.size(), judgement.num_views_given),
@@ -322,8 +322,8 @@ class ImagesAgree {
   double tolerance_px_;
   const Slip* slip_ = nullptr;
   // Whatever warns here does so for want of evidence, with one exception.
-  Diagnosis check_{.severity = Severity::kWarning,
-                   .id = "images_agree",
+  Diagnosis check_{.id = "images_agree",
+                   .severity = Severity::kWarning,
                    .cause = {},
                    .evidence = "unknown",
                    .is_undecided = true};
@@ -345,8 +345,8 @@ Diagnosis statedAccuracyCheck(double accuracy_px, const HeldOutJudgement& judgem
   const bool is_measured = judgement.freed && !isFreedWrong(*judgement.freed) && judgement.difference &&
                            judgement.significance && isComparable(*judgement.difference);
   Diagnosis check{
-      .severity = Severity::kNote,
       .id = "stated_accuracy",
+      .severity = Severity::kNote,
       .cause = fmt::format("the images cannot show whether the camera is within the stated {:.3g} px",
                            accuracy_px),
       .evidence = is_measured ? differenceText(judgement) : ""};
@@ -363,8 +363,8 @@ Diagnosis statedAccuracyCheck(double accuracy_px, const HeldOutJudgement& judgem
 Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other, double tolerance_px) {
   const ProjectionDifference difference = projectionDifference(camera, other);
   const auto significance = significanceOf(difference, camera, other, Freed::kRotation);
-  Diagnosis check{.severity = Severity::kFailure,
-                  .id = "against",
+  Diagnosis check{.id = "against",
+                  .severity = Severity::kFailure,
                   .cause = {},
                   .evidence = fmt::format("{:.3g} px (95 %), RMS {:.3g} px, at most {:.3g} px",
                                           difference.p95_px, difference.rms_px, difference.max_px),
@@ -408,8 +408,8 @@ Diagnosis ownImagesCheck(std::span<const Eigen::Vector2d> recorded, std::span<co
     if (is_own) own.push_back(view.image);
   }
   const bool is_clean = own.empty();
-  return {.severity = is_clean ? Severity::kPass : Severity::kWarning,
-          .id = "own_images",
+  return {.id = "own_images",
+          .severity = is_clean ? Severity::kPass : Severity::kWarning,
           .cause = is_clean ? "the camera was not calibrated from these images"
                             : "the camera was calibrated from these images, such as " + own.front() +
                                   ": they cannot show that it is wrong; use others",

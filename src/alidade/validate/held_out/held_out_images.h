@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/calibrate/calibration.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/compare/projection_difference.h"
 #include "alidade/core/cancel.h"
 #include "alidade/geometry/se3.h"

@@ -22,7 +22,7 @@ struct InitialCamera {
   ImageSize size;
 };
 
-/// What is estimated of the board's shape (BoardShape).
+/// Which parts of the board's shape (BoardShape) are estimated.
 enum class BoardShapeMode {
   kFlat,    ///< nothing: the board is taken as flat
   kWarp,    ///< the bend

@@ -13,25 +13,22 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/lens_prior.h"
 #include "alidade/adjust/noise/model_soundness.h"
-#include "alidade/calibrate/judge/judge.h"
+#include "alidade/calibrate/judge/diagnoses.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 
-namespace alidade {
+namespace alidade::detail {
 namespace {
 
 double degrees(double radians) {
   return radians * 180 / std::numbers::pi;
 }
 
-}  // namespace
-
 void cornersOutsideDomain(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const std::size_t num_outside = numCornersOutside(of.fit, of.camera);
   if (num_outside > 0) {
-    diagnoses.push_back({.severity = Severity::kFailure,
-                         .id = "corners_outside_domain",
+    diagnoses.push_back({.id = "corners_outside_domain",
                          .cause = "corners lie outside the domain of the lens model",
                          .evidence = std::to_string(num_outside) + " corners",
                          .next_step = "use a model that suits the lens"});
@@ -44,8 +41,7 @@ void principalPointOutside(const Evidence& of, std::vector<Diagnosis>& diagnoses
   const bool is_centred = params[2] > 0 && params[2] < size.width && params[3] > 0 && params[3] < size.height;
   if (!is_centred) {
     diagnoses.push_back(
-        {.severity = Severity::kFailure,
-         .id = "principal_point_outside",
+        {.id = "principal_point_outside",
          .cause = "the principal point lies outside the image",
          .evidence = "(" + numberText("%.0f", params[2]) + ", " + numberText("%.0f", params[3]) + ")",
          .next_step = "check that the images are uncropped and from a single camera",
@@ -67,8 +63,6 @@ void oddAspect(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
        .next_step = "check that the images were not stretched and that the board's squares are square"},
       0.5 * std::abs(aspect - 1) * halfDiagonal(of), diagnoses, Severity::kWarning);
 }
-
-namespace {
 
 // Even a perfect fit does not make a focal length certain; noise is taken to be at least this, px.
 constexpr double kNoiseFloorPx = 0.05;
@@ -101,8 +95,6 @@ double relativeFocalStd(const Evidence& of) {
   return std::max(inflate * largest(*of.uncertainty.covariance), largest(of.uncertainty.statedCovariance()));
 }
 
-}  // namespace
-
 void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const double focal_std = relativeFocalStd(of);
   // With an unknown focal length, noise can tilt single views; the median is robust against that.
@@ -113,8 +105,8 @@ void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if ((is_unknown && tilt < kSmallTiltDeg) || is_parallel) {
     // A small standard deviation does not help: it assumes that the lens follows the model exactly.
     diagnoses.push_back(
-        {.severity = is_unknown ? Severity::kFailure : Severity::kWarning,
-         .id = "fronto_parallel",
+        {.id = "fronto_parallel",
+         .severity = is_unknown ? Severity::kFailure : Severity::kWarning,
          .cause =
              "the board is nearly parallel to the image, which hardly separates focal length and distance",
          .evidence = "median angle to the image plane " + numberText("%.1f", tilt) + " degrees" +
@@ -125,23 +117,19 @@ void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
          .is_undecided = true});
   } else if (!of.uncertainty.covariance) {
     diagnoses.push_back(
-        {.severity = Severity::kFailure,
-         .id = "unobservable",
+        {.id = "unobservable",
          .cause = "the views do not determine all parameters",
          .evidence = "condition number " + numberText("%.1g", of.uncertainty.scaled_condition),
          .next_step = "add views with other tilts, distances and image positions, or use a smaller model"});
   } else if (is_unknown) {
     diagnoses.push_back(
-        {.severity = Severity::kFailure,
-         .id = "focal_uncertain",
+        {.id = "focal_uncertain",
          .cause = "the focal length is not known accurately",
          .evidence = "standard deviation " + numberText("%.2g", 100 * focal_std) + " %",
          .next_step = "add views with the board tilted by 20 to 50 degrees and filling the image",
          .is_undecided = true});
   }
 }
-
-namespace {
 
 constexpr double kHopelessFactor = 5;  // of the tolerance
 
@@ -150,24 +138,19 @@ bool isInaccurate(const Accuracy& accuracy, double tolerance_px) {
   return accuracy.coveredShareWithin(kHopelessFactor * tolerance_px) < 1 - kMostly;
 }
 
-}  // namespace
-
 void inaccurate(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (!of.uncertainty.accuracy) return;
   const Accuracy& accuracy = *of.uncertainty.accuracy;
   if (!isInaccurate(accuracy, of.tolerance_px)) return;
   const double limit = kHopelessFactor * of.tolerance_px;
   const double share = accuracy.coveredShareWithin(limit);
-  diagnoses.push_back({.severity = Severity::kFailure,
-                       .id = "inaccurate",
+  diagnoses.push_back({.id = "inaccurate",
                        .cause = "the camera is inaccurate even where boards were seen",
                        .evidence = "only " + percentText(share) + " of that region is known to within " +
                                    numberText("%.3g", limit) + " px",
                        .next_step = "take 15 to 30 sharp views, tilted by 20 to 50 degrees",
                        .effect_px = accuracy.covered_px});
 }
-
-namespace {
 
 // Where no prior could hold a lens together without contradicting the corners.
 void runaway(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
@@ -183,14 +166,11 @@ void runaway(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
              numberText("%.3g", params[i]);
   }
   if (names.empty()) return;
-  diagnoses.push_back({.severity = Severity::kNote,
-                       .id = "ill_conditioned",
+  diagnoses.push_back({.id = "ill_conditioned",
                        .cause = "lens parameters compensate for each other and have unrealistic values",
                        .evidence = names,
                        .next_step = "use a smaller model, or add views that reach the image corners"});
 }
-
-}  // namespace
 
 void illConditioned(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const WeakPrior& held = onlyCamera(of.fit).weak_prior;
@@ -205,14 +185,11 @@ void illConditioned(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                numberText("%.3g", held.free_params[at]) + " to " +
                numberText("%.3g", of.camera.parameters()[at]);
   }
-  diagnoses.push_back({.severity = Severity::kNote,
-                       .id = "ill_conditioned",
+  diagnoses.push_back({.id = "ill_conditioned",
                        .cause = "the views do not determine the lens; a weak prior regularises it",
                        .evidence = changes,
                        .next_step = "use a smaller model, or add views that reach the image corners"});
 }
-
-namespace {
 
 std::string cameraText(const AnyCamera& camera, std::span<const double> params, double rms_px) {
   std::string text = "fx " + numberText("%.4g", params[0]) + " px";
@@ -221,8 +198,6 @@ std::string cameraText(const AnyCamera& camera, std::span<const double> params, 
     text += ", " + std::string(names[i]) + " " + numberText("%.3g", params[i]);
   return text + " (RMS " + numberText("%.5g", rms_px) + " px)";
 }
-
-}  // namespace
 
 void ambiguousOptimum(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (of.uncertainty.other_optima.empty()) return;
@@ -237,8 +212,6 @@ void ambiguousOptimum(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
               effect_px, diagnoses);
 }
 
-namespace {
-
 std::string domainText(const DomainCertificate& domain) {
   std::string text = numberText("%.0f", degrees(domain.cone.max_angle_rad)) + " degrees from the axis";
   if (const auto& pixel = domain.pixel_without_ray) {
@@ -248,13 +221,10 @@ std::string domainText(const DomainCertificate& domain) {
   return text;
 }
 
-}  // namespace
-
 void foldsInImage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (of.domain.full_image || !foldsInsideImage(of.domain)) return;
   diagnoses.push_back(
-      {.severity = Severity::kFailure,
-       .id = "folds_in_image",
+      {.id = "folds_in_image",
        .cause = "the distortion folds over inside the image",
        .evidence = domainText(of.domain),
        .next_step = "add views that reach the image corners, or use a model that suits the lens",
@@ -264,8 +234,7 @@ void foldsInImage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
 // Wide lenses leave the image corners dark.
 void pixelsWithoutRay(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (of.domain.full_image || foldsInsideImage(of.domain)) return;
-  diagnoses.push_back({.severity = Severity::kNote,
-                       .id = "pixels_without_ray",
+  diagnoses.push_back({.id = "pixels_without_ray",
                        .cause = "some pixels have no ray",
                        .evidence = domainText(of.domain),
                        .next_step = "check that the lens leaves these pixels dark"});
@@ -279,8 +248,7 @@ void poorCoverage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   // Where boards were is worth a word only if something is known there.
   if (share >= kMostOfImage || isInaccurate(accuracy, of.tolerance_px)) return;
   diagnoses.push_back(
-      {.severity = Severity::kWarning,
-       .id = "poor_coverage",
+      {.id = "poor_coverage",
        .cause = "only " + percentText(share) +
                 (of.domain.full_image ? " of the image is" : " of the pixels with a ray are") +
                 " known to within " + numberText("%.3g", of.tolerance_px) + " px",
@@ -288,4 +256,13 @@ void poorCoverage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
        .effect_px = accuracy.worst_px});
 }
 
-}  // namespace alidade
+}  // namespace
+
+void diagnoseLens(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+  for (const auto& diagnose :
+       {cornersOutsideDomain, principalPointOutside, oddAspect, undetermined, inaccurate, illConditioned,
+        ambiguousOptimum, foldsInImage, pixelsWithoutRay, poorCoverage})
+    diagnose(of, diagnoses);
+}
+
+}  // namespace alidade::detail

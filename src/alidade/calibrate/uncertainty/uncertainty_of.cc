@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/calibrate/uncertainty/uncertainty_of.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/LU>
+
+#include "alidade/adjust/board/corner_noise.h"
+#include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/places.h"
+#include "alidade/adjust/noise/board_offsets.h"
+#include "alidade/adjust/noise/covariance.h"
+#include "alidade/adjust/noise/shape_information.h"
+#include "alidade/adjust/noise/weak_prior.h"
+#include "alidade/calibrate/bend/board_bend.h"
+#include "alidade/calibrate/uncertainty/accuracy.h"
+#include "alidade/calibrate/uncertainty/flexible_fit.h"
+#include "alidade/calibrate/uncertainty/image_bias.h"
+#include "alidade/calibrate/uncertainty/other_optima.h"
+#include "alidade/calibrate/uncertainty/two_cameras.h"
+#include "alidade/calibrate/uncertainty/view_covariance.h"
+#include "alidade/calibrate/uncertainty/view_scores.h"
+#include "alidade/calibrate/uncertainty/view_variation.h"
+#include "alidade/camera/model_traits.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/median.h"
+
+namespace alidade {
+namespace {
+
+// The information whose inverse along the directions is given; it is zero across them.
+Eigen::MatrixXd informationOf(const Eigen::MatrixXd& inverse, const Eigen::MatrixXd& directions) {
+  if (directions.cols() == 0) return Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
+  const Eigen::VectorXd squares = directions.colwise().squaredNorm();  // they are orthogonal
+  const Eigen::MatrixXd onto = squares.cwiseInverse().asDiagonal() * directions.transpose();
+  const Eigen::MatrixXd along = onto * inverse * onto.transpose();
+  return onto.transpose() * along.inverse() * onto;
+}
+
+// The prior's information about the free directions.
+Eigen::MatrixXd precisionOn(const Eigen::MatrixXd& directions, const LensPrior& prior) {
+  if (prior.isNone()) return Eigen::MatrixXd::Zero(directions.rows(), directions.rows());
+  const Eigen::VectorXd squares = directions.colwise().squaredNorm();  // they are orthogonal
+  const Eigen::MatrixXd onto = directions * squares.cwiseInverse().asDiagonal() * directions.transpose();
+  return onto * Eigen::Map<const Eigen::VectorXd>(prior.precision.data(), onto.rows()).asDiagonal() * onto;
+}
+
+// Knowledge of the parameters, by the corners and by the views.
+struct Known {
+  double variance = 0;               // of the coordinate of a corner of weight 1
+  Eigen::MatrixXd information = {};  // by the corners, what else is unknown being free
+  std::optional<Eigen::MatrixXd> covariance = {};
+  std::optional<ViewCovariance> by_views = {};
+};
+
+// The same under the camera's prior.
+void applyPrior(const FitCamera& camera, Known& known) {
+  if (camera.weak_prior.isNone()) return;
+  const auto held = HeldCovariance::make(known.information, camera, known.variance);
+  known.covariance.reset();
+  if (!held) known.by_views.reset();
+  if (!held) return;
+  known.covariance = held->byNoise();
+  if (!known.by_views) return;
+  known.by_views->covariance = held->byViews(known.by_views->covariance);
+  known.by_views->larger = held->byViews(known.by_views->larger);
+}
+
+// Values of a fit that several stages need.
+struct Residuals {
+  explicit Residuals(const Fit& fit)
+      : directions(
+            freeDirections(static_cast<int>(onlyCamera(fit).params.size()), onlyCamera(fit).constraint)),
+        weighted(weightedErrors(fit)),
+        slope(meanSlope(weighted, fit.loss)) {
+    const int num_bends = kNumBends * static_cast<int>(estimatedShapes(fit).size());
+    const int num_free =
+        static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(fit.views.size())) + num_bends +
+        static_cast<int>(std::lround(numFreeOffsets(fit)));
+    variance = coordinateVariance(weighted, fit.loss, num_free);
+  }
+  Eigen::MatrixXd directions;
+  std::vector<Eigen::Vector2d> weighted;
+  double slope;
+  double variance = 0;  // of the coordinate of a corner of weight 1, px^2; infinite if unknown
+};
+
+// Adds what the uncertainty of the boards' offsets takes from what is known: see offsetShare().
+// @param prior  information that is in the covariance beside that of the corners
+void addOffsets(const Eigen::MatrixXd& share, const Eigen::MatrixXd& directions, const Eigen::MatrixXd& prior,
+                Known& known) {
+  if (share.isZero(0) || !known.covariance) return;
+  *known.covariance += known.variance * share;
+  known.information = informationOf(*known.covariance / known.variance, directions) - prior;
+  if (!known.by_views) return;
+  // Views that disagree know the offsets no better than each other.
+  const Eigen::MatrixXd by_views = known.variance * std::max(1.0, known.by_views->excess) * share;
+  known.by_views->covariance = known.by_views->covariance.view() + by_views;
+  known.by_views->larger = known.by_views->larger.view() + by_views;
+}
+
+// With the boards' shapes as they are.
+Known withShapeGiven(const Fit& fit, const Residuals& residuals, const IntrinsicsInformation& information,
+                     const Eigen::MatrixXd& share) {
+  const Eigen::MatrixXd& directions = residuals.directions;
+  Known known{.variance = residuals.variance, .information = information.information};
+  if (information.inverse) {
+    known.covariance = known.variance * *information.inverse;
+    known.by_views = viewCovariance(reducedByPlace(fit, LossWeights::kLeaveOut), directions,
+                                    static_cast<int>(directions.rows()), known.variance, residuals.slope);
+  }
+  addOffsets(share, directions, Eigen::MatrixXd::Zero(share.rows(), share.cols()), known);
+  applyPrior(onlyCamera(fit), known);
+  return known;
+}
+
+// With the bends among the unknowns.
+Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance, const ShapeInformation& bent,
+                    const Eigen::MatrixXd& share) {
+  const FitCamera& camera = onlyCamera(fit);
+  const Eigen::MatrixXd& directions = residuals.directions;
+  Known known{.variance = variance,
+              .information = informationOf(bent.params_inverse, directions) -
+                             precisionOn(directions, camera.weak_prior.prior),
+              .covariance = variance * bent.params_inverse};
+  known.by_views = viewCovariance(bent.pulls, withBends(directions, bent.step_m.size()),
+                                  static_cast<int>(directions.rows()), variance, residuals.slope);
+  addOffsets(share, directions, precisionOn(directions, camera.weak_prior.prior), known);
+  applyPrior(camera, known);
+  return known;
+}
+
+// The sigmas of bends that were estimated: where the views disagree, theirs if larger.
+void setBendStd(const Fit& fit, const Residuals& residuals, const ShapeInformation& bent,
+                ParameterUncertainty& result) {
+  const Eigen::VectorXd all_by_noise = (residuals.variance * bent.bend_inverse.diagonal()).cwiseSqrt();
+  for (std::size_t i = 0; i < bent.boards.size(); ++i) {
+    const Eigen::Index column = kNumBends * static_cast<Eigen::Index>(i);
+    const Eigen::Vector2d by_noise = all_by_noise.segment<kNumBends>(column);
+    if (!by_noise.allFinite()) continue;
+    Eigen::Vector2d& std_m = result.bend_std_m[bent.boards[i]];
+    std_m = by_noise;
+    const BoardShape& shape = fit.boards[bent.boards[i]].shape;
+    const Eigen::Vector2d step_m = bent.step_m.segment<kNumBends>(column);
+    const auto by_views = bendByViews(bent, Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m) + step_m,
+                                      residuals.directions, residuals.slope, i);
+    if (by_views && result.isNoiseExceeded()) std_m = std_m.cwiseMax(by_views->std_m);
+  }
+}
+
+ParameterUncertainty parameterUncertainty(const Fit& fit, const Residuals& residuals,
+                                          std::optional<IgnoredBend> ignored_bend,
+                                          std::vector<Eigen::Vector2d> bend_std_m) {
+  const IntrinsicsInformation information = intrinsicsInformation(fit);
+  ParameterUncertainty result{.coordinate_sigma_px = std::sqrt(residuals.variance),
+                              .ignored_bend = std::move(ignored_bend),
+                              .bend_std_m = std::move(bend_std_m),
+                              .information = information.information,
+                              .free_directions = residuals.directions,
+                              .scaled_condition = information.scaled_condition};
+  // Without a corner more than are needed there is no telling how good they are.
+  if (!std::isfinite(residuals.variance)) return result;
+  const bool is_estimated = isShapeEstimated(fit);
+  const auto bent = is_estimated          ? shapeInformation(fit, estimatedShapes(fit))
+                    : result.ignored_bend ? shapeInformation(fit, result.ignored_bend->boards)
+                                          : std::nullopt;
+  // Without the bends' share the covariance would be too small, so there is none then.
+  if (is_estimated && !bent) return result;
+  const auto of_all = offsetShare(fit);
+  if (!of_all) return result;
+  const Eigen::Index num_params = residuals.directions.rows();
+  const Eigen::MatrixXd share = of_all->topLeftCorner(num_params, num_params);
+  Known known = is_estimated ? withShapeFree(fit, residuals, residuals.variance, *bent, share)
+                             : withShapeGiven(fit, residuals, information, share);
+  result.information = known.information;
+  result.covariance = std::move(known.covariance);
+  result.by_views = std::move(known.by_views);
+  if (is_estimated) setBendStd(fit, residuals, *bent, result);
+  if (!result.ignored_bend || !bent || !result.covariance) return result;
+  // Where the views show bends that the user wants ignored, what is missing is known: the camera with the
+  // bends has the uncertainty that it states, and the one without lies so far from it.
+  IgnoredBend& ignored = *result.ignored_bend;
+  const Known with_bend =
+      withShapeFree(fit, residuals, residuals.variance * ignored.cost_share, *bent, share);
+  ignored.covariance = with_bend.covariance;
+  result.by_views = with_bend.by_views;
+  if (result.by_views) result.by_views->common_error = ignored.params_step;
+  return result;
+}
+
+// Corners that are all stated to be equal need no weights, and tau is what their variance leaves.
+double unexplainedSigma(const Fit& fit, double variance) {
+  const CornerNoise& noise = onlyCamera(fit).noise;
+  if (!noise.isStated()) return std::numeric_limits<double>::quiet_NaN();
+  if (!noise.isUniform()) return noise.unexplainedSigma();
+  const double stated = noise.statedVariance(fit.views.front().corners.front().sigma_px);
+  return std::sqrt(std::max(0.0, variance - stated));
+}
+
+CornerErrors cornerErrors(const Fit& fit, double variance) {
+  const double local_sigma_px = localSigma(fit);
+  return {.unexplained_sigma_px = unexplainedSigma(fit, variance),
+          .local_sigma_px = local_sigma_px,
+          .smoothness = std::fmax(1.0, weightedRms(fit) / std::sqrt(2.0) / local_sigma_px),
+          .num_places = numPlaces(fit)};
+}
+
+ProjectedUncertainty projectedUncertainty(const Fit& fit, const ParameterUncertainty& known) {
+  ProjectedUncertainty result{
+      .board_distance_m = medianOf(mapped(fit.views, [&](const FitView& view) {
+        return (cameraFromBoard(fit, view) * boardOf(fit, view).target.middle()).norm();
+      }))};
+  if (!known.covariance) return result;
+  const AnyCamera camera = AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
+  const Eigen::MatrixXd stated = known.statedCovariance();
+  const auto grid = [&](double distance_m) {
+    return ProjectionUncertainty(camera, onlyCamera(fit).size, distance_m).grid(stated);
+  };
+  result.projection_far = grid(std::numeric_limits<double>::infinity());
+  result.projection_near = grid(result.board_distance_m);
+  return result;
+}
+
+ViewEvidence viewEvidence(const Fit& fit, const Residuals& residuals, double smoothness) {
+  const auto scores = viewScores(fit);
+  const auto flexible = modelTraits(onlyCamera(fit).model).is_stiff ? flexibleFit(fit) : std::nullopt;
+  const double sigma_px = std::sqrt(residuals.variance);
+  return {.influences = viewInfluences(scores, residuals.directions, residuals.variance),
+          .common_errors = commonErrors(scores, residuals.directions,
+                                        flexible ? viewScores(*flexible) : std::vector<Reduced>(),
+                                        residuals.variance, smoothness),
+          .variations = viewVariations(fit),
+          .two_cameras = twoCameras(fit, sigma_px * sigma_px)};
+}
+
+}  // namespace
+
+Uncertainty uncertaintyOf(const ModelSolution& solution, const CalibratorOptions& options) {
+  const Fit& fit = solution.fit;
+  const Residuals residuals(fit);
+  const bool is_flat = options.board_shape == BoardShapeMode::kFlat;
+  ParameterUncertainty params =
+      parameterUncertainty(fit, residuals, is_flat ? ignoredBend(fit) : std::nullopt,
+                           mapped(solution.choice.shapes, &ShapeReport::std_m));
+  ProjectedUncertainty projected = projectedUncertainty(fit, params);
+  const CornerErrors errors = cornerErrors(fit, residuals.variance);
+  Uncertainty result{std::move(params), errors, std::move(projected),
+                     viewEvidence(fit, residuals, errors.smoothness)};
+  result.other_optima = otherOptima(fit, solution.close_params, result, options.cancel);
+  result.holdout = holdoutReport(heldOutErrors(fit, options.cancel));
+  result.image_bias = imageBias(fit);
+  if (!result.covariance) return result;
+  std::vector<AnyCamera> rivals = solution.rivals;
+  for (const OtherOptimum& other : result.other_optima)
+    rivals.push_back(AnyCamera::make(onlyCamera(fit).model, other.params));
+  result.accuracy = accuracyOf(fit, result, rivals, options.distance_m);
+  return result;
+}
+
+}  // namespace alidade
