@@ -9,6 +9,12 @@
 /// loadRig() reads several cameras and where they are; saveRig() writes a rig file.
 /// readCornersFile(), readPoseList() and readBoard() read the other input files. Errors are thrown as
 /// alidade::Error (kInput); the message names the file, line and key.
+///
+///     const alidade::CameraRecord record = alidade::loadCamera("camchain.yaml#cam0");
+///     std::printf("fx: %g px\n", record.camera.parameters()[0]);
+///     if (const auto covariance = alidade::statedCovariance(record))
+///       std::printf("its standard deviation: %g px\n", std::sqrt((*covariance)(0, 0)));
+///     alidade::saveCamera("camera_info.yaml", record, "ros");
 #include "alidade/core/error.h"
 #include "alidade/files/board_file.h"
 #include "alidade/files/camera_save.h"

@@ -8,6 +8,16 @@
 /// name. Each camera of the result has a Calibration as a single camera does. recordOf() converts the result
 /// to the record that saveRig() of alidade/files.h writes and loadRig() reads. Errors are thrown as
 /// alidade::Error.
+///
+///     const alidade::Board board = alidade::Checkerboard{.columns = 9, .rows = 6, .square_m = 0.025};
+///     std::vector<alidade::RigViews> cameras(2);  // with the views of each
+///     cameras[0].name = "left";
+///     cameras[1].name = "right";
+///     const alidade::RigCalibration rig = alidade::calibrate(board, cameras);
+///     for (const alidade::Diagnosis& diagnosis : rig.diagnoses) std::puts(diagnosis.message().c_str());
+///     const Eigen::Vector3d shift = rig.fit.cameras[1].camera_from_rig.translation;
+///     std::printf("%.1f mm apart\n", 1e3 * shift.norm());
+///     const alidade::RigRecord record = alidade::recordOf(rig, "my program");
 #include "alidade/core/error.h"
 #include "alidade/record/rig_record.h"
 #include "alidade/rig/rig_calibrator.h"

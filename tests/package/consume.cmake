@@ -45,7 +45,8 @@ endif()
 # A list as one argument: its semicolons must survive the list of arguments that it becomes a part of.
 string(JOIN "\\;" prefix_path ${prefix} ${PREFIX_PATH})
 foreach(source IN ITEMS ${CMAKE_CURRENT_LIST_DIR}/camera_only ${CMAKE_CURRENT_LIST_DIR}/files_only
-                        ${CMAKE_CURRENT_LIST_DIR}/everything ${CMAKE_CURRENT_LIST_DIR}/readme
+                        ${CMAKE_CURRENT_LIST_DIR}/everything ${CMAKE_CURRENT_LIST_DIR}/front_doors
+                        ${CMAKE_CURRENT_LIST_DIR}/readme
                         ${SOURCE_DIR}/docs/examples/test_harness ${SOURCE_DIR}/docs/examples/rig)
   get_filename_component(project ${source} NAME)
   set(dir ${WORK_DIR}/${WAY}/${project})
