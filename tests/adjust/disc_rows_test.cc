@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "alidade/adjust/board/view_kernel.h"
+#include "alidade/camera/camera_variant.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "support/model_fixture.h"

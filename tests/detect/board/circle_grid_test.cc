@@ -11,6 +11,7 @@
 #include <gmock/gmock.h>
 
 #include "alidade/core/random.h"
+#include "alidade/detect/detect_images.h"
 #include "alidade/print/ink_of_board.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
