@@ -33,9 +33,6 @@ REPEATED_TYPES: set[str] = set()
 # The headers that users include, beside those directly in src/alidade. They and what they include are installed.
 FRONT_DOORS = ["src/alidade/compare/projection_difference.h"]
 
-# Rooms with units or folders that include each other, for now. Remove a room when it has none; never add one.
-ROOMS_WITH_CYCLES = {"footage", "report"}
-
 
 @dataclasses.dataclass(frozen=True)
 class Phrase:
@@ -456,15 +453,9 @@ def check_rooms() -> Iterator[Finding]:
             if here != there:
                 of_room = arrows.setdefault(room, {}).setdefault(kind, {})
                 of_room.setdefault(here, {}).setdefault(there, include)
-    found = {room: [f for kind, of_kind in kinds.items() for f in _cycles(of_kind, kind)]
-             for room, kinds in arrows.items()}
-    for room, findings in found.items():
-        if room not in ROOMS_WITH_CYCLES:
-            yield from findings
-    for room in sorted(ROOMS_WITH_CYCLES):
-        if not found.get(room):
-            yield _own_finding(f'"{room}"', f"{room} has no cycle any more; the limit is no unused exception; remove it "
-                               "from ROOMS_WITH_CYCLES")
+    for kinds in arrows.values():
+        for kind, of_kind in kinds.items():
+            yield from _cycles(of_kind, kind)
 
 
 def num_units() -> int:
@@ -604,7 +595,7 @@ def main() -> int:
         (check_function_lengths, f"{len(functions)} functions are short enough ({len(LONG_FUNCTIONS)} exceptions)"),
         (check_file_lengths, f"{len(sources())} files are short enough"),
         (check_layers, f"{len(includes())} includes follow the links of {len(links())} layers"),
-        (check_rooms, f"{num_units()} units include each other in one direction ({len(ROOMS_WITH_CYCLES)} exceptions)"),
+        (check_rooms, f"{num_units()} units include each other in one direction"),
         (check_public_headers, f"{len(public_headers())} headers are public"),
         (check_room_table, "CONTRIBUTING.md names the rooms in their order"),
         (check_links, "all links of the pages lead somewhere"),
