@@ -10,7 +10,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "alidade/adjust/board/fit.h"
-#include "alidade/calibrate/choose/choice.h"
+#include "alidade/calibrate/start/reports.h"
 #include "alidade/calibrate/uncertainty/accuracy.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/diagnosis.h"
