@@ -20,6 +20,7 @@
 #include "alidade/imagery/image_list.h"
 #include "alidade/report/data/json_output.h"
 #include "alidade/rig/rig_frames.h"
+#include "command.h"
 #include "console.h"
 #include "summary_lines.h"
 
