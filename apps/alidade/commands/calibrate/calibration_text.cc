@@ -12,6 +12,7 @@
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
+#include "command.h"
 #include "commands/calibrate/calibration_output.h"
 #include "console.h"
 #include "summary_lines.h"

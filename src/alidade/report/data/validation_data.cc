@@ -14,11 +14,11 @@ namespace alidade {
 namespace {
 
 // The message of a check or an error ends in what to do.
-Diagnosis diagnosisFrom(Severity severity, const std::string& id, const std::string& raw_message) {
+Diagnosis diagnosisFrom(Severity severity, DiagnosisId id, const std::string& raw_message) {
   constexpr std::string_view kNext = "\n  next: ";
   const std::string message = validUtf8(raw_message);
   const std::size_t end = message.find(kNext);
-  Diagnosis check{.id = DiagnosisId::read(id), .severity = severity, .cause = message.substr(0, end)};
+  Diagnosis check{.id = id, .severity = severity, .cause = message.substr(0, end)};
   if (end != std::string::npos) check.next_step = message.substr(end + kNext.size());
   for (std::string* const text : {&check.cause, &check.next_step}) std::ranges::replace(*text, '\n', ' ');
   return check;

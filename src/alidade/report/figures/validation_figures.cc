@@ -49,7 +49,7 @@ Figure fixedFreedFigure(const JudgedCamera& camera) {
   canvas.addLegend(
       {area.box.min().x(), 288},
       {{"bar", fmt::format("camera of the file, {} px RMS", shortNumber(held_out.fixed_rms_px))},
-       {"bar freed", fmt::format("camera of these images, {} px RMS", shortNumber(held_out.freed_rms_px))}});
+       {"bar freed", fmt::format("camera of these images, {} px RMS", shortNumber(held_out.freedRmsPx()))}});
   Figure figure{.id = "fixed-freed", .title = "Fixed against freed"};
   figure.reading =
       "Each pair of bars is a view: its error with the camera of the file, and with the camera that these "
@@ -58,7 +58,7 @@ Figure fixedFreedFigure(const JudgedCamera& camera) {
   figure.alt = fmt::format(
       "RMS of {} views: {} px with the camera of the file, and {} px with the camera that the images give; "
       "{} views are better with that one.",
-      data.views.size(), shortNumber(held_out.fixed_rms_px), shortNumber(held_out.freed_rms_px), num_better);
+      data.views.size(), shortNumber(held_out.fixed_rms_px), shortNumber(held_out.freedRmsPx()), num_better);
   return canvas.drawn(std::move(figure));
 }
 

@@ -221,10 +221,10 @@ std::vector<PageNumber> numbersOf(const JudgedCamera& camera) {
           {"Difference", errorText(held_out->difference->p95_px), "95 %, from the camera of these images"});
     numbers.push_back({"File’s camera", px(held_out->fixed_rms_px), "RMS with all corners"});
     if (held_out->freed)
-      numbers.push_back({"Camera of the images", px(held_out->freed_rms_px), "RMS with all corners"});
+      numbers.push_back({"Camera of the images", px(held_out->freedRmsPx()), "RMS with all corners"});
     numbers.push_back(
         {"Views", fmt::format("{} of {}", camera.tested.size(), held_out->num_views_given), "tested"});
-    numbers.push_back({"Corners", std::to_string(held_out->num_corners), "tested"});
+    numbers.push_back({"Corners", std::to_string(held_out->numCorners()), "tested"});
   }
   if (const auto& footage = camera.judgement->footage; footage && hasCheck(*footage)) {
     const FootageCheck& check = footage->check;
