@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "apps/command_line.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
@@ -125,7 +126,7 @@ TEST(Board, FilesDescribeItToo) {
     return text.substr(text.find("\ncamera,"));
   };
   EXPECT_EQ(rows("a.csv"), rows("b.csv"));
-  EXPECT_THAT(detectAs(ALIDADE_SOURCE_DIR "/config/boards/checkerboard_9x6_25mm.yaml", scratch.path("c.csv")),
+  EXPECT_THAT(detectAs(sourcePath("config/boards/checkerboard_9x6_25mm.yaml"), scratch.path("c.csv")),
               EndsWith(0));
 }
 

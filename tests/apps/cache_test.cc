@@ -124,8 +124,8 @@ TEST_F(DetectionCache, IsWholeAfterAKill) {
   int num_killed = 0;
   for (int i = 0; i < 20; ++i) {
     if (i % 5 == 0) fs::remove_all(scratch_.path("cache"));
-    RunningProgram program(ALIDADE_BINARY, {"detect", photos, "--board", kBoard, "--cache",
-                                            scratch_.path("cache"), "--jobs", "2"});
+    RunningProgram program(alidadeProgram(), {"detect", photos, "--board", kBoard, "--cache",
+                                              scratch_.path("cache"), "--jobs", "2"});
     std::this_thread::sleep_for(std::chrono::milliseconds(20 + random() % 300));
     program.sendSignal(SIGKILL);
     num_killed += program.wait().signal == SIGKILL ? 1 : 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/command_line.h"
 #include "alidade/files/camera_source.h"
+#include "support/source_tree.h"
 
 #include <filesystem>
 #include <fstream>
@@ -9,12 +10,17 @@
 
 namespace alidade {
 
+const std::string& alidadeProgram() {
+  static const std::string path = ALIDADE_BINARY;
+  return path;
+}
+
 RunResult runAlidade(const std::vector<std::string>& args, RunOptions options) {
-  return runProgram(ALIDADE_BINARY, args, std::move(options));
+  return runProgram(alidadeProgram(), args, std::move(options));
 }
 
 std::string dataPath(const std::string& name) {
-  return std::string(ALIDADE_SOURCE_DIR "/testdata/checkerboard/") + name;
+  return sourcePath("testdata/checkerboard/" + name);
 }
 
 std::string imagePath(int i) {

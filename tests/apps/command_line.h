@@ -15,7 +15,10 @@ namespace alidade {
 inline constexpr const char* kBoard = "checkerboard:9x6:25mm";
 inline constexpr int kNumImages = 12;
 
-/// Runs the program that was built.
+/// Path of the program that was built.
+[[nodiscard]] const std::string& alidadeProgram();
+
+/// Runs it.
 [[nodiscard]] RunResult runAlidade(const std::vector<std::string>& args, RunOptions options = {});
 
 /// A file of testdata/checkerboard, and its i-th image from 1.

@@ -104,7 +104,7 @@ class Reference {
   }
 
   RunResult runAndKill(const std::vector<std::string>& arguments) {
-    RunningProgram program(ALIDADE_BINARY, arguments);
+    RunningProgram program(alidadeProgram(), arguments);
     std::this_thread::sleep_for(std::chrono::milliseconds(random_.index(150)));
     program.sendSignal(SIGKILL);
     return program.wait();

@@ -9,6 +9,7 @@
 
 #include "alidade/core/random.h"
 #include "apps/command_line.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
@@ -19,7 +20,7 @@ namespace fs = std::filesystem;
 class ImageSpoiler {
  public:
   ImageSpoiler() : random_(91) {
-    const std::string folder = std::string(ALIDADE_SOURCE_DIR) + "/testdata/fuzz/image_file";
+    const std::string folder = sourcePath("testdata/fuzz/image_file");
     std::vector<std::string> paths;
     for (const auto& entry : fs::directory_iterator(folder)) paths.push_back(entry.path().string());
     std::sort(paths.begin(), paths.end());

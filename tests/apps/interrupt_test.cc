@@ -8,6 +8,7 @@
 
 #include "alidade/imagery/image_file.h"
 #include "apps/command_line.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 constexpr std::chrono::milliseconds kWait{200};
 
 RunResult interrupted(const std::vector<std::string>& args, int signal) {
-  RunningProgram program(ALIDADE_BINARY, args, {.time_limit = std::chrono::seconds(30)});
+  RunningProgram program(alidadeProgram(), args, {.time_limit = std::chrono::seconds(30)});
   EXPECT_TRUE(program.waitUntilItCatches(signal));
   std::this_thread::sleep_for(kWait);
   program.sendSignal(signal);
@@ -83,7 +84,7 @@ TEST(Interrupt, StopsWhileAVideoIsRead) {
 TEST(Interrupt, RemovesTheFolderThatASimulationWasFilling) {
   const ScratchFolder scratch;
   const std::string scene = scratch.write(
-      "scene.yaml", replaced(readFile(ALIDADE_SOURCE_DIR "/config/scene.yaml"), "random: 12", "random: 50"));
+      "scene.yaml", replaced(readFile(sourcePath("config/scene.yaml")), "random: 12", "random: 50"));
   const auto before = scratch.list();
   int num_interrupted = 0;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {

@@ -52,7 +52,7 @@ Outcomes killAtRandom(const ScratchFolder& scratch, const std::vector<std::strin
   std::uniform_real_distribution<double> late(0.8, 1.1);
   for (int i = 0; i < num_kills; ++i) {
     restore();
-    RunningProgram program(ALIDADE_BINARY, args);
+    RunningProgram program(alidadeProgram(), args);
     std::this_thread::sleep_for((i % 3 == 0 ? early(random) : late(random)) * duration);
     program.sendSignal(SIGKILL);
     const RunResult result = program.wait();

@@ -9,6 +9,7 @@
 #include "alidade/files/scene_file.h"
 #include "apps/command_line.h"
 #include "support/mutator.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
@@ -61,10 +62,10 @@ TEST(Mutations, OfACornersFileNeverSurprise) {
 }
 
 TEST(Mutations, OfASceneNeverSurprise) {
-  for (const char* name : {"/config/scene.yaml", "/config/footage.yaml"}) {
-    const Counts counts =
-        readMutations(readFile(std::string(ALIDADE_SOURCE_DIR) + name), 3,
-                      [](const std::string& text) { (void)parseSceneFile(text, "scene.yaml"); });
+  for (const char* name : {"config/scene.yaml", "config/footage.yaml"}) {
+    const Counts counts = readMutations(readFile(sourcePath(name)), 3, [](const std::string& text) {
+      (void)parseSceneFile(text, "scene.yaml");
+    });
     EXPECT_GT(counts.read, kNumRuns / 30) << name;
     EXPECT_GT(counts.refused, kNumRuns / 4) << name;
   }

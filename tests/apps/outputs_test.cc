@@ -26,7 +26,7 @@ TEST(Outputs, AClosedStreamFailsAndSpoilsNothing) {
   const ScratchFolder scratch;
   const std::string out = scratch.path("half.yaml");
   const auto shell = [](const std::string& args, const char* closed) {
-    return runProgram("/bin/sh", {"-c", std::string(ALIDADE_BINARY) + " " + args + " " + closed});
+    return runProgram("/bin/sh", {"-c", alidadeProgram() + " " + args + " " + closed});
   };
   EXPECT_EQ(shell("convert " + dataPath("camera.yaml") + " -o - --bin 2", ">&-").exit_code, 1);
   EXPECT_EQ(shell("convert " + dataPath("camera.yaml") + " -o " + out + " --bin 2", "2>&-").exit_code, 0);
@@ -161,7 +161,7 @@ TEST(Outputs, ReplacesAnEarlierFileOnlyWithAWholeOne) {
 TEST(Outputs, EndsQuicklyWhenNobodyReads) {
   std::string points;
   for (int i = 0; i < 200'000; ++i) points += "0.1,0.1,1\n";
-  RunningProgram program(ALIDADE_BINARY, {"project", dataPath("camera.yaml")},
+  RunningProgram program(alidadeProgram(), {"project", dataPath("camera.yaml")},
                          {.input = points, .time_limit = std::chrono::seconds(20)});
   program.closeOutput();
   const RunResult result = program.wait();

@@ -35,7 +35,7 @@ TEST(Project, AnswersBeforeItsInputEnds) {
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
   const int points = ::open(fifo.c_str(), O_RDWR | O_CLOEXEC);  // open for both, so that nobody waits here
   ASSERT_GE(points, 0);
-  RunningProgram program(ALIDADE_BINARY, {"project", dataPath("camera.yaml")},
+  RunningProgram program(alidadeProgram(), {"project", dataPath("camera.yaml")},
                          {.input_path = fifo, .output_path = scratch.write("out.csv", "")});
   int num_answers = 0;
   for (const std::string point : {"0,0,1\n", "0.1,0,1\n"}) {

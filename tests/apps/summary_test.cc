@@ -72,7 +72,7 @@ TEST(Summary, JudgesByTheTolerance) {
 TEST(Summary, DrawsTheCoverageOnATerminal) {
   const std::string terminal = "/usr/bin/script";
   if (!std::filesystem::exists(terminal)) GTEST_SKIP() << "no program that provides a terminal";
-  const std::string command = fmt::format("{} calibrate {}", ALIDADE_BINARY, dataPath("corners.csv"));
+  const std::string command = fmt::format("{} calibrate {}", alidadeProgram(), dataPath("corners.csv"));
   const RunResult shown = runProgram(terminal, {"-qec", command, "/dev/null"});
   EXPECT_THAT(shown, EndsWith(0));
   EXPECT_THAT(shown.out, testing::AllOf(HasSubstr("Seen      "), HasSubstr("██"), HasSubstr("··")));

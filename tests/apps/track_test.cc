@@ -268,7 +268,7 @@ TEST_F(TrackTest, LeavesNothingWhereItIsInterrupted) {
   std::vector<cv::Mat> many;
   while (many.size() < 3000) many.insert(many.end(), frames.begin(), frames.end());
   video("long.avi", many);
-  RunningProgram program(ALIDADE_BINARY,
+  RunningProgram program(alidadeProgram(),
                          {"track", "long.avi", "--camera", "camera.yaml", "-o", "trajectory.txt"},
                          {.folder = scratch_.path(), .time_limit = std::chrono::seconds(60)});
   ASSERT_TRUE(program.waitUntilItCatches(SIGINT));

@@ -317,7 +317,7 @@ TEST_F(Undistort, LeavesNothingBehindWhenInterrupted) {
   const auto before = scratch.list();
   // Large outputs, so that it is at work for seconds.
   RunningProgram program(
-      ALIDADE_BINARY,
+      alidadeProgram(),
       {"undistort", scratch.path("camera.yaml"), scratch.path("photos"), "-o", scratch.path("out"), "--jobs",
        "1", "--size", "1600x1200", "--interpolation", "cubic"},
       {.time_limit = std::chrono::seconds(30)});

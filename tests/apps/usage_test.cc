@@ -10,6 +10,7 @@
 #include "apps/command_line.h"
 #include "apps/rig_support.h"
 #include "imagery/video_files.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
@@ -331,9 +332,9 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
   scratch.write("trajectory.txt", "1.5 0 0 -1 0 0 0 1\n");
   // Rendering one of its views shows as much as rendering all.
   scratch.write("config/scene.yaml",
-                replaced(readFile(ALIDADE_SOURCE_DIR "/config/scene.yaml"), "{random: 12}", "{random: 1}"));
+                replaced(readFile(sourcePath("config/scene.yaml")), "{random: 12}", "{random: 1}"));
   scratch.write("config/footage.yaml",
-                replaced(readFile(ALIDADE_SOURCE_DIR "/config/footage.yaml"), "frames: 60", "frames: 2"));
+                replaced(readFile(sourcePath("config/footage.yaml")), "frames: 60", "frames: 2"));
   // A camera that stands still: footage that cannot tell.
   writeVideo(scratch.path("walk.mp4"),
              std::vector<cv::Mat>(4, cv::imread(imagePath(1), cv::IMREAD_GRAYSCALE)));

@@ -11,6 +11,7 @@
 #include "alidade/files/formats/camera_format.h"
 #include "apps/command_line.h"
 #include "files/formats/examples.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
@@ -151,7 +152,7 @@ std::vector<std::string> writeSoundFiles(const ScratchFolder& scratch) {
   add("euroc/cam0/sensor.yaml", euRocSensorText());
   add("hand.yaml", handText(kVga, kHandParameters));
   // As calibrated, with a verdict of reservations.
-  add("calibrated.yaml", replaced(readFile(ALIDADE_SOURCE_DIR "/testdata/camera_files/version_1.yaml"),
+  add("calibrated.yaml", replaced(readFile(sourcePath("testdata/camera_files/version_1.yaml")),
                                   "verdict: trustworthy", "verdict: usable_with_reservations"));
   return files;
 }
@@ -216,7 +217,7 @@ void writeOtherFiles(const ScratchFolder& scratch) {
   scratch.write("set/package.xml",
                 "<?xml version=\"1.0\"?>\n<package format=\"2\"><name>camera_matrix</name></package>\n");
   scratch.write("set/README.txt", "See the folders: camera_matrix: and more\n");
-  scratch.write("set/scene.yaml", readFile(ALIDADE_SOURCE_DIR "/config/scene.yaml"));
+  scratch.write("set/scene.yaml", readFile(sourcePath("config/scene.yaml")));
   scratch.write("set/template.json", "{{ not json }}\n");
   // The ROS calibrator writes it beside ost.yaml.
   scratch.write("set/sound/ros/ost.txt",

@@ -9,6 +9,7 @@
 
 #include "apps/command_line.h"
 #include "support/corners_text.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
@@ -494,7 +495,7 @@ TEST(Validate, SeesAnUncertaintyThatWasEdited) {
 
 TEST(Validate, PassesOldFilesAndThoseOfAHeldCalibration) {
   const ScratchFolder scratch;
-  const std::string folder = ALIDADE_SOURCE_DIR "/testdata/camera_files/";
+  const std::string folder = sourcePath("testdata/camera_files/");
   const auto run = [](const std::string& file) { return runAlidade({"validate", file, "--json"}); };
   const auto statusIn = [](const RunResult& result, const char* id) {
     EXPECT_THAT(result, EndsWith(0));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/camera/batch.h"
-#include "alidade/camera/camera_variant.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +9,11 @@
 #include <limits>
 #include <vector>
 
+#include "alidade/core/lanes.h"
 #include "alidade/core/random.h"
 #include "alidade/core/vector_code.h"
-#include "support/model_fixture.h"
+#include "support/cameras_of_model.h"
+#include "support/rays.h"
 
 namespace alidade {
 namespace {
@@ -45,8 +46,7 @@ struct Pixels {
 };
 
 // Rays over all angles, many of them inside the domain and at its very rim, and what is no point.
-template <class M>
-Points pointsAround(const Camera<M>& camera, std::uint64_t seed) {
+Points pointsAround(const AnyCamera& camera, std::uint64_t seed) {
   Random random(seed);
   Points points(kNumPoints);
   const double max_angle = camera.cone().max_angle_rad;
@@ -86,8 +86,7 @@ class Variants {
 };
 
 // How far rounding of a point moves its pixel: much near 90 degrees of a perspective camera.
-template <class M>
-double roundingPx(const Camera<M>& camera, const Eigen::Vector3d& p_cam) {
+double roundingPx(const AnyCamera& camera, const Eigen::Vector3d& p_cam) {
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J;
   EXPECT_TRUE(camera.project(p_cam, J.data(), nullptr).ok());
   return 8 * std::numeric_limits<double>::epsilon() * J.norm() * p_cam.norm();
@@ -98,24 +97,20 @@ double relativeDifference(const A& a, const B& b) {
   return (a - b).norm() / (1 + b.norm());
 }
 
-template <class M>
-class Batch : public testing::Test {};
-TYPED_TEST_SUITE(Batch, AllModelTypes, ModelName);
+class Batch : public OfModel {};
+INSTANTIATE_TEST_SUITE_P(, Batch, testing::ValuesIn(modelIds()), nameOfModel);
 
-TYPED_TEST(Batch, ProjectsLikeOneByOne) {
-  using M = TypeParam;
+TEST_P(Batch, ProjectsLikeOneByOne) {
   const SE3 pose{.rotation = SO3::exp({0.1, -0.2, 0.3}), .translation = {0.05, -0.02, 0.1}};
-  for (const auto& params : ModelFixture<M>::paramSets()) {
-    const Camera<M> camera(params);
-    const AnyCamera any(camera);
+  for (const AnyCamera& camera : cameras()) {
     const Points points_cam = pointsAround(camera, 1);
     Points points(kNumPoints);
     for (std::size_t i = 0; i < kNumPoints; ++i) points.set(i, pose.inverse() * points_cam.at(i));
     Variants().forEach([&] {
       Pixels plain(kNumPoints);
-      projectBatch(any, points_cam.columns(), plain.results());
+      projectBatch(camera, points_cam.columns(), plain.results());
       Pixels posed(kNumPoints);
-      projectBatch(any, pose, points.columns(), posed.results());
+      projectBatch(camera, pose, points.columns(), posed.results());
       std::size_t num_ok = 0;
       std::size_t num_at_rim = 0;
       for (std::size_t i = 0; i < kNumPoints; ++i) {
@@ -147,27 +142,27 @@ TYPED_TEST(Batch, ProjectsLikeOneByOne) {
   }
 }
 
-TYPED_TEST(Batch, GivesTheJacobiansOfOneByOne) {
-  using M = TypeParam;
-  constexpr std::size_t kN = kNumParams<M>;
+TEST_P(Batch, GivesTheJacobiansOfOneByOne) {
   using Rows = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
   const SE3 pose{.rotation = SO3::exp({0.1, -0.2, 0.3}), .translation = {0.05, -0.02, 0.1}};
   const Eigen::Matrix3d R = pose.rotation.matrix();
-  for (const auto& params : ModelFixture<M>::paramSets()) {
-    const Camera<M> camera(params);
+  for (const AnyCamera& camera : cameras()) {
+    const std::size_t num_params = camera.parameters().size();
     const Points points_cam = pointsAround(camera, 2);
     Points points(kNumPoints);
     for (std::size_t i = 0; i < kNumPoints; ++i) points.set(i, pose.inverse() * points_cam.at(i));
     Variants().forEach([&] {
       Pixels pixels(kNumPoints);
-      std::vector<double> by_point(6 * kNumPoints), by_pose(12 * kNumPoints), by_params(2 * kN * kNumPoints);
-      projectBatch(AnyCamera(camera), pose, points.columns(), pixels.results(),
+      std::vector<double> by_point(6 * kNumPoints), by_pose(12 * kNumPoints),
+          by_params(2 * num_params * kNumPoints);
+      projectBatch(camera, pose, points.columns(), pixels.results(),
                    {by_point.data(), by_pose.data(), by_params.data()});
       std::size_t num_ok = 0;
       for (std::size_t i = 0; i < kNumPoints; ++i) {
         const Eigen::Map<const Rows> of_point(by_point.data() + 6 * i, 2, 3);
         const Eigen::Map<const Rows> of_pose(by_pose.data() + 12 * i, 2, 6);
-        const Eigen::Map<const Rows> of_params(by_params.data() + 2 * kN * i, 2, static_cast<int>(kN));
+        const Eigen::Map<const Rows> of_params(by_params.data() + 2 * num_params * i, 2,
+                                               static_cast<int>(num_params));
         if (pixels.status[i] != ProjectStatus::kOk) {
           ASSERT_TRUE(of_point.array().isNaN().all() && of_pose.array().isNaN().all() &&
                       of_params.array().isNaN().all());
@@ -175,7 +170,7 @@ TYPED_TEST(Batch, GivesTheJacobiansOfOneByOne) {
         }
         if (std::abs(std::log10(points_cam.at(i).norm())) > 3) continue;
         Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_cam;
-        Rows J_params(2, static_cast<int>(kN));
+        Rows J_params(2, static_cast<int>(num_params));
         const Projection one = camera.project(pose * points.at(i), J_cam.data(), J_params.data());
         if (!one.ok()) continue;  // on the very rim
         Rows J_pose(2, 6);
@@ -192,10 +187,8 @@ TYPED_TEST(Batch, GivesTheJacobiansOfOneByOne) {
   }
 }
 
-TYPED_TEST(Batch, UnprojectsLikeOneByOne) {
-  using M = TypeParam;
-  for (const auto& params : ModelFixture<M>::paramSets()) {
-    const Camera<M> camera(params);
+TEST_P(Batch, UnprojectsLikeOneByOne) {
+  for (const AnyCamera& camera : cameras()) {
     Random random(3);
     Pixels pixels(kNumPoints);
     for (std::size_t i = 0; i < kNumPoints; ++i) {
@@ -207,16 +200,16 @@ TYPED_TEST(Batch, UnprojectsLikeOneByOne) {
       const Projection rim = camera.project(rayAt(angle, random.uniform(0, 2 * std::numbers::pi)));
       if (rim.ok()) pixels.u[i] = rim.pixel.x(), pixels.v[i] = rim.pixel.y();
     }
-    const std::vector<double> special = {params[2], NAN, kInfinity, -kInfinity, 1e200, -1e300};
+    const std::vector<double> special = {camera.parameters()[2], NAN, kInfinity, -kInfinity, 1e200, -1e300};
     for (std::size_t i = 0; i < special.size(); ++i) {
       pixels.u[11 * i + 1] = special[i];
-      pixels.v[11 * i + 1] = params[3];
+      pixels.v[11 * i + 1] = camera.parameters()[3];
     }
     Variants().forEach([&] {
       Points rays(kNumPoints);
       std::vector<ProjectStatus> status(kNumPoints);
       std::vector<double> J(6 * kNumPoints);
-      unprojectBatch(AnyCamera(camera), {pixels.u, pixels.v}, {rays.x, rays.y, rays.z, status}, J.data());
+      unprojectBatch(camera, {pixels.u, pixels.v}, {rays.x, rays.y, rays.z, status}, J.data());
       std::size_t num_ok = 0;
       for (std::size_t i = 0; i < kNumPoints; ++i) {
         Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_one;
@@ -245,22 +238,19 @@ TYPED_TEST(Batch, UnprojectsLikeOneByOne) {
 }
 
 // The rays of pixels a little to each side give the same derivative.
-TYPED_TEST(Batch, MayAnswerInTheArraysOfTheQuestion) {
-  using M = TypeParam;
-  for (const auto& params : ModelFixture<M>::paramSets()) {
-    const Camera<M> camera(params);
-    const AnyCamera any(camera);
+TEST_P(Batch, MayAnswerInTheArraysOfTheQuestion) {
+  for (const AnyCamera& camera : cameras()) {
     const Points points = pointsAround(camera, 4);
     Variants().forEach([&] {
       Pixels pixels(kNumPoints);
-      projectBatch(any, points.columns(), pixels.results());
+      projectBatch(camera, points.columns(), pixels.results());
       Points in_place = points;
       std::vector<ProjectStatus> status(kNumPoints);
-      projectBatch(any, in_place.columns(), {in_place.x, in_place.y, status});
+      projectBatch(camera, in_place.columns(), {in_place.x, in_place.y, status});
       Points rays(kNumPoints);
-      unprojectBatch(any, {pixels.u, pixels.v}, {rays.x, rays.y, rays.z, pixels.status});
+      unprojectBatch(camera, {pixels.u, pixels.v}, {rays.x, rays.y, rays.z, pixels.status});
       Points rays_in_place = in_place;
-      unprojectBatch(any, {rays_in_place.x, rays_in_place.y},
+      unprojectBatch(camera, {rays_in_place.x, rays_in_place.y},
                      {rays_in_place.x, rays_in_place.y, rays_in_place.z, status});
       const auto is_same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
       for (std::size_t i = 0; i < kNumPoints; ++i) {
@@ -274,11 +264,9 @@ TYPED_TEST(Batch, MayAnswerInTheArraysOfTheQuestion) {
   }
 }
 
-TYPED_TEST(Batch, RaysMoveAsTheJacobianSays) {
-  using M = TypeParam;
+TEST_P(Batch, RaysMoveAsTheJacobianSays) {
   constexpr double kStep = 1e-3;  // px
-  for (const auto& params : ModelFixture<M>::paramSets()) {
-    const Camera<M> camera(params);
+  for (const AnyCamera& camera : cameras()) {
     Random random(4);
     int num_checked = 0;
     for (int i = 0; i < 500; ++i) {
@@ -331,11 +319,9 @@ TEST(Batch, GivesTheSameOfAPointWhereverItStands) {
 }
 
 // Rows give what columns give, digit by digit; the count leaves a rest behind whole groups.
-TYPED_TEST(Batch, RowsAgreeWithColumns) {
-  using M = TypeParam;
+TEST_P(Batch, RowsAgreeWithColumns) {
   constexpr std::size_t kCount = 1003;
-  const Camera<M> camera(ModelFixture<M>::paramSets().front());
-  const AnyCamera any(camera);
+  const AnyCamera camera = cameras().front();
   const SE3 pose{.rotation = SO3::exp({0.1, -0.2, 0.3}), .translation = {0.05, -0.02, 0.1}};
   const Points around = pointsAround(camera, 4);
   Points points(kCount);
@@ -345,21 +331,21 @@ TYPED_TEST(Batch, RowsAgreeWithColumns) {
     rows.insert(rows.end(), {points.x[i], points.y[i], points.z[i]});
   }
   const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
-  constexpr std::size_t kByParams = 2 * kNumParams<M>;
+  const std::size_t num_by_params = 2 * camera.parameters().size();
   std::size_t num_ok = 0;
   Variants().forEach([&] {
     for (const SE3* const camera_from_points : {static_cast<const SE3*>(nullptr), &pose}) {
       Pixels expected(kCount);
-      std::vector<double> by_params(kCount * kByParams);
-      std::vector<double> by_params_of_rows(kCount * kByParams);
+      std::vector<double> by_params(kCount * num_by_params);
+      std::vector<double> by_params_of_rows(kCount * num_by_params);
       if (camera_from_points == nullptr) {
-        projectBatch(any, points.columns(), expected.results(), {.by_params = by_params.data()});
+        projectBatch(camera, points.columns(), expected.results(), {.by_params = by_params.data()});
       } else {
-        projectBatch(any, pose, points.columns(), expected.results(), {.by_params = by_params.data()});
+        projectBatch(camera, pose, points.columns(), expected.results(), {.by_params = by_params.data()});
       }
       std::vector<double> pixels(2 * kCount);
       std::vector<ProjectStatus> status(kCount);
-      projectRows(any, camera_from_points, rows, pixels, status, {.by_params = by_params_of_rows.data()});
+      projectRows(camera, camera_from_points, rows, pixels, status, {.by_params = by_params_of_rows.data()});
       EXPECT_EQ(status, expected.status);
       EXPECT_TRUE(std::ranges::equal(by_params_of_rows, by_params, same));
       for (std::size_t i = 0; i < kCount; ++i) {
@@ -369,10 +355,10 @@ TYPED_TEST(Batch, RowsAgreeWithColumns) {
       Points rays(kCount);
       std::vector<ProjectStatus> ray_status(kCount);
       std::vector<double> J(6 * kCount);
-      unprojectBatch(any, {expected.u, expected.v}, {rays.x, rays.y, rays.z, ray_status}, J.data());
+      unprojectBatch(camera, {expected.u, expected.v}, {rays.x, rays.y, rays.z, ray_status}, J.data());
       std::vector<double> rays_in_rows(3 * kCount);
       std::vector<double> J_of_rows(6 * kCount);
-      unprojectRows(any, pixels, rays_in_rows, status, J_of_rows.data());
+      unprojectRows(camera, pixels, rays_in_rows, status, J_of_rows.data());
       EXPECT_EQ(status, ray_status);
       EXPECT_TRUE(std::ranges::equal(J_of_rows, J, same));
       for (std::size_t i = 0; i < kCount; ++i) {

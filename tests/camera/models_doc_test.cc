@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "alidade/camera/model_traits.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
@@ -43,7 +44,7 @@ std::string rowsFor(const std::string& old_rows) {
 
 TEST(ModelsDoc, HasTheModelsWithTheirParameters) {
   const char* const other = std::getenv("ALIDADE_MODELS_DOC");
-  const std::string path = other != nullptr ? other : ALIDADE_SOURCE_DIR "/docs/models.md";
+  const std::string path = other != nullptr ? other : sourcePath("docs/models.md");
   const std::string text = contentOf(path);
   const std::size_t head = text.find(kHead);
   ASSERT_NE(head, std::string::npos);

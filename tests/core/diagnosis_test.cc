@@ -9,11 +9,13 @@
 
 #include <gmock/gmock.h>
 
+#include "support/source_tree.h"
+
 namespace alidade {
 namespace {
 
 std::string pageText(const char* name) {
-  std::ifstream file(std::string(ALIDADE_SOURCE_DIR "/docs/") + name);
+  std::ifstream file(sourcePath(std::string("docs/") + name));
   return {std::istreambuf_iterator<char>(file), {}};
 }
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "alidade/detect/draw_detection.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
@@ -191,7 +192,7 @@ TEST(SurveyDiagnosis, SaysHowAnAmbiguousBoardCanBeTurned) {
 }
 
 TEST(SurveyImages, KeepsAnOutcomeForEachImageAndNotesWhatItSaw) {
-  const std::string folder = ALIDADE_SOURCE_DIR "/testdata/checkerboard/images/";
+  const std::string folder = sourcePath("testdata/checkerboard/images/");
   const std::vector<std::string> paths = {folder + "view_001.png", folder + "missing.png",
                                           folder + "view_001.png"};
   const BoardSurvey survey = surveyImages(paths, kBoard);

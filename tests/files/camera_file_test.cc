@@ -8,12 +8,13 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/alidade_writer.h"
 #include "support/message_of.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
 
 TEST(CameraRecord, ReadsTheStatedCovariance) {
-  const CameraRecord file = loadCamera(ALIDADE_SOURCE_DIR "/testdata/camera_files/version_1.yaml");
+  const CameraRecord file = loadCamera(sourcePath("testdata/camera_files/version_1.yaml"));
   ASSERT_TRUE(file.calibration);
   ASSERT_EQ(file.calibration->covariance.size(), 45u);
   for (std::size_t i = 0; i < 9; ++i) {

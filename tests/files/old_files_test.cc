@@ -7,13 +7,14 @@
 
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/alidade_writer.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
 
 TEST(OldCameraFiles, AreReadForEver) {
   std::set<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(ALIDADE_SOURCE_DIR "/testdata/camera_files")) {
+  for (const auto& entry : std::filesystem::directory_iterator(sourcePath("testdata/camera_files"))) {
     const CameraRecord file = loadCamera(entry.path().string());
     EXPECT_EQ(file.camera.modelId(), "radtan");
     EXPECT_DOUBLE_EQ(file.camera.parameters()[0], 534.9999849684601);
@@ -24,7 +25,7 @@ TEST(OldCameraFiles, AreReadForEver) {
     ASSERT_EQ(again.calibration.has_value(), file.calibration.has_value());
   }
   EXPECT_EQ(names, (std::set<std::string>{"version_1.yaml", "version_1_by_hand.yaml"}));
-  const CameraRecord full = loadCamera(ALIDADE_SOURCE_DIR "/testdata/camera_files/version_1.yaml");
+  const CameraRecord full = loadCamera(sourcePath("testdata/camera_files/version_1.yaml"));
   EXPECT_EQ(full.self_check.size(), 9U);
   EXPECT_EQ(full.calibration->num_views, 12);
   EXPECT_EQ(full.calibration->covariance.size(), 45U);

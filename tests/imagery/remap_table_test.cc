@@ -14,7 +14,8 @@
 #include "alidade/camera/camera_variant.h"
 #include "alidade/imagery/remap.h"
 #include "alidade/imagery/undistortion_view.h"
-#include "support/model_fixture.h"
+#include "support/cameras_of_model.h"
+#include "support/rays.h"
 
 namespace alidade {
 namespace {
@@ -23,9 +24,8 @@ constexpr ImageSize kSize{640, 480};
 constexpr std::array kProjections = {ViewProjection::kRectilinear, ViewProjection::kCylindrical,
                                      ViewProjection::kEquirectangular};
 
-template <class M>
-class RemapTableOfModel : public testing::Test {};
-TYPED_TEST_SUITE(RemapTableOfModel, AllModelTypes, ModelName);
+class RemapTableOfModel : public OfModel {};
+INSTANTIATE_TEST_SUITE_P(, RemapTableOfModel, testing::ValuesIn(modelIds()), nameOfModel);
 
 // How a table differs from the projections of all rays.
 struct Difference {
@@ -83,11 +83,10 @@ std::vector<OutputView> viewsOf(const AnyCamera& camera, ViewProjection projecti
   return {far, all, corner};
 }
 
-TYPED_TEST(RemapTableOfModel, AgreesWithTheProjectionOfEveryRay) {
+TEST_P(RemapTableOfModel, AgreesWithTheProjectionOfEveryRay) {
   std::size_t num_views = 0;
   Difference sum;
-  for (const auto& params : ModelFixture<TypeParam>::paramSets()) {
-    const AnyCamera camera{Camera<TypeParam>(params)};
+  for (const AnyCamera& camera : cameras()) {
     for (const ViewProjection projection : kProjections) {
       for (const OutputView& view : viewsOf(camera, projection)) {
         const RemapTable table = makeRemapTable(camera, kTestImage, view, 2);
@@ -103,7 +102,7 @@ TYPED_TEST(RemapTableOfModel, AgreesWithTheProjectionOfEveryRay) {
       }
     }
   }
-  EXPECT_EQ(num_views, 9 * ModelFixture<TypeParam>::paramSets().size());
+  EXPECT_EQ(num_views, 9 * cameras().size());
   EXPECT_GT(sum.num_with_source, 10'000 * num_views / 3);
   EXPECT_GT(sum.num_at_border, 100 * num_views);
   this->RecordProperty("worst_px", std::to_string(sum.worst_px));

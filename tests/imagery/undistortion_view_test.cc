@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/imagery/undistortion_view.h"
-#include "alidade/camera/camera_variant.h"
 
 #include <gmock/gmock.h>
 
@@ -12,8 +11,9 @@
 
 #include "alidade/core/error.h"
 #include "alidade/imagery/remap.h"
-#include "support/model_fixture.h"
+#include "support/cameras_of_model.h"
 #include "support/pixel_from_ray.h"
+#include "support/rays.h"
 
 namespace alidade {
 namespace {
@@ -141,15 +141,13 @@ TEST(UndistortionView, SaysWhatIsCut) {
   EXPECT_FALSE(choose(lens(), kSize, ViewExtent::kValid).is_limited_by_projection);
 }
 
-template <class M>
-class UndistortionViewOfModel : public testing::Test {};
-TYPED_TEST_SUITE(UndistortionViewOfModel, AllModelTypes, ModelName);
+class UndistortionViewOfModel : public OfModel {};
+INSTANTIATE_TEST_SUITE_P(, UndistortionViewOfModel, testing::ValuesIn(modelIds()), nameOfModel);
 
-TYPED_TEST(UndistortionViewOfModel, ValidIsTheLargestWindowWithoutABlackPixel) {
+TEST_P(UndistortionViewOfModel, ValidIsTheLargestWindowWithoutABlackPixel) {
   std::size_t num_checked = 0;
   std::size_t num_enlarged = 0;
-  for (const auto& params : ModelFixture<TypeParam>::paramSets()) {
-    const AnyCamera camera{Camera<TypeParam>(params)};
+  for (const AnyCamera& camera : cameras()) {
     for (const ViewProjection projection : kProjections) {
       const ViewChoice choice = choose(camera, kTestImage, ViewExtent::kValid, projection, kOutput);
       EXPECT_EQ(makeRemapTable(camera, kTestImage, choice.view).num_without_source, 0u)
@@ -163,7 +161,7 @@ TYPED_TEST(UndistortionViewOfModel, ValidIsTheLargestWindowWithoutABlackPixel) {
       ++num_enlarged;
     }
   }
-  EXPECT_EQ(num_checked, 3 * ModelFixture<TypeParam>::paramSets().size());
+  EXPECT_EQ(num_checked, 3 * cameras().size());
   EXPECT_GT(num_enlarged, 0u);
 }
 
@@ -190,11 +188,10 @@ bool isWithinKeptAngle(const OutputView& view, const Eigen::Vector2d& pixel) {
   return std::atan(slope) <= kMaxTangentAngleRad;
 }
 
-TYPED_TEST(UndistortionViewOfModel, AllHoldsEverySourcePixelAndHardlyMore) {
+TEST_P(UndistortionViewOfModel, AllHoldsEverySourcePixelAndHardlyMore) {
   std::size_t num_views = 0;
   std::size_t num_tight = 0;
-  for (const auto& params : ModelFixture<TypeParam>::paramSets()) {
-    const AnyCamera camera{Camera<TypeParam>(params)};
+  for (const AnyCamera& camera : cameras()) {
     const auto rays = raysAllOver(camera);
     const bool is_all_forward =
         std::all_of(rays.begin(), rays.end(), [](const auto& ray) { return ray && ray->z() > 0; });
@@ -226,7 +223,7 @@ TYPED_TEST(UndistortionViewOfModel, AllHoldsEverySourcePixelAndHardlyMore) {
       ++num_views;
     }
   }
-  EXPECT_EQ(num_views, 3 * ModelFixture<TypeParam>::paramSets().size());
+  EXPECT_EQ(num_views, 3 * cameras().size());
   EXPECT_GT(num_tight, 0u);
 }
 

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "support/source_tree.h"
+
 #define TARGET(name) extern "C" int fuzz_##name(const std::uint8_t* data, std::size_t size);
 #include "fuzz_targets.inc"
 #undef TARGET
@@ -16,8 +18,7 @@ namespace {
 
 void replay(const std::string& name, int (*target)(const std::uint8_t*, std::size_t)) {
   int num_inputs = 0;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(std::string(ALIDADE_SOURCE_DIR) + "/testdata/fuzz/" + name)) {
+  for (const auto& entry : std::filesystem::directory_iterator(sourcePath("testdata/fuzz/" + name))) {
     SCOPED_TRACE(entry.path().string());
     std::ifstream file(entry.path(), std::ios::binary);
     const std::string bytes(std::istreambuf_iterator<char>(file), {});

@@ -12,8 +12,8 @@
 
 #include "alidade/camera/camera.h"
 #include "alidade/camera/model_list.h"
-#include "alidade/core/image.h"
 #include "alidade/core/random.h"
+#include "support/rays.h"
 
 namespace alidade {
 
@@ -21,8 +21,6 @@ namespace alidade {
 /// adding a model means adding its sets here, and a generator of random ones.
 template <CameraModel M>
 struct ModelFixture;
-
-inline constexpr ImageSize kTestImage{.width = 1920, .height = 1200};
 
 template <>
 struct ModelFixture<Pinhole> {
@@ -240,15 +238,5 @@ struct ModelName {
     return std::string(M::kId);
   }
 };
-
-/// Unit ray at an angle from the optical axis, in the direction `azimuth` from x towards y.
-inline Eigen::Vector3d rayAt(double angle, double azimuth) {
-  return {std::sin(angle) * std::cos(azimuth), std::sin(angle) * std::sin(azimuth), std::cos(angle)};
-}
-
-/// Angle between two unit vectors, exact for small ones.
-inline double angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return 2 * std::asin(std::min(1.0, 0.5 * (a - b).norm()));
-}
 
 }  // namespace alidade

@@ -11,6 +11,7 @@
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/text/atomic_file.h"
 #include "files/formats/examples.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
@@ -62,7 +63,7 @@ TEST(FormatDetection, ReadsWhatEachExampleSays) {
 // docs/formats.md shows an example of each format of other tools.
 TEST(FormatDetection, ReadsTheExamplesOfTheDocumentation) {
   int num_examples = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(ALIDADE_SOURCE_DIR "/docs/examples/formats")) {
+  for (const auto& entry : std::filesystem::directory_iterator(sourcePath("docs/examples/formats"))) {
     const CameraSource source = parseCameras(readTextFile(entry.path().string(), 1U << 20U), "example");
     EXPECT_EQ(source.format, entry.path().stem().string());
     EXPECT_EQ(source.cameras.size(), 1u);

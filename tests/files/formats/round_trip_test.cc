@@ -11,6 +11,7 @@
 #include "alidade/files/text/atomic_file.h"
 #include "files/formats/format_tables.h"
 #include "support/grid_difference.h"
+#include "support/source_tree.h"
 
 namespace alidade {
 namespace {
@@ -20,7 +21,7 @@ constexpr std::string_view kEnd = "<!-- end of the tables -->";
 
 // Every model through every format: docs/formats.md says what comes of it.
 TEST(FormatRoundTrip, IsWhatTheDocumentationSays) {
-  const std::string path = ALIDADE_SOURCE_DIR "/docs/formats.md";
+  const std::string path = sourcePath("docs/formats.md");
   const std::string text = readTextFile(path, 1U << 20U);
   const std::size_t begin = text.find(kBegin);
   const std::size_t end = text.find(kEnd);

@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: MIT
+# Runs after a test program is linked: writes OUTPUT, which registers each suite of PROGRAM as one test called PREFIX.SUITE.
+# A test for each function would start a process for each, which costs more than most of them compute.
+execute_process(COMMAND ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE listed RESULT_VARIABLE code)
+if(NOT code EQUAL 0)
+  message(FATAL_ERROR "${PROGRAM} --gtest_list_tests: ${code}\n${listed}")
+endif()
+string(REGEX MATCHALL "(^|\n)[A-Za-z0-9_/]+\\.( |\n)" suites "${listed}")
+# The end of what a suite prints that has skipped tests, and none that failed.
+set(skipped "tests?, listed below:\n(\\[  SKIPPED \\] [^\n]*\n)+$")
+set(text "")
+foreach(line IN LISTS suites)
+  string(REGEX REPLACE "[^A-Za-z0-9_/]" "" suite ${line})
+  string(APPEND text "add_test([[${PREFIX}.${suite}]] [[${PROGRAM}]] [[--gtest_filter=${suite}.*]])\n"
+                     "set_tests_properties([[${PREFIX}.${suite}]] PROPERTIES LABELS ${LABEL} TIMEOUT 600\n"
+                     "                     SKIP_REGULAR_EXPRESSION [[${skipped}]])\n")
+endforeach()
+if(text STREQUAL "")
+  message(FATAL_ERROR "${PROGRAM} has no tests")
+endif()
+file(WRITE ${OUTPUT} "${text}")
