@@ -41,11 +41,12 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
   for (FitView& view : fit.views) view.source = given.sources[view.source];
   for (Outlier& outlier : dropped.outliers) outlier.source = given.sources[outlier.source];
   const AnyCamera camera = AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
+  DomainCertificate domain = certifyDomain(camera, onlyCamera(fit).size);
   Calibration result{.fit = std::move(fit),
                      .dropped = std::move(dropped),
                      .choice = std::move(choice),
                      .uncertainty = std::move(uncertainty),
-                     .domain = certifyDomain(camera, onlyCamera(fit).size)};
+                     .domain = std::move(domain)};
   result.diagnoses = judge(result, options.tolerance_px);
   return result;
 }
