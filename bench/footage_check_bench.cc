@@ -20,8 +20,8 @@
 #include "alidade/core/random.h"
 #include "alidade/core/statistics.h"
 #include "alidade/footage/check/camera_check.h"
-#include "alidade/footage/follow/tracks.h"
 #include "alidade/footage/follow/front_end.h"
+#include "alidade/footage/follow/tracks.h"
 #include "alidade/simulate/footage_simulator.h"
 #include "footage/simulated_tracks.h"
 

@@ -97,10 +97,10 @@ double relativeDifference(const A& a, const B& b) {
   return (a - b).norm() / (1 + b.norm());
 }
 
-class Batch : public OfModel {};
-INSTANTIATE_TEST_SUITE_P(, Batch, testing::ValuesIn(modelIds()), nameOfModel);
+class BatchOf : public OfModel {};
+INSTANTIATE_TEST_SUITE_P(, BatchOf, testing::ValuesIn(modelIds()), nameOfModel);
 
-TEST_P(Batch, ProjectsLikeOneByOne) {
+TEST_P(BatchOf, ProjectsLikeOneByOne) {
   const SE3 pose{.rotation = SO3::exp({0.1, -0.2, 0.3}), .translation = {0.05, -0.02, 0.1}};
   for (const AnyCamera& camera : cameras()) {
     const Points points_cam = pointsAround(camera, 1);
@@ -142,7 +142,7 @@ TEST_P(Batch, ProjectsLikeOneByOne) {
   }
 }
 
-TEST_P(Batch, GivesTheJacobiansOfOneByOne) {
+TEST_P(BatchOf, GivesTheJacobiansOfOneByOne) {
   using Rows = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
   const SE3 pose{.rotation = SO3::exp({0.1, -0.2, 0.3}), .translation = {0.05, -0.02, 0.1}};
   const Eigen::Matrix3d R = pose.rotation.matrix();
@@ -187,7 +187,7 @@ TEST_P(Batch, GivesTheJacobiansOfOneByOne) {
   }
 }
 
-TEST_P(Batch, UnprojectsLikeOneByOne) {
+TEST_P(BatchOf, UnprojectsLikeOneByOne) {
   for (const AnyCamera& camera : cameras()) {
     Random random(3);
     Pixels pixels(kNumPoints);
@@ -238,7 +238,7 @@ TEST_P(Batch, UnprojectsLikeOneByOne) {
 }
 
 // The rays of pixels a little to each side give the same derivative.
-TEST_P(Batch, MayAnswerInTheArraysOfTheQuestion) {
+TEST_P(BatchOf, MayAnswerInTheArraysOfTheQuestion) {
   for (const AnyCamera& camera : cameras()) {
     const Points points = pointsAround(camera, 4);
     Variants().forEach([&] {
@@ -264,7 +264,7 @@ TEST_P(Batch, MayAnswerInTheArraysOfTheQuestion) {
   }
 }
 
-TEST_P(Batch, RaysMoveAsTheJacobianSays) {
+TEST_P(BatchOf, RaysMoveAsTheJacobianSays) {
   constexpr double kStep = 1e-3;  // px
   for (const AnyCamera& camera : cameras()) {
     Random random(4);
@@ -319,7 +319,7 @@ TEST(Batch, GivesTheSameOfAPointWhereverItStands) {
 }
 
 // Rows give what columns give, digit by digit; the count leaves a rest behind whole groups.
-TEST_P(Batch, RowsAgreeWithColumns) {
+TEST_P(BatchOf, RowsAgreeWithColumns) {
   constexpr std::size_t kCount = 1003;
   const AnyCamera camera = cameras().front();
   const SE3 pose{.rotation = SO3::exp({0.1, -0.2, 0.3}), .translation = {0.05, -0.02, 0.1}};

@@ -37,7 +37,8 @@ std::map<std::string, std::string> rowsOf(const std::string& page) {
 
 TEST(DiagnosisKinds, AreDescribedInTheDocumentation) {
   std::map<std::string, std::string> of_camera = rowsOf(pageText("verdict.md"));
-  for (const char* verdict : {"trustworthy", "usable_with_reservations", "rejected"}) of_camera.erase(verdict);
+  for (const char* verdict : {"trustworthy", "usable_with_reservations", "rejected"})
+    of_camera.erase(verdict);
   const std::string of_rig = pageText("rigs.md");
   for (const DiagnosisKind& kind : kDiagnosisKinds) {
     if (kind.subject > Subject::kRig) continue;

@@ -129,8 +129,8 @@ struct Guidance {
   double worst_px = 0;
   /// worst_px divided by its value from the covariance alone, at least 1; scales forecasts.
   double inflation = 1;
-  std::optional<NextView> next;        ///< empty if no view would add information
-  std::optional<TargetReport> target;  ///< if a target was given
+  std::optional<NextView> next = {};        ///< empty if no view would add information
+  std::optional<TargetReport> target = {};  ///< if a target was given
 };
 
 /// @param target_px  positive

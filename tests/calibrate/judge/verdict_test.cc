@@ -86,7 +86,8 @@ TEST(Verdict, TrustsNoCameraThatIsWrong) {
 }
 
 TEST(Verdict, TheWorstFindingDecides) {
-  const Diagnosis note{.id = "outliers", .severity = Severity::kNote, .cause = "", .evidence = "", .next_step = ""};
+  const Diagnosis note{
+      .id = "outliers", .severity = Severity::kNote, .cause = "", .evidence = "", .next_step = ""};
   Diagnosis warning = note;
   warning.severity = Severity::kWarning;
   Diagnosis failure = note;

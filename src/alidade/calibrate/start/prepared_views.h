@@ -22,12 +22,12 @@ inline constexpr std::size_t kMinCornersPerView = 6;
 
 /// The input of a calibration, checked and in order.
 struct PreparedViews {
-  std::vector<Board> boards;  ///< View::board is an index into these
-  std::vector<View> views;  ///< in order of names and boards, corners in order of their ids; FitView::source
-                            ///< is an index into these
-  std::vector<std::size_t> sources;    ///< of each, its index among those that were given
-  std::vector<ExcludedView> excluded;  ///< with too few corners
-  std::vector<RepeatedView> repeated;
+  std::vector<Board> boards;                ///< View::board is an index into these
+  std::vector<View> views = {};             ///< in order of names and boards, corners in order of their ids;
+                                            ///< FitView::source is an index into these
+  std::vector<std::size_t> sources = {};    ///< of each, its index among those that were given
+  std::vector<ExcludedView> excluded = {};  ///< with too few corners
+  std::vector<RepeatedView> repeated = {};
 };
 
 /// Checks what was given, puts it in order, and leaves out views with too few corners and copies of others.

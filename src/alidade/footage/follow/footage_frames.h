@@ -26,8 +26,8 @@ struct FootageImage {
 struct FootagePass {
   bool is_video = false;  ///< a video or a numbered sequence: frames are equally spaced in time
   std::size_t num_frames = 0;
-  std::size_t num_damaged = 0;     ///< of a video: left out
-  std::vector<std::string> notes;  ///< what to tell the user, a sentence each
+  std::size_t num_damaged = 0;          ///< of a video: left out
+  std::vector<std::string> notes = {};  ///< what to tell the user, a sentence each
 };
 
 struct FootagePassOptions {

@@ -11,8 +11,8 @@
 
 namespace alidade {
 
-/// The verdict of footage on a camera file, as checks: `footage` (a failure if it is inconsistent, a warning if
-/// footage cannot tell), and notes: `footage_fit` (another camera fits better, by less than counts) and
+/// The verdict of footage on a camera file, as checks: `footage` (a failure if it is inconsistent, a warning
+/// if footage cannot tell), and notes: `footage_fit` (another camera fits better, by less than counts) and
 /// `footage_shutter` (a rolling shutter).
 /// @param file  the camera file's name, for commands
 [[nodiscard]] std::vector<Diagnosis> footageFindings(const FootageJudgement& judgement,
