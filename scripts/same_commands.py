@@ -255,7 +255,7 @@ def photograph_jobs(sets, quick):
             continue
         lines = [f"detect '{images}' --board {board} -o corners.csv",
                  "calibrate corners.csv -o camera.yaml --evidence evidence.json --report page.html --verbose"
-                 + (" --model radtan" if quick else "")]
+                 + (" --model radtan" if quick else " --keep-untrustworthy")]
         if not quick:
             lines += ["calibrate corners.csv --json --board-shape flat", f"calibrate '{images}' --board {board} -o again.yaml",
                       "calibrate corners.csv --model kannala_brandt -o wide.yaml --keep-untrustworthy",
