@@ -127,7 +127,7 @@ TEST(CameraRecord, ThatIsWrongIsNamedWithLineAndKey) {
                        [](const std::string& path) {
                          return runAlidade({"project", path});
                        }),
-            59u);
+            58u);
   int num_commands = 0;
   scratch.write("bad.yaml", bad_files.front().text);
   for (const char* command : {"project", "unproject"}) {
