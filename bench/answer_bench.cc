@@ -45,7 +45,7 @@ double percent(std::size_t part, std::size_t all) {
 void printIds(const std::vector<Answer>& all, Severity least) {
   std::map<std::string, int> counts;
   for (const Answer& answer : all) {
-    for (const Diagnosis& d : answer.diagnoses) counts[d.id] += d.severity >= least ? 1 : 0;
+    for (const Diagnosis& d : answer.diagnoses) counts[std::string(d.id)] += d.severity >= least ? 1 : 0;
   }
   for (const auto& [id, count] : counts) {
     if (count > 0) std::printf(" %s %d", id.c_str(), count);

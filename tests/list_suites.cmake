@@ -12,7 +12,7 @@ set(text "")
 foreach(line IN LISTS suites)
   string(REGEX REPLACE "[^A-Za-z0-9_/]" "" suite ${line})
   string(APPEND text "add_test([[${PREFIX}.${suite}]] [[${PROGRAM}]] [[--gtest_filter=${suite}.*]])\n"
-                     "set_tests_properties([[${PREFIX}.${suite}]] PROPERTIES LABELS ${LABEL} TIMEOUT 600\n"
+                     "set_tests_properties([[${PREFIX}.${suite}]] PROPERTIES LABELS ${LABEL} TIMEOUT 1500\n"
                      "                     SKIP_REGULAR_EXPRESSION [[${skipped}]])\n")
 endforeach()
 if(text STREQUAL "")
