@@ -92,7 +92,7 @@ void addSpread(const ChoiceSet& set, const Calibration& result, Tally& tally) {
   std::printf("  astray in %.0f %% of the image: %s for %s, %.0f degrees, %zu views:", 100 * share,
               std::string(result.camera().modelId()).c_str(), std::string(set.drawn.camera.modelId()).c_str(),
               set.fov_deg, set.set.views.size());
-  for (const Diagnosis& f : result.diagnoses) std::printf(" %s", f.id.c_str());
+  for (const Diagnosis& f : result.diagnoses) std::printf(" %s", std::string(f.id).c_str());
   std::printf("\n");
 }
 
