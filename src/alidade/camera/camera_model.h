@@ -11,29 +11,29 @@
 
 namespace alidade {
 
-/// The values that a lens parameter may take, both ends included.
+/// The inclusive range of a lens parameter.
 struct ParamRange {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
 };
 
-/// Families of lenses, by where their formula starts.
+/// Families of lenses, by the geometry that their formula starts from.
 enum class LensFamily {
   kPerspective,  ///< from the plane x = X/Z, y = Y/Z, which ends before 90 degrees
   kWide,         ///< from the field angle or a sphere: fisheye lenses and mirrors
 };
 
-/// Parameters of the largest model that code without its type has room for, with fx fy cx cy.
+/// Largest number of parameters, including fx fy cx cy, that code without the model's type has room for.
 inline constexpr int kMostParams = 32;
 
-/// Two lens parameters that are the components of a vector in the normalised plane, by their index. They turn
+/// Two lens parameters, by index, that are the components of a vector in the normalised plane. They rotate
 /// with the image.
 struct LensVector {
   std::size_t x, y;
 };
 
-/// A model that shares some lenses with a second model. Without functions it has the parameters of `model` by
-/// the same names, and its further ones are 0 in the shared lenses: it extends `model`.
+/// A model that shares some lenses with a second model. Without functions, this model extends `model`: it has
+/// the same parameters by the same names, and its additional ones are 0 in the shared lenses.
 struct SharedLens {
   /// Converts the lens parameters of one model to those of the other and returns the factor by which fx and
   /// fy change; 0 if the lens is not shared.
@@ -114,8 +114,8 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
 };
 
 /// The map of one ray, derived from the formula of a model, for double and for automatic differentiation; and
-/// what a lens with `kNum` parameters is unless its model says otherwise: symmetric without its vectors, with
-/// parameters of any size that start at zero, and with an inverse in closed form.
+/// the defaults for a lens with `kNum` parameters: symmetric without its vectors, with parameters of any size
+/// that start at zero, and with an inverse in closed form.
 template <class M, std::size_t kNum>
 struct LensFormula {
   static constexpr int kNumLensParams = kNum;

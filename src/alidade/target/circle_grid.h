@@ -54,7 +54,7 @@ struct CircleGrid {
 
 /// OpenCV's asymmetric grid: rows of discs, every other one shifted by half the distance of its discs, which
 /// is twice the spacing; rows are one spacing apart. Columns count the discs of a row. With an odd number of
-/// rows its orientation is certain.
+/// rows, its orientation is unambiguous.
 struct AsymmetricCircleGrid {
   static constexpr std::string_view kName = "acircles";
   static constexpr std::string_view kExample =
