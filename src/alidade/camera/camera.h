@@ -46,9 +46,9 @@ class Camera {
   /// For M::quickUnlens().
   [[nodiscard]] const typename M::Start& start() const { return start_; }
 
-  /// Pixel of a point in the camera frame (any unit of length), or why there is none.
-  /// Row-major Jacobians J_px_cam (2x3) and J_px_params (2 x kNumParams), null = not wanted, are written only
-  /// if the status is kOk.
+  /// Pixel of a point in the camera frame (any unit of length), or why there is none. Row-major Jacobians
+  /// J_px_cam (2x3) and J_px_params (2 x kNumParams), null: not computed, are written only if the status is
+  /// kOk.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam = nullptr,
                                    double* J_px_params = nullptr) const {
     Projection result;
@@ -64,8 +64,8 @@ class Camera {
     return result;
   }
 
-  /// Unit ray in the camera frame that projects to `pixel`; nothing if no ray of the domain does.
-  /// The row-major Jacobian J_ray_pixel (3x2), null = not wanted, is written only if there is a ray.
+  /// Unit ray in the camera frame that projects to `pixel`; nothing if no ray of the domain does. The
+  /// row-major Jacobian J_ray_pixel (3x2), null: not computed, is written only if there is a ray.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel = nullptr) const {
     const double m[2] = {(pixel.x() - params_[2]) / params_[0], (pixel.y() - params_[3]) / params_[1]};

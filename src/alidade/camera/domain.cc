@@ -44,10 +44,10 @@ struct Angles {
   }
 };
 
-// How firmly a pixel determines its ray: the smaller singular value of the Jacobian on the sphere, with the
-// sign of the determinant, divided by the magnitude of the coordinates in the plane, which determines
-// rounding. 1/sqrt(2) on the axis and about that along all of a perspective plane; -1 where the lens has no
-// value.
+// Firmness with which a pixel determines its ray: the smaller singular value of the Jacobian on the sphere,
+// with the sign of the determinant, divided by the magnitude of the coordinates in the plane, which
+// determines rounding. 1/sqrt(2) on the axis and about that along all of a perspective plane; -1 if the lens
+// has no value.
 class Firmness {
  public:
   explicit Firmness(const LensFunction& lens) : lens_(lens) {
@@ -135,7 +135,7 @@ double goldenMinimum(const F& f, double a, double b, int num_iterations) {
 }
 
 // First of the angles at which the lens folds along one azimuth, or a value above all angles. A near fold
-// counts as kFoldMargin farther out, so that the margin ends where it begins.
+// counts as kFoldMargin farther out, so that the certified cone ends at the near fold itself.
 double firstFold(const Firmness& firmness, const Angles& angles, double limit, double azimuth) {
   const Eigen::Vector2d direction(std::cos(azimuth), std::sin(azimuth));
   const auto f = [&](double angle) { return firmness(angle, direction); };

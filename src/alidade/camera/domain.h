@@ -11,8 +11,8 @@
 
 namespace alidade {
 
-/// How far a certified angle stays below the fold itself, radians. At a fold the inverse loses all digits;
-/// this far inside it keeps 1e-9 rad.
+/// Distance of a certified angle from the fold itself, radians. At a fold, the inverse loses all digits; this
+/// far inside, it keeps 1e-9 rad.
 inline constexpr double kFoldMargin = 1e-5;
 
 /// Unit rays, their points in the normalised plane and the row-major 2x3 Jacobians between them, stored by

@@ -196,7 +196,7 @@ ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart&
     T next_x = x;
     T next_y = y;
     const T next2 = newtonStep(warp, mx, my, next_x, next_y);
-    // Where rounding stops the descent, residuals predict nothing, but this is a root too.
+    // If rounding stops the descent, the residuals predict nothing, but the point is a root too.
     const auto is_done = lane::both(next2 <= kRounding * kRounding * length2, next2 == next2);
     x = lane::select(is_root, x, next_x);
     y = lane::select(is_root, y, next_y);

@@ -10,7 +10,7 @@
 
 namespace alidade {
 
-/// Existence of a pixel for a point, or the reason why it has none.
+/// Outcome of a projection: a pixel, or the reason why there is none.
 enum class ProjectStatus : std::uint8_t {
   kOk,
   kBehind,         ///< not in front of a camera that sees only forward

@@ -7,7 +7,7 @@
 namespace alidade {
 
 /// Pixel of a point of the camera frame where the formula has a value, for double or Lanes, with row-major
-/// Jacobians: J_px_cam is 2x3, J_px_params is 2 x kNumParams<M>; null = not wanted. `params` holds fx fy cx
+/// Jacobians: J_px_cam is 2x3, J_px_params is 2 x kNumParams<M>; null: not computed. `params` holds fx fy cx
 /// cy and the lens. It does not check for folds; Camera::project never returns a wrong pixel.
 template <CameraModel M, class T>
 ALIDADE_ALWAYS_INLINE void projectInside(const double* params, const T* p_cam, T* px, T* J_px_cam,

@@ -20,7 +20,7 @@ enum class Freed {
   kPose,      ///< orientation and position
 };
 
-/// How the pixels of fixed scene points change with a camera's parameters, to first order, after alignment by
+/// Change of the pixels of fixed scene points with a camera's parameters, to first order, after alignment by
 /// the rotation (or pose) that best undoes the change over all `pixels`: A(q) = J_params(q) - J_freed(q) W,
 /// with J_freed W the least-squares fit, in pixels, of J_freed to J_params over those of the pixels that have
 /// a ray.

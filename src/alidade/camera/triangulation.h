@@ -21,7 +21,7 @@ struct RigPixel {
   double sigma_px = 1;  ///< standard deviation of each coordinate, positive
 };
 
-/// Existence of a point for given pixels, or the reason why there is none.
+/// Outcome of a triangulation: a point, or the reason why there is none.
 enum class TriangulationStatus : std::uint8_t {
   kOk,
   kTooFewCameras,  ///< fewer than two different cameras

@@ -301,7 +301,7 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
   }
   Eigen::MatrixXd factor = differenceFactor(a, b, difference.match, pixels, freed, weights);
 
-  // Differences below this are rounding errors, whatever the covariance.
+  // Differences below this are rounding errors, regardless of the covariance.
   constexpr double kRoundingPx = 1e-9;
   const auto n = static_cast<double>(compared.size());
   DifferenceSignificance result;

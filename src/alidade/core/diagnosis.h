@@ -196,10 +196,11 @@ struct Diagnosis {
   std::string evidence = {};   ///< the computed value; may be empty
   std::string limit = {};      ///< the limit for it; empty if there is no limit
   std::string next_step = {};  ///< what to do about it; may be empty
-  /// By how many pixels (95 %) the cause may displace projected points in the part of the image that the
-  /// views cover; NaN if it has no such effect.
+  /// Displacement (95 %) in pixels that the cause may give projected points, in the part of the image that
+  /// the views cover; NaN if it has no such effect.
   double effect_px = std::numeric_limits<double>::quiet_NaN();
-  /// The data do not decide this, but more views could. The covariance includes what the data do show.
+  /// Not decided by these data, but more views could decide it. The covariance includes the information in
+  /// the data.
   bool is_undecided = false;
 
   /// Cause and evidence in one sentence.
@@ -216,7 +217,7 @@ struct Diagnosis {
   return kNames[static_cast<std::size_t>(severity)];
 }
 
-/// Whether a calibration may be used.
+/// Usability of a calibration.
 enum class Verdict {
   kTrustworthy,   ///< no problem was found
   kReservations,  ///< usable if the reported problems do not matter to the user

@@ -23,7 +23,7 @@ void parallelFor(std::size_t count, int num_jobs, const std::function<void(std::
   std::size_t error_index = count;
 
   // Indices are handed out in rising order, so every index below a failing one has been started and will
-  // finish. The smallest failing index is therefore always seen, whatever the timing.
+  // finish. The smallest failing index is therefore always seen, regardless of timing.
   const auto run = [&] {
     for (;;) {
       if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return;

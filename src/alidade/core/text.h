@@ -9,8 +9,8 @@
 
 namespace alidade {
 
-/// Reads the whole of `text` as a number, whatever the locale. Accepts "nan" and "inf"; surrounding blanks
-/// are not accepted.
+/// Reads the whole of `text` as a number, in any locale. Accepts "nan" and "inf"; surrounding blanks are not
+/// accepted.
 [[nodiscard]] std::optional<double> parseDouble(std::string_view text);
 [[nodiscard]] std::optional<int> parseInt(std::string_view text);
 

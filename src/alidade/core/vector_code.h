@@ -21,7 +21,7 @@
 
 namespace alidade {
 
-/// Whether the processor supports ALIDADE_TARGET_AVX2.
+/// True if the processor supports ALIDADE_TARGET_AVX2.
 [[nodiscard]] inline bool hasAvx2() {
 #if defined(ALIDADE_HAS_AVX2_VARIANT)
   static const bool has = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
@@ -31,7 +31,7 @@ namespace alidade {
 #endif
 }
 
-/// Whether callVectorised() uses AVX2; a test may turn it off.
+/// True if callVectorised() uses AVX2; a test may turn it off.
 inline bool& usesAvx2() {
   static bool uses = hasAvx2();
   return uses;

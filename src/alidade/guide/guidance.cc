@@ -235,7 +235,7 @@ class WorstPixel {
   Eigen::MatrixXd inverse_;
 };
 
-constexpr double kReach = 2;  // factor by which a user can go nearer and farther than so far
+constexpr double kReach = 2;  // factor by which views may be closer or farther than the existing ones
 
 // The board with the most views; the first of equals.
 std::size_t mostSeenBoard(const Fit& fit) {

@@ -40,7 +40,7 @@ struct CandidateLimits {
 [[nodiscard]] std::vector<ViewCandidate> viewCandidates(const AnyCamera& camera, ImageSize size,
                                                         const Board& board, const CandidateLimits& limits);
 
-/// Knowledge of a camera so far.
+/// Present knowledge of a camera.
 struct CameraKnowledge {
   AnyCamera camera;
   ImageSize size;

@@ -20,8 +20,8 @@ struct FrameLook {
 
 [[nodiscard]] FrameLook lookAt(const GrayImage& image);
 
-/// Chooses frames of a video that are sharp and show something new. It keeps at most eight times as many
-/// looks as frames are wanted, whatever the length of the video.
+/// Chooses frames of a video that are sharp and show something new. It keeps at most eight looks per wanted
+/// frame, regardless of the length of the video.
 class FrameChooser {
  public:
   /// @param num_wanted  at least 1

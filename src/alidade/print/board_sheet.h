@@ -20,8 +20,8 @@ struct Paper {
 /// A4 to A0 and letter, smallest first.
 [[nodiscard]] const std::vector<Paper>& knownPapers();
 
-/// How a board is laid out on paper. The drawing is the board with a white margin and, below it, a ruler, the
-/// SPEC and instructions. It is printed on one page or cut into equal pieces to be joined.
+/// Layout of a board on paper. The drawing is the board with a white margin and, below it, a ruler, the SPEC
+/// and instructions. It is printed on one page or cut into equal pieces to be joined.
 struct BoardSheet {
   BoardInk ink;
   std::string spec;            ///< as on the command line

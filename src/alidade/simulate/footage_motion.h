@@ -20,8 +20,8 @@ struct SmoothCurve {
   [[nodiscard]] Eigen::Vector3d at(double parameter) const;
 };
 
-/// Motion of the camera of a footage over time, which is counted in frames. The world frame is that of the
-/// camera in the middle of its path, or at time 0 for straight paths.
+/// Motion of a camera over time, which is counted in frames. The world frame is that of the camera in the
+/// middle of its path, or at time 0 for straight paths.
 class FootageMotion {
  public:
   /// `focal_px`: pixels per radian at the image centre.

@@ -42,17 +42,17 @@ struct TrackOptions {
   bool on_moving_objects = true;  ///< false: only points that do not move
 };
 
-/// Renders footage and knows the truth about it. Frames are numbered from 0; frame i is taken at i /
+/// Renders footage and gives its ground truth. Frames are numbered from 0; frame i is taken at i /
 /// frame_rate_hz seconds. Poses are camera_from_world.
 ///
 /// Rolling shutter: row v of frame i is taken at (i + rolling_shutter * (v - (height - 1) / 2) / height) /
 /// frame_rate_hz seconds.
 ///
-/// Stabilisation imitates what telephones do: pixels p of the camera are moved to H p, where H = K R K^-1
-/// with the focal lengths at the image centre and the principal point in K. R takes the true orientation at
-/// the time of the frame to the smoothed one. H would be exact for a lens without distortion. For other
-/// lenses, and with a rolling shutter, the pictures no longer match the camera model exactly. The sensor is
-/// larger than the picture, so that the picture has no empty margins where the lens has rays.
+/// Stabilisation imitates telephones: pixels p of the camera are moved to H p, where H = K R K^-1 with the
+/// focal lengths at the image centre and the principal point in K. R takes the true orientation at the time
+/// of the frame to the smoothed one. H would be exact for a lens without distortion. For other lenses, and
+/// with a rolling shutter, the pictures no longer match the camera model exactly. The sensor is larger than
+/// the picture, so that the picture has no empty margins where the lens has rays.
 class FootageSimulator {
  public:
   /// Builds the surroundings and finds the speed for the required flow, which takes some milliseconds.

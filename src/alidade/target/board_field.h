@@ -48,7 +48,7 @@ struct PointLayout {
   int symmetry_step = 4;     ///< see Board::symmetryStep()
 };
 
-/// Why a board cannot exist.
+/// Reason why a board cannot exist.
 struct BoardFault {
   std::string found;
   std::string expected;

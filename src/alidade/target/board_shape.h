@@ -9,13 +9,13 @@
 
 namespace alidade {
 
-/// How a nominally flat board is bent: z = bend_x (1 - X^2) + bend_y (1 - Y^2) in the board frame, with X and
-/// Y from -1 to 1 between the outermost corners. Boards of paper on glass, foam or wood bend like this under
+/// Bend of a nominally flat board: z = bend_x (1 - X^2) + bend_y (1 - Y^2) in the board frame, with X and Y
+/// from -1 to 1 between the outermost corners. Boards of paper on glass, foam or wood bend like this under
 /// their own weight or through moisture. Points of unevenly printed or glued sheets deviate from this
 /// surface, each by its own offset.
 struct BoardShape {
-  double bend_x_m = 0;  ///< how far the centre is behind the left and right edges, metres
-  double bend_y_m = 0;  ///< how far the centre is behind the top and bottom edges, metres
+  double bend_x_m = 0;  ///< distance of the centre behind the left and right edges, metres
+  double bend_y_m = 0;  ///< distance of the centre behind the top and bottom edges, metres
   std::vector<Eigen::Vector3d> offsets_m = {};  ///< of each point, by id, board frame, metres; empty: none
 
   friend bool operator==(const BoardShape&, const BoardShape&) = default;

@@ -18,8 +18,7 @@ namespace alidade {
 /// accounts for the difference between the loss and its quadratic model, so that the cost is exact.
 class ViewBlock final : public ceres::CostFunction {
  public:
-  /// @param fit  must outlive the block; the values of its parameters are not used, but for those that are
-  ///             fixed
+  /// @param fit  must outlive the block; only the values of its fixed parameters are used
   ViewBlock(const Fit& fit, const FitView& view);
 
   [[nodiscard]] bool hasRigPose() const { return has_rig_pose_; }

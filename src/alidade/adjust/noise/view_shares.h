@@ -28,12 +28,11 @@ enum class PullLift {
 
 class ViewShares {
  public:
-  /// @param pulls       one a view, at the optimum; columns as the rows of `directions`
-  /// @param directions  what is free, one direction a column
+  /// @param pulls       one per view, at the optimum; columns as the rows of `directions`
+  /// @param directions  free directions, one per column
   /// @param mean_slope  see meanSlope()
-  /// @param prior       what is known besides the views, K x K for K rows of `directions`, per px^2; empty:
-  ///                    nothing
-  /// @returns nothing where the views do not determine what is free, or nothing is
+  /// @param prior       prior information, K x K for K rows of `directions`, per px^2; empty: none
+  /// @returns nothing if there are no free directions, or the views do not determine them
   [[nodiscard]] static std::optional<ViewShares> make(std::span<const Reduced> pulls,
                                                       const Eigen::MatrixXd& directions, double mean_slope,
                                                       const Eigen::MatrixXd& prior = {},

@@ -18,7 +18,7 @@ struct CircleCounts {
 };
 [[nodiscard]] std::string countsText(const CircleCounts& counts);
 
-/// A grid placed on a lattice.
+/// A placement of a lattice on a grid.
 struct GridPlacement {
   CircleCounts counts;
   std::map<int, Blob> blobs;  ///< by id

@@ -132,7 +132,7 @@ std::optional<double> gapByCrossRatio(const std::vector<Detection>& detections, 
   return gaps.empty() ? std::nullopt : std::optional(medianOf(std::move(gaps)));
 }
 
-// The four corners of a square of which `first` is the one with the lowest id.
+// The four corners of the square whose lowest id is `first`.
 std::optional<std::array<Vector2d, 4>> squareFrom(const Detection& detection, const Corner& first,
                                                   int columns) {
   const std::array<const Corner*, 4> c = {&first, findCorner(detection, first.id + 1),

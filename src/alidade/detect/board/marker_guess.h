@@ -12,7 +12,7 @@
 
 namespace alidade {
 
-/// Guesses a board of markers from images of it: its dictionary, counts and proportions.
+/// Guesses a board of markers from images: its dictionary, counts and proportions.
 class MarkerGuess {
  public:
   /// Looks for markers of all dictionaries, dark on white or, if there are none, white on dark.
