@@ -41,7 +41,7 @@ struct CameraVariant;  // see camera_variant.h
 /// A camera of any model, with value semantics. It is immutable, so copies share memory.
 class AnyCamera {
  public:
-  /// A camera of any one model; its type is not installed.
+  /// A camera of any one model; the header of its type is not installed.
   explicit AnyCamera(const detail::CameraVariant& camera);
   // Not movable: a moved-from camera would be empty.
   AnyCamera(const AnyCamera&) = default;

@@ -47,7 +47,7 @@ template <class M>
 
 /// The known limits of the domain of a model; see CameraModel.
 struct ConeLimits {
-  double model_rad = std::numbers::pi;        ///< the model's largest angle, whatever its parameters
+  double model_rad = std::numbers::pi;        ///< the model's largest angle, regardless of its parameters
   double closed_form_rad = std::numbers::pi;  ///< the same with these parameters
   bool is_axially_symmetric = false;          ///< check only one azimuth
   bool is_one_to_one_without_fold = true;     ///< false: check the rim too

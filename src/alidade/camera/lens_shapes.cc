@@ -77,7 +77,7 @@ Linearisation linearise(const ModelTraits& model, const std::vector<RaySample>& 
                         const std::vector<double>& params) {
   const auto n = static_cast<Eigen::Index>(params.size());
   const auto num_rows = 2 * static_cast<Eigen::Index>(samples.size());
-  // At least n + 1 rows, so that the triangle below is whole.
+  // At least n + 1 rows, so that the triangle below is complete.
   Eigen::MatrixXd J_and_r = Eigen::MatrixXd::Zero(std::max(num_rows, n + 1), n + 1);
   Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J(2, n);
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -198,8 +198,8 @@ LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples
                 std::span<const std::string_view> absent) {
   constexpr int kMaxIterations = 200;
   constexpr double kStillPx = 1e-11;   // RMS change of the pixels in the last step before convergence
-  constexpr double kSmallGain = 1e-9;  // of the cost,
-  constexpr int kMaxSmallGains = 6;    // so many times in a row
+  constexpr double kSmallGain = 1e-9;  // share of the cost
+  constexpr int kMaxSmallGains = 6;    // largest number of small gains in a row
   const ModelTraits& model = modelTraits(model_id);
   std::vector<ParamRange> ranges = rangesOf(model);
   for (const std::string_view name : absent) {

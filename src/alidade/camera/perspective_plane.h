@@ -13,8 +13,8 @@
 
 namespace alidade {
 
-/// Models that start from x = X/Z, y = Y/Z stop here: at 89.94 degrees the plane is left at 1000 focal
-/// lengths, where the powers in the distortion polynomials still keep their digits.
+/// Models that start from x = X/Z, y = Y/Z stop here: at 89.94 degrees, a ray meets the plane 1000 focal
+/// lengths from the axis, where the powers in the distortion polynomials still keep their digits.
 inline constexpr double kPerspectiveMaxAngle = std::numbers::pi / 2 - 1e-3;
 
 namespace detail {
@@ -104,8 +104,8 @@ bool newtonInDisc(const Warp& warp, double mx, double my, double rho_max, double
       break;
     }
     if (num_clamped > kMaxClamped) return false;
-    // Rounding stops the descent a few bits above zero residual; anything larger is a wall, not a root. Near
-    // a fold the step stays long even there, so the residual decides.
+    // Rounding stops the descent a few bits above zero residual; a larger residual is not a root. Near a
+    // fold, steps stay long even at a root, so the residual decides.
     if (!moved) return residual <= 64 * kEpsilon * (std::hypot(mx, my) + std::hypot(x, y));
   }
   return false;

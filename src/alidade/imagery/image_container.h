@@ -20,7 +20,7 @@ struct ContainerInfo {
     kOther,  ///< BMP, WebP, PBM, PGM or PPM
   };
   Format format = Format::kUnknown;
-  /// The end of the image is there (JPEG, PNG, WebP; true for others). Bytes after it do not matter.
+  /// The end of the image is present (JPEG, PNG, WebP; true for others). Bytes after it do not matter.
   bool complete = true;
   /// The checksums of the chunks that a decoder needs are right (PNG; true for others).
   bool intact = true;

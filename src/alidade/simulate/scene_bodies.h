@@ -18,7 +18,7 @@ struct SceneBody {
   enum class Shape {
     kBox,    ///< seen from outside
     kRoom,   ///< a box seen from inside
-    kPlane,  ///< z = 0 without end, seen from z < 0
+    kPlane,  ///< the infinite plane z = 0, seen from z < 0
   };
   Shape shape = Shape::kBox;
   Eigen::Vector3d half_size = Eigen::Vector3d::Ones();  ///< metres; of boxes and rooms

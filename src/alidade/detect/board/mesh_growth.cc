@@ -127,7 +127,7 @@ class Joiner {
 
   // The edge of corner b that points back towards corner a; none if they do not match.
   [[nodiscard]] int edgeBack(const XCorner& a, int edge, const XCorner& b) const {
-    constexpr double kMinCos = 0.913;  // 24 degrees: bent lenses and small rings
+    constexpr double kMinCos = 0.913;  // 24 degrees, for strong distortion and small rings
     const Vector2d way = b.pixel - a.pixel;
     const double least = kMinCos * way.norm();
     if (way.dot(a.edges[static_cast<std::size_t>(edge)]) < least) return kNone;
