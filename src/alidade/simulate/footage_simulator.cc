@@ -132,8 +132,7 @@ void FootageSimulator::findSpeed() {
   };
   constexpr double kStep = 1.4;
   double low = 0;
-  double high = std::min(most, 0.25 * scene_.flow_px / focal_px_);  // for flow of about 0.7 focal lengths per
-                                                                    // frame at speed 1
+  double high = std::min(most, 0.25 * scene_.flow_px / focal_px_);  // at speed 1, about 0.7 focal lengths
   double flow = flowAt(high);
   while (flow < scene_.flow_px && high < most) {
     low = high;
