@@ -53,8 +53,8 @@ inline constexpr std::optional<Severity> kByRule;
 }
 
 /// All diagnoses. docs/verdict.md describes those of one camera, docs/rigs.md those of a rig; a test checks
-/// that none is missing. Diagnoses of one camera with equal severity and rank are listed in the order of these
-/// rows.
+/// that none is missing. Diagnoses of one camera with equal severity and rank are listed in the order of
+/// these rows.
 inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"not_converged", Subject::kFit, Severity::kFailure},
     {"not_settled", Subject::kViews, Severity::kFailure},
