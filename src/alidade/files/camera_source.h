@@ -1,26 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <functional>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "alidade/files/formats/stated_camera.h"
 #include "alidade/record/camera_record.h"
 
 namespace alidade {
-
-/// All cameras of a file.
-struct CameraSource {
-  std::string path;                   ///< without "#NAME"
-  std::string_view format;            ///< id: "ros"
-  std::string_view format_name;       ///< for display: "ROS camera_info (YAML)"
-  std::vector<StatedCamera> cameras;  ///< at least one, unless ReadOptions::only is set
-  /// Unsupported cameras of the same file; empty if one camera was selected.
-  std::vector<RefusedCamera> refused = {};
-  std::function<void(RigRecord&)> readRigRest = {};  ///< see StatedCameras; empty if one camera was selected
-};
 
 /// `path` without "#NAME".
 [[nodiscard]] std::string cameraFilePath(const std::string& path);
