@@ -12,7 +12,6 @@
 #include "alidade/camera/model_fit.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/formats/camera_format.h"

@@ -221,8 +221,8 @@ int diffRigs(const CameraSource& a, const CameraSource& b, const DifferenceOptio
     document["reason"] = orNull(no);
     printResult(jsonText(document));
   } else {
-    printResult(fmt::format("A        {}: {} cameras\nB        {}: {} cameras\n", a.path, in_a.size(), b.path,
-                            in_b.size()) +
+    printResult(fmt::format("A        {}: {} cameras\nB        {}: {} cameras\n", a.path,
+                            rig_a.cameras.size(), b.path, rig_b.cameras.size()) +
                 rigText(names, pairs, difference));
   }
   if (!no) return 0;
