@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::string_view kHeader = "camera,image,width,height,board,corner_id,col,row,u,v,sigma_px";
 constexpr std::size_t kNumColumns = 11;
-constexpr std::size_t kMaxBytes = std::size_t{1} << 30U;
+constexpr std::size_t kMaxCornersFileBytes = std::size_t{1} << 30U;
 
 // A parser of files with corners, line by line. The errors name the line.
 class LineParser {
@@ -415,7 +415,7 @@ CornersFile readCornersFile(const std::string& path) {
 
 CornersFile readCornersFiles(std::span<const std::string> paths) {
   CsvParser parser;
-  for (const std::string& path : paths) parser.read(readTextFile(path, kMaxBytes), path);
+  for (const std::string& path : paths) parser.read(readTextFile(path, kMaxCornersFileBytes), path);
   return parser.finish();
 }
 
@@ -470,7 +470,7 @@ CornersFile parseVnlFile(const std::string& text, const std::string& name, const
 
 CornersFile readVnlFiles(std::span<const std::string> paths, const Board& board, ImageSize size) {
   VnlParser parser(board, size);
-  for (const std::string& path : paths) parser.read(readTextFile(path, kMaxBytes), path);
+  for (const std::string& path : paths) parser.read(readTextFile(path, kMaxCornersFileBytes), path);
   return parser.finish();
 }
 
