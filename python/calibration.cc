@@ -19,7 +19,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
-#include "alidade/files/camera_save.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_set.h"
 #include "alidade/report/data/json_output.h"

@@ -19,7 +19,6 @@
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
-#include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/imagery/remap.h"
 #include "alidade/imagery/undistortion_view.h"

@@ -98,12 +98,6 @@ RigRecord rigFromPython(const py::handle& rig) {
   return loadRig(pathOf(rig));
 }
 
-std::vector<PlacedCamera> placedIn(const RigRecord& rig) {
-  return mapped(rig.cameras, [](const RigCameraRecord& camera) {
-    return PlacedCamera{&camera.camera.camera, camera.camera.image_size, camera.camera_from_rig};
-  });
-}
-
 RigDifferenceValue differenceOfRigs(const py::object& a, const py::object& b,
                                     const std::optional<double>& distance_m) {
   const RigRecord rig_a = rigFromPython(a);
@@ -130,8 +124,8 @@ RigDifferenceValue differenceOfRigs(const py::object& a, const py::object& b,
     if (!lens) refuse(value.names[i], "lenses that have too little in common", "lenses of the same image");
     value.lenses.push_back(*std::move(lens));
   }
-  const std::vector<PlacedCamera> placed = placedIn(rig_a);
-  value.difference = rigDifference(placed, placedIn(rig_b), distance_m.value_or(usualDistance(placed)));
+  value.difference =
+      rigDifference(rig_a.cameras, rig_b.cameras, distance_m.value_or(usualDistance(rig_a.cameras)));
   return value;
 }
 

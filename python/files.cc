@@ -6,7 +6,6 @@
 #include <pybind11/stl.h>
 
 #include "alidade/core/error.h"
-#include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
 #include "bindings.h"
 #include "camera.h"

@@ -24,7 +24,6 @@
 #include "alidade/files/content_cache.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/text/table_lines.h"
-#include "alidade/files/vnl_file.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/image_set.h"

@@ -17,7 +17,6 @@
 ///     alidade::saveCamera("camera_info.yaml", record, "ros");
 #include "alidade/core/error.h"
 #include "alidade/files/board_file.h"
-#include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/pose_list.h"

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#include "alidade/files/camera_save.h"
+#include "alidade/files/camera_source.h"
 #include "command_line.h"
 #include "support/drawn_fleet.h"
 #include "support/scratch_folder.h"

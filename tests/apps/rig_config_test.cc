@@ -3,7 +3,7 @@
 #include <regex>
 #include <set>
 
-#include "alidade/files/camera_save.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/formats/alidade_writer.h"
 #include "apps/command_line.h"
 #include "apps/rig_support.h"

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "alidade/core/text.h"
-#include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
 #include "apps/command_line.h"
 

@@ -14,12 +14,13 @@ AnyCamera pinhole(double cx = 319.5) {
 }
 
 // Three cameras side by side, 0.1 m apart; the last looks at a right angle to the others.
-std::vector<PlacedCamera> rigOf(const AnyCamera& camera, const SE3& rig_from_other = {}) {
-  std::vector<PlacedCamera> rig;
+std::vector<RigCameraRecord> rigOf(const AnyCamera& camera, const SE3& rig_from_other = {}) {
+  std::vector<RigCameraRecord> rig;
   for (int i = 0; i < 3; ++i) {
     const SO3 rotation = SO3::exp({0, i == 2 ? 1.5 : 0, 0});
     const SE3 pose{rotation, rotation * Eigen::Vector3d(-0.1 * i, 0, 0)};
-    rig.push_back({.camera = &camera, .size = kSize, .camera_from_rig = pose * rig_from_other});
+    rig.push_back(
+        {.camera = {.camera = camera, .image_size = kSize}, .camera_from_rig = pose * rig_from_other});
   }
   return rig;
 }
@@ -68,7 +69,7 @@ TEST(RigDifference, IncludesThatOfTheLenses) {
   const AnyCamera shifted = pinhole(321.5);
   const auto a = rigOf(camera);
   auto b = a;
-  b[1].camera = &shifted;
+  b[1].camera.camera = shifted;
   const RigDifference found = rigDifference(a, b, 100);
   EXPECT_NEAR(found.transfers[1]->p95_px, 2, 1e-6);
   EXPECT_EQ(found.places[1].angle_rad, 0);
@@ -76,7 +77,7 @@ TEST(RigDifference, IncludesThatOfTheLenses) {
 
 TEST(RigDifference, UsesAMetreWhereAllCamerasAreAtOnePlace) {
   const AnyCamera camera = pinhole();
-  const std::vector<PlacedCamera> rig(2, {.camera = &camera, .size = kSize, .camera_from_rig = {}});
+  const std::vector<RigCameraRecord> rig(2, {.camera = {.camera = camera, .image_size = kSize}});
   EXPECT_EQ(usualDistance(rig), 1);
 }
 

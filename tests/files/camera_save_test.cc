@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/files/camera_save.h"
+#include "alidade/files/camera_source.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -8,7 +8,6 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
 #include "support/scratch_test.h"
 

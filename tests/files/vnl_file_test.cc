@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The corners files of mrcal: what they may hold, what is refused, and that mrcal reads ours.
-#include "alidade/files/vnl_file.h"
+#include "alidade/files/corners_file.h"
 
 #include <map>
 #include <sstream>

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "alidade/core/error.h"
-#include "alidade/files/camera_save.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/rig_file.h"
 #include "support/drawn_fleet.h"
 #include "support/scratch_folder.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/files/vnl_file.h"
+#include "alidade/files/corners_file.h"
 #include "fuzz.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -5,7 +5,7 @@
 
 #include "alidade/core/random.h"
 #include "alidade/geometry/se3.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board_kinds.h"
 #include "alidade/target/view.h"
 #include "support/lens_draw.h"
 

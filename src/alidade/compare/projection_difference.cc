@@ -238,30 +238,23 @@ double ratio(double one, double other) {
   return std::max(one / other, other / one);
 }
 
-// Squared difference in standard deviations, summed over the directions in which the uncertain parameters
-// move it.
-struct Wald {
-  double sum_of_squares = 0;
-  double expected = 0;  // the number of directions, each with its weight
-};
-
-Wald waldOf(const Eigen::MatrixXd& factor, const Eigen::VectorXd& difference) {
+// Sets `squares` and `directions`.
+void setWald(const Eigen::MatrixXd& factor, const Eigen::VectorXd& difference,
+             DifferenceSignificance& result) {
   // Least uncertainty of a direction (RMS over the image), because pixels depend on the parameters linearly
   // only to first order.
   constexpr double kFloorPx = 0.005;
   constexpr double kNoDirection = 1e-12;  // of the largest variance
   const SymmetricEigen solver(factor.transpose() * factor);
   const double floor = 0.5 * static_cast<double>(factor.rows()) * kFloorPx * kFloorPx;
-  Wald result;
   for (Eigen::Index i = 0; i < factor.cols(); ++i) {
     const double variance = solver.eigenvalues()(i);
     if (!(variance > kNoDirection * solver.eigenvalues()(factor.cols() - 1))) continue;
     const Eigen::VectorXd moved = factor * solver.eigenvectors().col(i);
     const double along = moved.dot(difference);
-    result.sum_of_squares += along * along / variance / (variance + floor);
-    result.expected += variance / (variance + floor);
+    result.squares += along * along / variance / (variance + floor);
+    result.directions += variance / (variance + floor);
   }
-  return result;
 }
 
 }  // namespace
@@ -324,14 +317,12 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
     weighted.segment<2>(row) = root * d;
   }
   result.share_beyond = num_beyond / n;
-  const Wald wald = waldOf(factor, weighted);
-  result.squares = wald.sum_of_squares;
-  result.directions = wald.expected;
-  const double m = std::max(1.0, wald.expected);
-  result.sigmas = normalOfMeanSquare(wald.sum_of_squares / m, m);
+  setWald(factor, weighted, result);
+  const double m = std::max(1.0, result.directions);
+  result.sigmas = normalOfMeanSquare(result.squares / m, m);
   const double limit = m * meanSquareOfNormal(kNormalOneInThousand, m);
-  if (wald.sum_of_squares > limit)
-    result.sure_p95_px = (1 - std::sqrt(limit / wald.sum_of_squares)) * difference.p95_px;
+  if (result.squares > limit)
+    result.sure_p95_px = (1 - std::sqrt(limit / result.squares)) * difference.p95_px;
   return result;
 }
 

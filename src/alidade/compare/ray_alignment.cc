@@ -42,12 +42,9 @@ class LeastSquares {
     return cost;
   }
 
-  struct Step {
-    SE3::Vec6 xi = SE3::Vec6::Zero();
-    double drop = 0;  // of the cost, as predicted by the quadratic model
-  };
+  // The step, and the drop of the cost that the quadratic model predicts.
   // @pre there is a cost at b_from_a
-  Step stepAt(const SE3& b_from_a) {
+  std::pair<SE3::Vec6, double> stepAt(const SE3& b_from_a) {
     const SE3 a_from_b = b_from_a.inverse();
     const Eigen::Matrix3d R = b_from_a.rotation.matrix();
     Eigen::Index row = 0;
@@ -61,9 +58,9 @@ class LeastSquares {
     }
     const Eigen::MatrixXd J = J_.rightCols(num_freed_);
     const Eigen::VectorXd step = leastSquares(J, Eigen::VectorXd(-errors_));
-    Step result{.drop = (J * step).squaredNorm()};
-    result.xi.tail(num_freed_) = step;
-    return result;
+    SE3::Vec6 xi = SE3::Vec6::Zero();
+    xi.tail(num_freed_) = step;
+    return {xi, (J * step).squaredNorm()};
   }
 
   [[nodiscard]] double numErrors() const { return static_cast<double>(errors_.size()); }
@@ -97,12 +94,11 @@ std::optional<SE3> descend(LeastSquares& problem, SE3& b_from_a) {
   auto cost = problem.costAt(b_from_a);
   SE3 wanted = b_from_a;
   for (int i = 0; i < kMaxSteps; ++i) {
-    const LeastSquares::Step step = problem.stepAt(b_from_a);
-    wanted = b_from_a * SE3::exp(step.xi);
+    auto [xi, drop] = problem.stepAt(b_from_a);
+    wanted = b_from_a * SE3::exp(xi);
     const double n = problem.numErrors();
-    if (step.drop <= kAtRest * *cost + n * kAtRestPx * kAtRestPx) return std::nullopt;
+    if (drop <= kAtRest * *cost + n * kAtRestPx * kAtRestPx) return std::nullopt;
     bool is_lower = false;
-    SE3::Vec6 xi = step.xi;
     for (int k = 0; k < kMaxHalvings && !is_lower; ++k, xi *= 0.5) {
       const SE3 moved = b_from_a * SE3::exp(xi);
       const auto there = problem.costAt(moved);
@@ -112,7 +108,7 @@ std::optional<SE3> descend(LeastSquares& problem, SE3& b_from_a) {
       is_lower = true;
     }
     if (is_lower) continue;
-    if (step.drop <= kRounding * *cost + n * kRoundingPx * kRoundingPx) return std::nullopt;
+    if (drop <= kRounding * *cost + n * kRoundingPx * kRoundingPx) return std::nullopt;
     break;
   }
   return wanted;

@@ -29,24 +29,25 @@ std::vector<Eigen::Vector2d> gridOf(ImageSize size) {
 }
 
 // Pixel of `to` for the point that `from` sees at `pixel` and at a distance; nothing outside the image.
-std::optional<Eigen::Vector2d> transferred(const PlacedCamera& from, const PlacedCamera& to,
+std::optional<Eigen::Vector2d> transferred(const RigCameraRecord& from, const RigCameraRecord& to,
                                            const SE3& to_from_from, const Eigen::Vector2d& pixel,
                                            double distance_m) {
-  const auto ray = from.camera->unproject(pixel);
+  const auto ray = from.camera.camera.unproject(pixel);
   if (!ray) return std::nullopt;
-  const Projection seen = to.camera->project(to_from_from * (distance_m * *ray));
+  const Projection seen = to.camera.camera.project(to_from_from * (distance_m * *ray));
   const bool is_inside = seen.ok() && seen.pixel.x() >= -0.5 && seen.pixel.y() >= -0.5 &&
-                         seen.pixel.x() < to.size.width - 0.5 && seen.pixel.y() < to.size.height - 0.5;
+                         seen.pixel.x() < to.camera.image_size.width - 0.5 &&
+                         seen.pixel.y() < to.camera.image_size.height - 0.5;
   return is_inside ? std::optional(seen.pixel) : std::nullopt;
 }
 
-std::optional<TransferDifference> transferDifference(std::span<const PlacedCamera> a,
-                                                     std::span<const PlacedCamera> b, std::size_t from,
+std::optional<TransferDifference> transferDifference(std::span<const RigCameraRecord> a,
+                                                     std::span<const RigCameraRecord> b, std::size_t from,
                                                      std::size_t to, double distance_m) {
   TransferDifference result{.from = from, .to = to};
   const SE3 a_to_from = a[to].camera_from_rig * a[from].camera_from_rig.inverse();
   const SE3 b_to_from = b[to].camera_from_rig * b[from].camera_from_rig.inverse();
-  const std::vector<Eigen::Vector2d> grid = gridOf(a[from].size);
+  const std::vector<Eigen::Vector2d> grid = gridOf(a[from].camera.image_size);
   std::vector<double> lengths;
   double sum_of_squares = 0;
   for (const Eigen::Vector2d& pixel : grid) {
@@ -71,17 +72,17 @@ std::optional<TransferDifference> transferDifference(std::span<const PlacedCamer
 
 }  // namespace
 
-double usualDistance(std::span<const PlacedCamera> rig) {
+double usualDistance(std::span<const RigCameraRecord> rig) {
   double longest = 0;
-  for (const PlacedCamera& one : rig) {
+  for (const RigCameraRecord& one : rig) {
     const SE3 rig_from_one = one.camera_from_rig.inverse();
-    for (const PlacedCamera& other : rig)
+    for (const RigCameraRecord& other : rig)
       longest = std::max(longest, (other.camera_from_rig * rig_from_one).translation.norm());
   }
   return longest > 0 && std::isfinite(longest) ? kUsualBaselines * longest : kUsualDistance;
 }
 
-RigDifference rigDifference(std::span<const PlacedCamera> a, std::span<const PlacedCamera> b,
+RigDifference rigDifference(std::span<const RigCameraRecord> a, std::span<const RigCameraRecord> b,
                             double distance_m) {
   expect(a.size() == b.size() && a.size() > 1, "two rigs of the same cameras");
   expect(distance_m > 0 && std::isfinite(distance_m), "points at a distance");

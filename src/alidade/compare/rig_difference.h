@@ -8,17 +8,9 @@
 
 #include <Eigen/Core>
 
-#include "alidade/compare/projection_difference.h"
-#include "alidade/geometry/se3.h"
+#include "alidade/record/rig_record.h"
 
 namespace alidade {
-
-/// A camera of a rig to compare.
-struct PlacedCamera {
-  const AnyCamera* camera = nullptr;
-  ImageSize size;
-  SE3 camera_from_rig;
-};
 
 /// Disagreement of two rigs on the pixel in one camera that corresponds to a pixel of another.
 struct TransferDifference {
@@ -46,14 +38,14 @@ struct RigDifference {
 };
 
 /// 10 times the largest distance between two cameras, or 1 m if all are at one place.
-[[nodiscard]] double usualDistance(std::span<const PlacedCamera> rig);
+[[nodiscard]] double usualDistance(std::span<const RigCameraRecord> rig);
 
 /// Compares two rigs of the same cameras, in the same order, with images of equal sizes. The frames of the
 /// rigs do not matter. A pixel of one camera is taken as the image of a point at `distance_m` from it, and
 /// projected by another camera, with each of the rigs, so the result includes differences of both lenses and
 /// of the pose between them. The pixels are a grid of 40 along the longer side.
 /// @pre equally many cameras, two or more; distance_m positive and finite
-[[nodiscard]] RigDifference rigDifference(std::span<const PlacedCamera> a, std::span<const PlacedCamera> b,
-                                          double distance_m);
+[[nodiscard]] RigDifference rigDifference(std::span<const RigCameraRecord> a,
+                                          std::span<const RigCameraRecord> b, double distance_m);
 
 }  // namespace alidade

@@ -15,6 +15,7 @@
 #include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/file_text.h"
 
 namespace alidade {
 namespace {
@@ -55,9 +56,8 @@ class Lister {
 
   void addNamedFolder(const std::string& folder) {
     if (addFolder(folder) == 0) {
-      throw inputError({.where = folder,
-                        .found = "no file with the extension of a camera file",
-                        .expected = "yaml, yml, json, xml, txt, cameramodel or cam, also in sub-folders"});
+      throw detail::errorAt(folder, "no file with the extension of a camera file",
+                            "yaml, yml, json, xml, txt, cameramodel or cam, also in sub-folders");
     }
   }
 
@@ -82,9 +82,8 @@ class Lister {
       }
     }
     if (error) {
-      throw inputError({.where = folder,
-                        .found = "a folder that cannot be read: " + error.message(),
-                        .expected = "a folder of camera files"});
+      throw detail::errorAt(folder, "a folder that cannot be read: " + error.message(),
+                            "a folder of camera files");
     }
     std::sort(names.begin(), names.end(), naturalLess);
     std::sort(folders.begin(), folders.end(), naturalLess);
@@ -103,10 +102,8 @@ class Lister {
     ::globfree(&matches);
     std::sort(paths.begin(), paths.end(), naturalLess);
     if (paths.empty()) {
-      throw inputError({.where = pattern,
-                        .found = "no file matches this pattern",
-                        .expected = "a pattern that matches camera files",
-                        .next_step = "check the pattern and the folder"});
+      throw detail::errorAt(pattern, "no file matches this pattern", "a pattern that matches camera files",
+                            "check the pattern and the folder");
     }
     return paths;
   }

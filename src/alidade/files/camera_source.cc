@@ -2,6 +2,7 @@
 #include "alidade/files/camera_source.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <set>
@@ -11,6 +12,7 @@
 
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
+#include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/text/atomic_file.h"
@@ -76,20 +78,16 @@ StatedCamera cameraNamed(const CameraSource& source, const std::string& name) {
   if (const auto number = isNumber(name) && !has_numbers ? parseInt(name) : std::nullopt) {
     if (const auto camera = findCamera(source, name, static_cast<std::size_t>(*number))) return *camera;
   }
-  throw inputError({.where = source.path,
-                    .found = "no camera '" + name + "'",
-                    .expected = "one of " + readableText(source),
-                    .next_step = "select a camera with FILE#NAME"});
+  throw detail::errorAt(source.path, "no camera '" + name + "'", "one of " + readableText(source),
+                        "select a camera with FILE#NAME");
 }
 
 void takeSize(StatedCamera& camera, const std::optional<ImageSize>& size, const std::string& where) {
   if (!size) return;
   if (camera.image_size && *camera.image_size != *size) {
-    throw inputError(
-        {.where = where,
-         .found = "an image size of " + sizeText(*camera.image_size) + " pixels",
-         .expected = sizeText(*size) + " from --image-size",
-         .next_step = "remove --image-size; to change the image size, run: alidade convert --resize"});
+    throw detail::errorAt(where, "an image size of " + sizeText(*camera.image_size) + " pixels",
+                          sizeText(*size) + " from --image-size",
+                          "remove --image-size; to change the image size, run: alidade convert --resize");
   }
   camera.image_size = size;
 }
@@ -97,10 +95,10 @@ void takeSize(StatedCamera& camera, const std::optional<ImageSize>& size, const 
 // --read-as is for coefficients without a stated model; it does not override a stated one.
 void refuseOtherModel(const StatedCamera& camera, const std::string& model, const std::string& where) {
   if (model.empty() || camera.camera.modelId() == model) return;
-  throw inputError({.where = where,
-                    .found = "found a file that states a " + std::string(camera.camera.modelId()) + " camera",
-                    .expected = "a " + model + " camera, from --read-as",
-                    .next_step = "remove --read-as; to fit another model, run: alidade convert --model"});
+  throw detail::errorAt(where,
+                        "found a file that states a " + std::string(camera.camera.modelId()) + " camera",
+                        "a " + model + " camera, from --read-as",
+                        "remove --read-as; to fit another model, run: alidade convert --model");
 }
 
 const CameraFormat* formatOf(const detail::CameraDocument& document) {
@@ -132,32 +130,28 @@ bool isFreeText(const std::string& file) {
   if (guess) {
     const bool is_slip = guess->key != guess->meant;
     const std::string title(guess->format->title);
-    throw inputError({.where = file + ":" + std::to_string(guess->line) + ": " + guess->key,
-                      .found = is_slip ? "an unknown key in a file that most resembles the format " + title
-                                       : "a file of unknown format that most resembles " + title,
-                      .expected = is_slip || guess->missing.empty() ? "" : "the key '" + guess->missing + "'",
-                      .next_step = is_slip ? "did you mean '" + guess->meant + "'?"
-                                           : "see docs/formats.md for the keys of this format"});
+    throw detail::errorAt(
+        file + ":" + std::to_string(guess->line) + ": " + guess->key,
+        is_slip ? "an unknown key in a file that most resembles the format " + title
+                : "a file of unknown format that most resembles " + title,
+        is_slip || guess->missing.empty() ? "" : "the key '" + guess->missing + "'",
+        is_slip ? "did you mean '" + guess->meant + "'?" : "see docs/formats.md for the keys of this format");
   }
-  throw NotACameraFile(inputError(
-      {.where = file,
-       .found = "not a camera file: it has no key of a camera format",
-       .next_step =
-           "see docs/formats.md for the formats; Alidade's own files start with: alidade_camera: 1"}));
+  throw NotACameraFile(detail::errorAt(
+      file, "not a camera file: it has no key of a camera format", "",
+      "see docs/formats.md for the formats; Alidade's own files start with: alidade_camera: 1"));
 }
 
-void refuseSameNames(const CameraSource& source, const std::vector<std::string>& passed) {
+void refuseSameNames(const CameraSource& source) {
   std::set<std::string> names;
   const auto take = [&](const std::string& name) {
     if (name.empty() || names.insert(name).second) return;
-    throw inputError({.where = source.path,
-                      .found = "found two cameras named '" + name + "'",
-                      .expected = "a different name for each camera",
-                      .next_step = "rename or remove one of them"});
+    throw detail::errorAt(source.path, "found two cameras named '" + name + "'",
+                          "a different name for each camera", "rename or remove one of them");
   };
   for (const StatedCamera& camera : source.cameras) take(camera.name);
   for (const RefusedCamera& camera : source.refused) take(camera.name);
-  for (const std::string& name : passed) take(name);
+  for (const std::string& name : source.passed) take(name);
 }
 
 // Parses without recomputing anything.
@@ -170,24 +164,20 @@ CameraSource parsedAsStated(const std::string& text, const std::string& name, co
   }
   const detail::CameraDocument document(text, name);
   if (const CameraFormat* format = formatOf(document)) {
-    StatedCameras read = format->read(document, options);
-    CameraSource source{.path = name,
-                        .format = format->id,
-                        .format_name = format->title,
-                        .cameras = std::move(read.cameras),
-                        .refused = std::move(read.refused),
-                        .readRigRest = std::move(read.readRigRest)};
+    CameraSource source = format->read(document, options);
+    source.path = name;
+    source.format = format->id;
+    source.format_name = format->title;
     if (source.cameras.empty() && !source.refused.empty()) throw Error(source.refused.front().reason);
-    if (source.cameras.empty() && read.passed.empty()) {
-      throw inputError({.where = name,
-                        .found = "no camera in a file of the format " + std::string(format->title),
-                        .expected = "at least one"});
+    if (source.cameras.empty() && source.passed.empty()) {
+      throw detail::errorAt(name, "no camera in a file of the format " + std::string(format->title),
+                            "at least one");
     }
     for (StatedCamera& camera : source.cameras) {
       takeSize(camera, options.image_size, name);
       refuseOtherModel(camera, options.model, name);
     }
-    refuseSameNames(source, read.passed);
+    refuseSameNames(source);
     return source;
   }
   throwUnknownFormat(document);
@@ -197,10 +187,9 @@ std::string cameraText(const std::string& file) {
   std::error_code unknown;
   const std::uintmax_t size = std::filesystem::file_size(file, unknown);
   if (!unknown && size > kMaxCameraFileBytes) {
-    throw NotACameraFile(inputError(
-        {.where = file,
-         .found = std::to_string(size) + " bytes",
-         .expected = "a camera file of at most " + std::to_string(kMaxCameraFileBytes) + " bytes"}));
+    throw NotACameraFile(
+        detail::errorAt(file, std::to_string(size) + " bytes",
+                        "a camera file of at most " + std::to_string(kMaxCameraFileBytes) + " bytes"));
   }
   try {
     return readTextFile(file, kMaxCameraFileBytes);
@@ -228,12 +217,11 @@ void requireSelfCheck(const CameraRecord& file, const std::string& where) {
   } else {
     found = "the parameters cannot project this point; its stated pixel is " + pixel;
   }
-  throw inputError(
-      {.where = fmt::format("{}: self_check[{}]", where, idx),
-       .found = found + ": a number in the file was changed",
-       .expected = fmt::format("a difference of at most {} px, inside the image", kSelfCheckPx),
-       .next_step = "alidade validate " + where +
-                    "; then restore the file, or delete self_check if you changed the numbers on purpose"});
+  throw detail::errorAt(
+      fmt::format("{}: self_check[{}]", where, idx), found + ": a number in the file was changed",
+      fmt::format("a difference of at most {} px, inside the image", kSelfCheckPx),
+      "alidade validate " + where +
+          "; then restore the file, or delete self_check if you changed the numbers on purpose");
 }
 
 CameraSource selfChecked(CameraSource source) {
@@ -267,13 +255,13 @@ CameraSource parseCameras(const std::string& text, const std::string& name, cons
 
 void requireAll(const CameraSource& source) {
   if (source.refused.empty()) return;
-  throw inputError({.where = source.path,
-                    .found = std::to_string(source.refused.size()) + " of " +
-                             std::to_string(source.cameras.size() + source.refused.size()) +
-                             " cameras are not supported: " + namesOf(source.refused),
-                    .expected = "only supported cameras",
-                    .next_step = "run alidade validate to see why, or select another camera: " + source.path +
-                                 "#" + cameraLabel(source.cameras.front())});
+  throw detail::errorAt(source.path,
+                        std::to_string(source.refused.size()) + " of " +
+                            std::to_string(source.cameras.size() + source.refused.size()) +
+                            " cameras are not supported: " + namesOf(source.refused),
+                        "only supported cameras",
+                        "run alidade validate to see why, or select another camera: " + source.path + "#" +
+                            cameraLabel(source.cameras.front()));
 }
 
 std::string cameraFilePath(const std::string& path) {
@@ -287,11 +275,9 @@ CameraSource loadCameras(const std::string& path, const ReadOptions& options) {
 CameraRecord recordOf(const StatedCamera& camera, const std::string& where) {
   if (camera.own) return *camera.own;
   if (!camera.image_size) {
-    throw inputError({.where = where,
-                      .found = "no image size",
-                      .expected = "a file that states it, or --image-size",
-                      .next_step = "add --image-size WIDTHxHEIGHT in pixels; if a command has no such flag, "
-                                   "use alidade convert first"});
+    throw detail::errorAt(where, "no image size", "a file that states it, or --image-size",
+                          "add --image-size WIDTHxHEIGHT in pixels; if a command has no such flag, "
+                          "use alidade convert first");
   }
   return {.camera = camera.camera, .image_size = *camera.image_size};
 }
@@ -299,16 +285,28 @@ CameraRecord recordOf(const StatedCamera& camera, const std::string& where) {
 CameraRecord onlyCamera(const CameraSource& source) {
   const std::size_t num_all = source.cameras.size() + source.refused.size();
   if (num_all > 1) {
-    throw inputError({.where = source.path,
-                      .found = std::to_string(num_all) + " cameras: " + readableText(source),
-                      .expected = "one camera",
-                      .next_step = "select one: " + source.path + "#" + cameraLabel(source.cameras.front())});
+    throw detail::errorAt(source.path, std::to_string(num_all) + " cameras: " + readableText(source),
+                          "one camera",
+                          "select one: " + source.path + "#" + cameraLabel(source.cameras.front()));
   }
   return recordOf(source.cameras.front(), source.path);
 }
 
 CameraRecord loadCamera(const std::string& path, const ReadOptions& options) {
   return onlyCamera(loadCameras(path, options));
+}
+
+std::string cameraText(const CameraRecord& record, std::string_view format, const std::string& path) {
+  const CameraFormat& chosen = cameraFormat(format);
+  // Only Alidade's own format stores the rest of the record.
+  if (&chosen == cameraFormats().front()) return cameraFileText(record);
+  const std::array<NamedCamera, 1> named = {
+      NamedCamera{.name = record.name.name, .camera = record.camera, .image_size = record.image_size}};
+  return formatText(chosen, named, path);
+}
+
+void saveCamera(const std::string& path, const CameraRecord& record, std::string_view format) {
+  writeFileAtomically(path, cameraText(record, format, path));
 }
 
 }  // namespace alidade

@@ -1,26 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <functional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "alidade/files/formats/stated_camera.h"
 #include "alidade/record/camera_record.h"
 
 namespace alidade {
-
-/// All cameras of a file.
-struct CameraSource {
-  std::string path;                   ///< without "#NAME"
-  std::string_view format;            ///< id: "ros"
-  std::string_view format_name;       ///< for display: "ROS camera_info (YAML)"
-  std::vector<StatedCamera> cameras;  ///< at least one, unless ReadOptions::only is set
-  /// Unsupported cameras of the same file; empty if one camera was selected.
-  std::vector<RefusedCamera> refused = {};
-  std::function<void(RigRecord&)> readRigRest = {};  ///< see StatedCameras; empty if one camera was selected
-};
 
 /// `path` without "#NAME".
 [[nodiscard]] std::string cameraFilePath(const std::string& path);
@@ -52,5 +39,17 @@ void requireAll(const CameraSource& source);
 
 /// A stated camera as a record; `where` is for messages. @throws Error (kInput) without an image size
 [[nodiscard]] CameraRecord recordOf(const StatedCamera& camera, const std::string& where);
+
+/// The text that saveCamera() writes to a file of this name.
+[[nodiscard]] std::string cameraText(const CameraRecord& record, std::string_view format,
+                                     const std::string& path = "");
+
+/// Writes a camera file atomically. Formats of other tools contain only the camera and the image size. The
+/// camera must be representable exactly; the text is read back before the file is written.
+/// @param format  id as for `alidade convert --to`: "alidade", "opencv", "ros", "kalibr", ...; if a format
+///                has several notations, the extension of `path` selects one
+/// @throws Error (kUsage) for an unknown format, naming the known ones; Error (kInput) for a camera that is
+/// not exactly representable by the format, or a file that cannot be written
+void saveCamera(const std::string& path, const CameraRecord& record, std::string_view format = "alidade");
 
 }  // namespace alidade

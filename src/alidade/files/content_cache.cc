@@ -10,6 +10,7 @@
 #include "alidade/core/digest.h"
 #include "alidade/core/error.h"
 #include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/file_text.h"
 
 namespace alidade {
 namespace {
@@ -57,9 +58,8 @@ ContentCache::ContentCache(std::string folder) : folder_(std::move(folder)) {
     }
     if (holdsOtherFiles(folder_)) throw notACacheError(folder_);
   } catch (const fs::filesystem_error& error) {
-    throw inputError({.where = "--cache " + folder_,
-                      .found = error.code().message(),
-                      .expected = "a folder that can be made and written to"});
+    throw detail::errorAt("--cache " + folder_, error.code().message(),
+                          "a folder that can be made and written to");
   }
   writeFileAtomically(tag, kTag);
 }

@@ -7,6 +7,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/text/atomic_file.h"
+#include "alidade/files/text/file_text.h"
 #include "alidade/files/text/table_lines.h"
 
 namespace alidade {
@@ -23,30 +24,26 @@ FrameTable readFrameTable(const std::string& path) {
     if (line.empty() || line.front() == '#') continue;
     const std::string where = path + ":" + std::to_string(number);
     auto fields = detail::splitCsv(line);
-    if (!fields) throw inputError({.where = where, .found = "a quote that is not closed"});
+    if (!fields) throw detail::errorAt(where, "a quote that is not closed");
     for (std::string& field : *fields) field = std::string(trim(field));
     if (table.cameras.empty()) {
       const std::set<std::string> unique(fields->begin(), fields->end());
       if (fields->size() < 2 || unique.size() != fields->size() || unique.contains("")) {
-        throw inputError({.where = where,
-                          .found = "the header '" + std::string(line) + "'",
-                          .expected = "the names of two or more cameras, separated by commas"});
+        throw detail::errorAt(where, "the header '" + std::string(line) + "'",
+                              "the names of two or more cameras, separated by commas");
       }
       table.cameras = std::move(*fields);
       continue;
     }
     if (fields->size() != table.cameras.size()) {
-      throw inputError({.where = where,
-                        .found = std::to_string(fields->size()) + " fields",
-                        .expected = std::to_string(table.cameras.size()) + ", one for each camera"});
+      throw detail::errorAt(where, std::to_string(fields->size()) + " fields",
+                            std::to_string(table.cameras.size()) + ", one for each camera");
     }
     table.rows.push_back(std::move(*fields));
     table.lines.push_back(number);
   }
   if (table.rows.empty()) {
-    throw inputError({.where = path,
-                      .found = "no frame",
-                      .expected = "a header with the cameras' names, and a row for each frame"});
+    throw detail::errorAt(path, "no frame", "a header with the cameras' names, and a row for each frame");
   }
   return table;
 }

@@ -199,10 +199,9 @@ bool looksLikeYaml(std::string_view text) {
 SE3 readPoseSource(const std::string& source) {
   const bool is_text = trim(source).starts_with('{');
   if (trim(source).starts_with('[')) {
-    throw inputError({.where = "pose",
-                      .found = "a list, '" + source + "'",
-                      .expected = "a map with a rotation and a translation, in braces",
-                      .next_step = "for example: {quaternion_xyzw: [0, 0, 0, 1], translation_m: [0, 0, 0]}"});
+    throw detail::errorAt("pose", "a list, '" + source + "'",
+                          "a map with a rotation and a translation, in braces",
+                          "for example: {quaternion_xyzw: [0, 0, 0, 1], translation_m: [0, 0, 0]}");
   }
   const YamlNode root = is_text ? YamlNode::parse(source, "pose") : YamlNode::readFile(source);
   if (!is_text && !root.isMap()) {
@@ -225,10 +224,8 @@ PoseList parsePoseList(const std::string& text, const std::string& name,
     list = table.finish();
   }
   if (list.poses.empty()) {
-    throw inputError({.where = name,
-                      .found = "no pose",
-                      .expected = "a YAML list of poses, or a table with one row per pose",
-                      .next_step = "see alidade project --help"});
+    throw detail::errorAt(name, "no pose", "a YAML list of poses, or a table with one row per pose",
+                          "see alidade project --help");
   }
   return list;
 }

@@ -9,7 +9,7 @@
 #include "alidade/core/size_groups.h"
 #include "alidade/files/board_file.h"
 #include "alidade/files/camera_source.h"
-#include "alidade/files/formats/alidade_reader.h"
+#include "alidade/files/formats/alidade_format.h"
 #include "alidade/files/text/pose_node.h"
 #include "alidade/files/text/yaml_writer.h"
 
@@ -58,15 +58,9 @@ void checkRenderSize(const YamlNode& node, const ImageSize& size) {
                    "at most " + std::to_string(kMaxPixels) + " pixels in total for a scene");
 }
 
-// The camera of a scene with the remarks on its file.
-struct SceneCamera {
-  AnyCamera camera;
-  ImageSize image_size;
-  std::vector<std::string> remarks = {};
-  std::vector<std::string> files = {};
-};
-
-SceneCamera readSceneCamera(const YamlNode& node, const std::filesystem::path& folder) {
+// Adds the remarks on the camera's file, and its path.
+CameraRecord readSceneCamera(const YamlNode& node, const std::filesystem::path& folder,
+                             std::vector<std::string>& remarks, std::vector<std::string>& files) {
   if (node.isMap()) {
     node.allowKeys({"model", "image_size", "parameters"});
     const YamlNode size_node = node.at("image_size");
@@ -76,23 +70,11 @@ SceneCamera readSceneCamera(const YamlNode& node, const std::filesystem::path& f
   }
   const std::string file = (folder / node.text()).string();
   const CameraSource source = withPlace(node.where(), [&] { return loadCameras(file); });
-  const CameraRecord read = withPlace(node.where(), [&] { return onlyCamera(source); });
-  checkRenderSize(node, read.image_size);
-  SceneCamera result{.camera = read.camera, .image_size = read.image_size, .files = {cameraFilePath(file)}};
-  for (const Remark& remark : source.cameras.front().remarks) result.remarks.push_back(remark.message);
-  return result;
-}
-
-Scene readBasics(const YamlNode& root, const std::filesystem::path& folder) {
-  std::vector<std::string> files;
-  const Board board = readSceneBoard(root.at("board"), folder, files);
-  const SceneCamera camera = readSceneCamera(root.at("camera"), folder);
-  files.insert(files.end(), camera.files.begin(), camera.files.end());
-  return {.camera = camera.camera,
-          .image_size = camera.image_size,
-          .board = board,
-          .camera_remarks = camera.remarks,
-          .files = files};
+  CameraRecord camera = withPlace(node.where(), [&] { return onlyCamera(source); });
+  checkRenderSize(node, camera.image_size);
+  files.push_back(cameraFilePath(file));
+  for (const Remark& remark : source.cameras.front().remarks) remarks.push_back(remark.message);
+  return camera;
 }
 
 std::uint64_t readSeed(const YamlNode& root, std::uint64_t otherwise) {
@@ -121,7 +103,15 @@ void readViews(const YamlNode& node, Scene& scene) {
 }
 
 Scene boardSceneFrom(const YamlNode& root, const std::filesystem::path& folder) {
-  Scene scene = readBasics(root, folder);
+  std::vector<std::string> remarks;
+  std::vector<std::string> files;
+  const Board board = readSceneBoard(root.at("board"), folder, files);
+  const CameraRecord camera = readSceneCamera(root.at("camera"), folder, remarks, files);
+  Scene scene{.camera = camera.camera,
+              .image_size = camera.image_size,
+              .board = board,
+              .camera_remarks = remarks,
+              .files = files};
   readViews(root.at("views"), scene);
   scene.seed = readSeed(root, scene.seed);
   if (const auto n = root.find("random")) {
@@ -175,11 +165,11 @@ void readChoice(const YamlNode& map, const char* key, const std::pair<const char
 
 FootageScene footageSceneFrom(const YamlNode& root, const std::filesystem::path& folder) {
   root.allowKeys({"alidade_scene", "camera", "footage", "seed", "render"});
-  const SceneCamera camera = readSceneCamera(root.at("camera"), folder);
-  FootageScene scene{.camera = camera.camera,
-                     .image_size = camera.image_size,
-                     .camera_remarks = camera.remarks,
-                     .files = camera.files};
+  std::vector<std::string> remarks;
+  std::vector<std::string> files;
+  const CameraRecord camera = readSceneCamera(root.at("camera"), folder, remarks, files);
+  FootageScene scene{
+      .camera = camera.camera, .image_size = camera.image_size, .camera_remarks = remarks, .files = files};
   const YamlNode footage = root.at("footage");
   FootageEffects& effects = scene.effects;
   readNumbers(footage, {"surroundings", "path", "frames", "moving_objects"},

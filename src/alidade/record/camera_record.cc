@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "alidade/core/error.h"
+
 namespace alidade {
 
 CameraRecord bareRecord(const AnyCamera& camera, ImageSize size, std::string created_by) {
@@ -23,6 +25,7 @@ std::vector<double> lowerTriangle(const Eigen::MatrixXd& matrix) {
 }
 
 DenseMatrix fullMatrix(const std::vector<double>& lower_triangle, Eigen::Index n) {
+  expect(static_cast<Eigen::Index>(lower_triangle.size()) == n * (n + 1) / 2, "a whole lower triangle");
   Eigen::MatrixXd full(n, n);
   std::size_t k = 0;
   for (Eigen::Index i = 0; i < n; ++i) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/record/conversion.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -78,17 +79,9 @@ std::vector<ConversionProblem> problemsOf(const CameraRecord& source, const Conv
 }  // namespace
 
 std::string_view problemId(ConversionProblem problem) {
-  switch (problem) {
-    case ConversionProblem::kSourceUntrustworthy:
-      return "source_untrustworthy";
-    case ConversionProblem::kUnreachedPixels:
-      return "unreached_pixels";
-    case ConversionProblem::kModelRms:
-      return "model_rms";
-    case ConversionProblem::kModelError:
-      return "model_error";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 4> kIds = {"source_untrustworthy", "unreached_pixels", "model_rms",
+                                                    "model_error"};
+  return kIds.at(static_cast<std::size_t>(problem));
 }
 
 Conversion convertCamera(const CameraRecord& source, const ConversionRequest& request) {

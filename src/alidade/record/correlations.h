@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
-#include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
-#include "alidade/core/error.h"
 #include "alidade/geometry/symmetric_eigen.h"
+#include "alidade/record/camera_record.h"
 
 namespace alidade {
 
@@ -17,12 +16,7 @@ struct Correlations {
   Eigen::MatrixXd matrix;
   Eigen::VectorXd std;
 
-  Correlations(std::span<const double> triangle, Eigen::Index n) : matrix(n, n) {
-    expect(static_cast<Eigen::Index>(triangle.size()) == n * (n + 1) / 2, "a whole lower triangle");
-    std::size_t k = 0;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j <= i; ++j) matrix(i, j) = matrix(j, i) = triangle[k++];
-    }
+  Correlations(const std::vector<double>& triangle, Eigen::Index n) : matrix(fullMatrix(triangle, n).view()) {
     std = matrix.diagonal().cwiseSqrt();
     for (Eigen::Index i = 0; i < n; ++i) {
       // A parameter that was held has neither variance nor covariance.

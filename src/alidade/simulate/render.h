@@ -14,7 +14,7 @@
 #include "alidade/simulate/ink_pattern.h"
 #include "alidade/simulate/ray_lattice.h"
 #include "alidade/target/board_ink.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board_kinds.h"
 
 namespace alidade {
 

@@ -18,13 +18,15 @@ std::string lengthText(double metres) {
   return exactText(metres) + "m";
 }
 
-struct FieldText {
-  bool is_share;
-
-  std::string operator()(double value) const { return is_share ? exactText(value) : lengthText(value); }
-  std::string operator()(int value) const { return std::to_string(value); }
-  std::string operator()(const std::string& value) const { return value; }
-};
+std::string fieldText(double value, bool is_share) {
+  return is_share ? exactText(value) : lengthText(value);
+}
+std::string fieldText(int value, bool) {
+  return std::to_string(value);
+}
+std::string fieldText(const std::string& value, bool) {
+  return value;
+}
 
 template <class Kind>
 std::string specOf(const Kind& board) {
@@ -35,7 +37,7 @@ std::string specOf(const Kind& board) {
         [&](const auto member) {
           const auto& value = board.*member;
           if (!field.is_optional || value != std::decay_t<decltype(value)>{})
-            spec += ":" + FieldText{field.is_share}(value);
+            spec += ":" + fieldText(value, field.is_share);
         },
         field.member);
   }
@@ -47,15 +49,10 @@ std::string specOf(const Kind& board) {
 void Board::layOut() {
   std::visit(
       [this](const auto& board) {
-        const PointLayout layout = board.layout();
-        columns_ = layout.columns;
-        rows_ = layout.rows;
-        spacing_m_ = layout.spacing_m;
-        disc_radius_m_ = layout.disc_radius_m;
-        symmetry_step_ = layout.symmetry_step;
-        for (int id = 0; id < columns_ * rows_; ++id) corners_.push_back(board.corner(id));
+        layout_ = board.layout();
+        for (int id = 0; id < layout_.columns * layout_.rows; ++id) corners_.push_back(board.corner(id));
         for (const Eigen::Vector3d& corner : corners_) span_m_ = span_m_.cwiseMax(corner.head<2>());
-        const Eigen::Vector2d margin(layout.margin_m, layout.margin_m);
+        const Eigen::Vector2d margin(layout_.margin_m, layout_.margin_m);
         // Not {-margin, ...}: clang 14 would not emit the destructor of that box.
         printed_ = Eigen::AlignedBox2d(-margin, span_m_ + margin);
       },
@@ -84,8 +81,8 @@ std::optional<MarkerIds> Board::markers() const {
 }
 
 bool Board::differsInLengthsFrom(const Board& other) const {
-  return !(*this == other) && kind_.index() == other.kind_.index() && columns_ == other.columns_ &&
-         rows_ == other.rows_ && markers() == other.markers();
+  return !(*this == other) && kind_.index() == other.kind_.index() && columns() == other.columns() &&
+         rows() == other.rows() && markers() == other.markers();
 }
 
 std::string Board::spec() const {

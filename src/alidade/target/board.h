@@ -10,10 +10,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "alidade/target/april_grid.h"
-#include "alidade/target/charuco_board.h"
-#include "alidade/target/checkerboard.h"
-#include "alidade/target/circle_grid.h"
+#include "alidade/target/board_kinds.h"
 
 namespace alidade {
 
@@ -35,8 +32,8 @@ class Board {
 
   [[nodiscard]] const BoardKind& kind() const { return kind_; }
   /// Columns of points; a SPEC may count other things.
-  [[nodiscard]] int columns() const { return columns_; }
-  [[nodiscard]] int rows() const { return rows_; }
+  [[nodiscard]] int columns() const { return layout_.columns; }
+  [[nodiscard]] int rows() const { return layout_.rows; }
   [[nodiscard]] int numCorners() const { return static_cast<int>(corners_.size()); }
   /// The positions of the points on the board, by id.
   [[nodiscard]] const std::vector<Eigen::Vector3d>& corners() const { return corners_; }
@@ -47,14 +44,14 @@ class Board {
   /// The printed area, around the points.
   [[nodiscard]] const Eigen::AlignedBox2d& printed() const { return printed_; }
   /// Shortest distance between neighbouring points.
-  [[nodiscard]] double spacing() const { return spacing_m_; }
+  [[nodiscard]] double spacing() const { return layout_.spacing_m; }
   /// Radius of the discs whose centroids are observed in place of the points, metres; 0: the points
   /// themselves are observed.
-  [[nodiscard]] double discRadius() const { return disc_radius_m_; }
+  [[nodiscard]] double discRadius() const { return layout_.disc_radius_m; }
   /// The smallest number of quarter turns after which the board looks the same; 4 if only a full turn does.
-  [[nodiscard]] int symmetryStep() const { return symmetry_step_; }
+  [[nodiscard]] int symmetryStep() const { return layout_.symmetry_step; }
   /// True if the board looks the same in another position, so that ids may differ from view to view.
-  [[nodiscard]] bool isAmbiguous() const { return symmetry_step_ < 4; }
+  [[nodiscard]] bool isAmbiguous() const { return layout_.symmetry_step < 4; }
   /// Words for its parts in messages.
   [[nodiscard]] BoardWords words() const;
   /// Columns and rows as in the SPEC: "8x11 squares".
@@ -73,14 +70,10 @@ class Board {
   void layOut();
 
   BoardKind kind_;
-  int columns_ = 0;
-  int rows_ = 0;
+  PointLayout layout_;
   std::vector<Eigen::Vector3d> corners_;
   Eigen::Vector2d span_m_{0, 0};
   Eigen::AlignedBox2d printed_;
-  double spacing_m_ = 0;
-  double disc_radius_m_ = 0;
-  int symmetry_step_ = 4;
 };
 
 }  // namespace alidade

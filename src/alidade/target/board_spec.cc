@@ -50,25 +50,23 @@ BoardKindName kindName() {
   return kind;
 }
 
-// Reads a part of a SPEC into its member.
-struct PartReader {
-  const SpecText& spec;
-  std::string_view part;
-  std::string_view key;
-  bool is_share;
-
-  void operator()(double& value) const {
-    if (!is_share) {
-      value = parseLength(part, spec.where());
-      return;
-    }
-    const auto share = parseDouble(part);
-    if (!share) throw spec.error("'" + std::string(part) + "' as the " + std::string(key), "a number");
-    value = *share;
+// Reads a part of a SPEC into a member.
+void readPart(const SpecText& spec, std::string_view part, std::string_view key, bool is_share,
+              double& value) {
+  if (!is_share) {
+    value = parseLength(part, spec.where());
+    return;
   }
-  void operator()(int& value) const { value = spec.count(part, "the " + std::string(key)); }
-  void operator()(std::string& value) const { value = part; }
-};
+  const auto share = parseDouble(part);
+  if (!share) throw spec.error("'" + std::string(part) + "' as the " + std::string(key), "a number");
+  value = *share;
+}
+void readPart(const SpecText& spec, std::string_view part, std::string_view key, bool, int& value) {
+  value = spec.count(part, "the " + std::string(key));
+}
+void readPart(const SpecText&, std::string_view part, std::string_view, bool, std::string& value) {
+  value = part;
+}
 
 template <class Kind>
 Board readKind(const SpecText& spec, std::span<const std::string_view> parts) {
@@ -80,38 +78,39 @@ Board readKind(const SpecText& spec, std::span<const std::string_view> parts) {
   board.rows = spec.count(counts[1], "a count");
   const auto fields = Kind::fields();
   for (std::size_t i = 0; i + 2 < parts.size(); ++i) {
-    const PartReader read{spec, parts[i + 2], fields[i].key, fields[i].is_share};
-    std::visit([&](const auto member) { read(board.*member); }, fields[i].member);
+    std::visit(
+        [&](const auto member) {
+          readPart(spec, parts[i + 2], fields[i].key, fields[i].is_share, board.*member);
+        },
+        fields[i].member);
   }
   if (const auto fault = board.fault()) throw spec.error(fault->found, fault->expected, fault->next_step);
   return board;
 }
 
-using KindReader = Board (*)(const SpecText&, std::span<const std::string_view>);
-
-template <class Variant>
-struct KindList;
+template <class... Kinds>
+std::vector<BoardKindName> namesOf(const std::variant<Kinds...>&) {
+  return {kindName<Kinds>()...};
+}
 
 template <class... Kinds>
-struct KindList<std::variant<Kinds...>> {
-  static std::vector<BoardKindName> names() { return {kindName<Kinds>()...}; }
-  static constexpr std::array<KindReader, sizeof...(Kinds)> kReaders = {readKind<Kinds>...};
-};
+Board readKindAt(const std::variant<Kinds...>&, std::size_t index, const SpecText& spec,
+                 std::span<const std::string_view> parts) {
+  constexpr std::array kReaders = {readKind<Kinds>...};
+  return kReaders[index](spec, parts);
+}
 
 }  // namespace
 
 const std::vector<BoardKindName>& boardKinds() {
-  static const std::vector<BoardKindName> kinds = KindList<BoardKind>::names();
+  static const std::vector<BoardKindName> kinds = namesOf(BoardKind());
   return kinds;
 }
 
 double parseLength(std::string_view text, const std::string& where) {
-  struct Unit {
-    std::string_view name;
-    double per_metre;
-  };
   // Divided, not multiplied by 0.001: 25 / 1000 is the double nearest to 0.025.
-  constexpr std::array<Unit, 3> kUnits = {{{"mm", 1000.0}, {"cm", 100.0}, {"m", 1.0}}};
+  constexpr std::array<std::pair<std::string_view, double>, 3> kUnitsPerMetre = {
+      {{"mm", 1000.0}, {"cm", 100.0}, {"m", 1.0}}};
   std::string_view number = trim(text);
   double metres_per_unit = 1.0;
   double units_per_metre = 1.0;
@@ -119,10 +118,10 @@ double parseLength(std::string_view text, const std::string& where) {
     number.remove_suffix(2);
     metres_per_unit = 0.0254;
   } else {
-    for (const Unit& unit : kUnits) {
-      if (!number.ends_with(unit.name)) continue;
-      number.remove_suffix(unit.name.size());
-      units_per_metre = unit.per_metre;
+    for (const auto& [unit, per_metre] : kUnitsPerMetre) {
+      if (!number.ends_with(unit)) continue;
+      number.remove_suffix(unit.size());
+      units_per_metre = per_metre;
       break;
     }
   }
@@ -154,7 +153,7 @@ Board parseBoardSpec(std::string_view text) {
       form += i < kind->num_required ? ":" + upperCase(kind->keys[i]) : "[:" + upperCase(kind->keys[i]) + "]";
     throw spec.error(std::to_string(parts.size()) + " part" + (parts.size() == 1 ? "" : "s"), form);
   }
-  return KindList<BoardKind>::kReaders[static_cast<std::size_t>(kind - kinds.begin())](spec, parts);
+  return readKindAt(BoardKind(), static_cast<std::size_t>(kind - kinds.begin()), spec, parts);
 }
 
 }  // namespace alidade

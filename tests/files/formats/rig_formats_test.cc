@@ -12,7 +12,6 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/rig_file.h"
-#include "alidade/files/rig_source.h"
 #include "apps/run_program.h"
 #include "files/formats/reading.h"
 #include "support/message_of.h"

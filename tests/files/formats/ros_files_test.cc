@@ -6,7 +6,7 @@
 #include "alidade/camera/camera_variant.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
-#include "alidade/files/rig_source.h"
+#include "alidade/files/rig_file.h"
 #include "apps/run_program.h"
 #include "files/formats/reading.h"
 #include "support/model_fixture.h"

@@ -12,11 +12,10 @@
 #include "alidade/camera/model_fit.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
-#include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
+#include "alidade/files/corners_file.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/text/atomic_file.h"
-#include "alidade/files/vnl_file.h"
 #include "alidade/report/data/evidence.h"
 #include "alidade/report/data/json_output.h"
 #include "alidade/report/figures/next_view_svg.h"
@@ -208,26 +207,23 @@ class CalibrateCommand final : public Command {
   void restrictTo(const CameraFormat& format) {
     if (format.id == cameraFormats().front()->id) return;
     const bool has_fixed = !options_.held.empty();
-    const RepresentableModels held = representableModels(format);
-    options_.models = held.models;
+    options_.models = representableModels(format);
     const std::string model = namedModel(options_);
-    if (model != kAutoModel && std::ranges::find(held.models, model) == held.models.end()) {
+    if (model != kAutoModel && std::ranges::find(options_.models, model) == options_.models.end()) {
       throw usageError({.where = "--to " + format_,
                         .found = "the model " + model + ", which this format cannot represent",
-                        .expected = fmt::format("{}", fmt::join(held.models, ", ")),
+                        .expected = fmt::format("{}", fmt::join(options_.models, ", ")),
                         .next_step = "choose one of these with --model, or another format"});
     }
-    std::vector<std::string_view> zero;
-    for (const AbsentParameter& absent : held.absent) {
-      options_.held.push_back(fmt::format("{}.{}", absent.model, absent.parameter));
-      if (absent.model == model) zero.push_back(absent.parameter);
-    }
-    if (!options_.initial || zero.empty()) return;
-    const ModelFit fit = fitModel(options_.initial->camera, options_.initial->size, model, zero);
+    if (canRepresentK3(format)) return;
+    options_.held.emplace_back("radtan.k3");
+    if (!options_.initial || model != "radtan") return;
+    const ModelFit fit = fitModel(options_.initial->camera, options_.initial->size, model,
+                                  std::vector<std::string_view>{"k3"});
     if (!fit.is_exact && has_fixed) {
       throw usageError({.where = "--fix with --to " + format_,
                         .found = "values of an initial camera that this format cannot represent",
-                        .expected = fmt::format("an initial camera with {} = 0", fmt::join(zero, ", "))});
+                        .expected = "an initial camera with k3 = 0"});
     }
     options_.initial->camera = fit.camera;
   }

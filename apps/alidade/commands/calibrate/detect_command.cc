@@ -9,7 +9,6 @@
 #include "alidade/files/board_file.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/text/table_lines.h"
-#include "alidade/files/vnl_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/report/data/json_output.h"
 #include "board_views.h"

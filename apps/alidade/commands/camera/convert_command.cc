@@ -14,7 +14,6 @@
 #include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/rig_file.h"
-#include "alidade/files/rig_source.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/geometry/rotation_conversions.h"
 #include "alidade/record/conversion.h"
@@ -290,10 +289,8 @@ class ConvertCommand final : public Command {
       const auto n = pixelNumbers("--resize", resize_, 'x', 2, "WIDTHxHEIGHT in pixels, such as 320x180");
       request.resize = {.width = n[0], .height = n[1]};
     }
-    // The fit keeps parameters that the format cannot store at 0.
-    for (const AbsentParameter& absent : format.absent) {
-      if (absent.model == request.model) request.absent.push_back(absent.parameter);
-    }
+    // The fit keeps a parameter that the format cannot store at 0.
+    if (!format.holds_k3 && request.model == "radtan") request.absent.emplace_back("k3");
     return request;
   }
 

@@ -13,7 +13,7 @@
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
-#include "alidade/files/camera_save.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/fleet/fleet.h"
 #include "alidade/fleet/fleet_findings.h"

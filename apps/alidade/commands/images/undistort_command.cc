@@ -8,7 +8,6 @@
 #include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
-#include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/projection_file.h"

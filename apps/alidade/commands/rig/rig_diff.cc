@@ -74,14 +74,6 @@ std::vector<LensComparison> compareCameras(const RigRecord& a, const RigRecord& 
   return pairs;
 }
 
-std::vector<PlacedCamera> placedCameras(const RigRecord& rig) {
-  return mapped(rig.cameras, [](const RigCameraRecord& camera) {
-    return PlacedCamera{.camera = &camera.camera.camera,
-                        .size = camera.camera.image_size,
-                        .camera_from_rig = camera.camera_from_rig};
-  });
-}
-
 std::string lensText(const LensComparison& pair) {
   const ProjectionDifference& difference = pair.difference;
   if (!isComparable(difference)) return "cannot be compared: the lenses see too little in common";
@@ -209,10 +201,9 @@ int diffRigs(const CameraSource& a, const CameraSource& b, const DifferenceOptio
   RigRecord rig_b = rigFrom(b, a);
   const bool is_by_name = matchCameras(rig_a, rig_b, a.path, b.path);
   requireSameSizes(rig_a, rig_b, b.path);
-  const std::vector<PlacedCamera> in_a = placedCameras(rig_a);
-  const std::vector<PlacedCamera> in_b = placedCameras(rig_b);
   const std::vector<LensComparison> pairs = compareCameras(rig_a, rig_b, of_cameras);
-  const RigDifference difference = rigDifference(in_a, in_b, distance_m.value_or(usualDistance(in_a)));
+  const RigDifference difference =
+      rigDifference(rig_a.cameras, rig_b.cameras, distance_m.value_or(usualDistance(rig_a.cameras)));
   const std::vector<std::string> names = namesOf(rig_a);
   const auto no = rigComplaint(names, pairs, difference, tolerance_px);
   if (!common.quiet) {
@@ -230,8 +221,8 @@ int diffRigs(const CameraSource& a, const CameraSource& b, const DifferenceOptio
     document["reason"] = orNull(no);
     printResult(jsonText(document));
   } else {
-    printResult(fmt::format("A        {}: {} cameras\nB        {}: {} cameras\n", a.path, in_a.size(), b.path,
-                            in_b.size()) +
+    printResult(fmt::format("A        {}: {} cameras\nB        {}: {} cameras\n", a.path,
+                            rig_a.cameras.size(), b.path, rig_b.cameras.size()) +
                 rigText(names, pairs, difference));
   }
   if (!no) return 0;

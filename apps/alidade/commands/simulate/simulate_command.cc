@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
-#include "alidade/files/camera_save.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/scene_file.h"
 #include "alidade/files/text/atomic_file.h"

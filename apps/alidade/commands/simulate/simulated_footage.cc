@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "alidade/files/camera_save.h"
+#include "alidade/files/camera_source.h"
 #include "alidade/files/pose_list.h"
 #include "alidade/files/scene_file.h"
 #include "alidade/files/text/atomic_file.h"

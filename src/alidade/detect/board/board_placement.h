@@ -6,7 +6,7 @@
 
 #include "alidade/detect/board/corner_mesh.h"
 #include "alidade/detect/board/x_corner.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board_kinds.h"
 
 namespace alidade {
 

@@ -3,7 +3,7 @@
 
 #include "alidade/core/image.h"
 #include "alidade/detect/board/detection.h"
-#include "alidade/target/checkerboard.h"
+#include "alidade/target/board_kinds.h"
 
 namespace alidade {
 

@@ -6,7 +6,7 @@
 #include "alidade/core/image.h"
 #include "alidade/detect/board/circle_placement.h"
 #include "alidade/detect/board/detection.h"
-#include "alidade/target/circle_grid.h"
+#include "alidade/target/board_kinds.h"
 
 namespace alidade {
 

@@ -11,7 +11,7 @@
 #include <opencv2/aruco.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "alidade/target/charuco_board.h"
+#include "alidade/target/board_kinds.h"
 
 namespace alidade {
 namespace {

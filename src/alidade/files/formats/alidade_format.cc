@@ -1,12 +1,373 @@
 // SPDX-License-Identifier: MIT
-// Alidade's own camera file (docs/files.md).
-#include "alidade/files/formats/alidade_reader.h"
+// Alidade's own camera and rig files (docs/files.md).
+#include "alidade/files/formats/alidade_format.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <set>
+
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/text.h"
 #include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/pose_numbers.h"
+#include "alidade/files/text/pose_node.h"
+#include "alidade/files/text/yaml_writer.h"
 
-namespace alidade::detail::formats {
+namespace alidade::detail {
+namespace {
+
+std::vector<std::string> strings(std::span<const std::string_view> names) {
+  return {names.begin(), names.end()};
+}
+
+// Checks that the only keys of a map are a model's parameters, `names`. @throws Error (kInput), naming the
+// other model if all keys belong to one
+void allowParameters(const YamlNode& map, std::span<const std::string_view> names) {
+  const std::vector<std::string> listed = map.isMap() ? map.keys() : std::vector<std::string>();
+  const std::set<std::string> keys(listed.begin(), listed.end());
+  std::string own;
+  std::string other;
+  for (const std::string& id : modelIds()) {
+    const auto theirs = parameterNames(id);
+    if (std::equal(theirs.begin(), theirs.end(), names.begin(), names.end())) {
+      own = id;
+    } else if (std::set<std::string>(theirs.begin(), theirs.end()) == keys) {
+      other = id;
+    }
+  }
+  if (!other.empty()) {
+    throw map.error("the keys of the model " + other + ": " +
+                        join(std::vector<std::string>(keys.begin(), keys.end()), ", "),
+                    "the keys of " + own + ": " + join(strings(names), ", "),
+                    "if only the model name was changed, change it back to " + other +
+                        "; to fit another model, run: alidade convert --model " + own);
+  }
+  map.allowKeys(strings(names));
+}
+
+std::vector<double> readByName(const YamlNode& node, std::span<const std::string_view> names) {
+  allowParameters(node, names);
+  return mapped(strings(names), [&](const std::string& name) { return node.at(name).number(); });
+}
+
+void checkVersion(const YamlNode& version) {
+  if (version.integer() == 1) return;
+  throw version.error("format version " + version.text(), "1",
+                      "the file may come from a newer release of Alidade; update the program");
+}
+
+void checkConventions(const YamlNode& node) {
+  node.allowKeys({"pixel_origin", "length_unit", "pose"});
+  for (const auto& [key, expected] :
+       {std::pair<std::string, std::string>{"pixel_origin", "top_left_pixel_center"},
+        {"length_unit", "m"},
+        {"pose", "camera_from_board"}}) {
+    const auto value = node.find(key);
+    if (value && value->text() != expected)
+      throw value->error("'" + value->text() + "'", "'" + expected + "', the only convention of this format");
+  }
+}
+
+DomainClaim readDomain(const YamlNode& node) {
+  node.allowKeys({"max_angle_rad", "full_image"});
+  return {.max_angle_rad = node.at("max_angle_rad").number(), .full_image = node.at("full_image").boolean()};
+}
+
+std::vector<SelfCheckPoint> readSelfCheck(const YamlNode& node) {
+  std::vector<SelfCheckPoint> points;
+  for (const YamlNode& item : node.items()) {
+    item.allowKeys({"point", "pixel"});
+    const std::vector<double> point = item.at("point").numbers(3);
+    const std::vector<double> pixel = item.at("pixel").numbers(2);
+    points.push_back({{point[0], point[1], point[2]}, {pixel[0], pixel[1]}});
+  }
+  return points;
+}
+
+int readCount(const YamlNode& node) {
+  const int count = node.integer();
+  if (count < 0) throw node.error(std::to_string(count), "a count");
+  return count;
+}
+
+WarpRecord readWarp(const YamlNode& node) {
+  WarpRecord warp;
+  warp.shape = {.bend_x_m = node.at("bend_x_m").number(), .bend_y_m = node.at("bend_y_m").number()};
+  warp.std_m = {node.at("bend_x_std_m").number(), node.at("bend_y_std_m").number()};
+  return warp;
+}
+
+// A map for a single board; for several, a list of maps that name their boards.
+std::vector<WarpRecord> readWarps(const YamlNode& node, const std::vector<std::string>& boards) {
+  const std::vector<std::string> keys = {"bend_x_m", "bend_y_m", "bend_x_std_m", "bend_y_std_m"};
+  if (!node.isSequence()) {
+    node.allowKeys(keys);
+    return {readWarp(node)};
+  }
+  std::vector<WarpRecord> warps;
+  for (const YamlNode& item : node.items()) {
+    std::vector<std::string> allowed = keys;
+    allowed.emplace_back("board");
+    item.allowKeys(allowed);
+    const YamlNode name = item.at("board");
+    const auto board = std::ranges::find(boards, name.text());
+    if (board == boards.end())
+      throw name.error("'" + name.text() + "'", "a board of 'board': " + join(boards, ", "));
+    warps.push_back(readWarp(item));
+    warps.back().board = static_cast<std::size_t>(board - boards.begin());
+  }
+  return warps;
+}
+
+CameraName readName(const YamlNode& node) {
+  node.allowKeys({"name", "serial", "lens"});
+  CameraName name;
+  if (const auto n = node.find("name")) name.name = n->text();
+  if (const auto n = node.find("serial")) name.serial = n->text();
+  if (const auto n = node.find("lens")) name.lens = n->text();
+  return name;
+}
+
+std::vector<Eigen::Vector2d> readPixels(const YamlNode& node) {
+  std::vector<Eigen::Vector2d> pixels;
+  for (const YamlNode& item : node.items()) {
+    const std::vector<double> pixel = item.numbers(2);
+    pixels.emplace_back(pixel[0], pixel[1]);
+  }
+  return pixels;
+}
+
+// The place of a value in the text; an alias has the place of its value.
+using Place = std::pair<int, YAML::NodeType::value>;
+
+Place placeOf(const YAML::Node& node) {
+  return {node.Mark().pos, node.Type()};
+}
+
+// Counts the uses of each value; shared values are visited once.
+void countUses(const YAML::Node& node, std::map<Place, int>& uses) {
+  if (++uses[placeOf(node)] > 1) return;
+  for (const auto& item : node) {
+    if (!node.IsMap()) {
+      countUses(item, uses);
+    } else {
+      countUses(item.first, uses);
+      countUses(item.second, uses);
+    }
+  }
+}
+
+// Writes a value of the user unchanged: shared values are written once with an anchor, and strings keep their
+// quotes, which yaml-cpp would drop.
+void writeAsStated(YAML::Emitter& out, const YAML::Node& node, const std::map<Place, int>& uses,
+                   std::map<Place, std::string>& names) {
+  if (uses.at(placeOf(node)) > 1) {
+    const auto [entry, is_new] = names.emplace(placeOf(node), std::to_string(names.size() + 1));
+    if (!is_new) {
+      out << YAML::Alias(entry->second);
+      return;
+    }
+    out << YAML::Anchor(entry->second);
+  }
+  const std::string& tag = node.Tag();
+  const bool is_quoted = tag == "!";
+  if (!tag.empty() && tag != "?" && !is_quoted) out << YAML::VerbatimTag(tag);
+  if (node.Style() == YAML::EmitterStyle::Flow) out << YAML::Flow;
+  if (node.IsNull()) {
+    out << YAML::Null;
+  } else if (node.IsScalar()) {
+    if (is_quoted) out << YAML::DoubleQuoted;
+    out << node.Scalar();
+  } else {
+    out << (node.IsMap() ? YAML::BeginMap : YAML::BeginSeq);
+    for (const auto& item : node) {
+      if (!node.IsMap()) {
+        writeAsStated(out, item, uses, names);
+      } else {
+        writeAsStated(out, item.first, uses, names);
+        writeAsStated(out, item.second, uses, names);
+      }
+    }
+    out << (node.IsMap() ? YAML::EndMap : YAML::EndSeq);
+  }
+}
+
+// The user's own keys of a file's root, with their values, as lines of YAML; comments are lost.
+std::string userKeys(const YAML::Node& root) {
+  YAML::Node own(YAML::NodeType::Map);
+  for (const auto& entry : root) {
+    if (isUserKey(entry.first.Scalar())) own.force_insert(entry.first, entry.second);
+  }
+  if (own.size() == 0) return "";
+  std::map<Place, int> uses;
+  std::map<Place, std::string> names;
+  countUses(own, uses);
+  YAML::Emitter out;
+  writeAsStated(out, own, uses, names);
+  return documentText(out);
+}
+
+Verdict readVerdict(const YamlNode& node) {
+  const auto verdict = verdictOf(node.text());
+  if (!verdict)
+    throw node.error("'" + node.text() + "'", "'trustworthy', 'usable_with_reservations' or 'rejected'");
+  return *verdict;
+}
+
+// The lower triangle of a symmetric matrix, one row per item.
+std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows) {
+  const std::vector<YamlNode> items = node.items();
+  if (items.size() != num_rows) {
+    throw node.error(std::to_string(items.size()) + " rows",
+                     std::to_string(num_rows) + " rows, one for each parameter");
+  }
+  std::vector<double> triangle;
+  for (std::size_t i = 0; i < num_rows; ++i) {
+    const std::vector<double> row = items[i].numbers(i + 1);
+    triangle.insert(triangle.end(), row.begin(), row.end());
+  }
+  return triangle;
+}
+
+void readPoseStd(const YamlNode& entry, RigCameraRecord& record) {
+  const auto std = entry.find("camera_from_rig_std");
+  if (!std) return;
+  std->allowKeys({"translation_m", "rotation_rad"});
+  record.translation_std_m = Eigen::Vector3d(std->at("translation_m").numbers(3).data());
+  record.rotation_std_rad = Eigen::Vector3d(std->at("rotation_rad").numbers(3).data());
+}
+
+CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
+  node.allowKeys(
+      words("verdict accuracy_px accuracy_distance_m covered_share rms_px holdout_rms_px num_views "
+            "num_corners board board_warp findings parameter_std covariance covariance_by "
+            "view_centers"));
+  CalibrationRecord record;
+  if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
+  if (const auto n = node.find("accuracy_px")) record.accuracy_px = n->number();
+  if (const auto n = node.find("accuracy_distance_m")) {
+    record.accuracy_distance_m = n->number();
+    if (record.accuracy_distance_m <= 0) throw n->error(n->text(), "metres above 0");
+  }
+  if (const auto n = node.find("covered_share")) record.covered_share = n->number();
+  record.rms_px = node.at("rms_px").number();
+  if (const auto n = node.find("holdout_rms_px")) record.holdout_rms_px = n->number();
+  record.num_views = readCount(node.at("num_views"));
+  record.num_corners = readCount(node.at("num_corners"));
+  if (const auto n = node.find("board")) record.boards = n->texts();
+  if (const auto n = node.find("board_warp")) record.warps = readWarps(*n, record.boards);
+  if (const auto n = node.find("findings")) {
+    for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
+  }
+  if (const auto n = node.find("parameter_std")) record.parameter_std = readByName(*n, parameter_names);
+  if (const auto n = node.find("covariance")) record.covariance = readTriangle(*n, parameter_names.size());
+  if (const auto n = node.find("covariance_by")) {
+    if (n->text() != "views") throw n->error("'" + n->text() + "'", "'views'");
+    record.is_covariance_by_views = true;
+  }
+  if (const auto n = node.find("view_centers")) record.view_centers = readPixels(*n);
+  return record;
+}
+
+}  // namespace
+
+ImageSize readImageSize(const YamlNode& node) {
+  node.allowKeys({"width", "height"});
+  const auto side = [&](const char* key) {
+    const YamlNode value = node.at(key);
+    constexpr int kMaxSide = 1'000'000;
+    const int pixels = value.integer();
+    if (pixels < 1 || pixels > kMaxSide) throw value.error(std::to_string(pixels), "1 to 1000000 pixels");
+    return pixels;
+  };
+  const ImageSize size{.width = side("width"), .height = side("height")};
+  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30U;
+  if (std::int64_t{size.width} * size.height > kMaxPixels) {
+    throw node.error(std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
+                     "at most " + std::to_string(kMaxPixels) + " pixels in total");
+  }
+  return size;
+}
+
+AnyCamera readCamera(const YamlNode& root) {
+  const YamlNode model = root.at("model");
+  const std::string id = model.text();
+  if (std::find(modelIds().begin(), modelIds().end(), id) == modelIds().end()) {
+    throw model.error("unknown camera model '" + id + "'", "one of " + join(modelIds(), ", "),
+                      didYouMean(id, modelIds()));
+  }
+  const YamlNode parameters = root.at("parameters");
+  const std::vector<double> values = readByName(parameters, parameterNames(id));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (const auto complaint = parameterComplaint(id, i, values[i]))
+      throw parameters.at(std::string(parameterNames(id)[i])).error(exactText(values[i]), *complaint);
+  }
+  return AnyCamera::make(id, values);
+}
+
+namespace {
+
+// Reads a whole camera file, of which only the first four keys are required.
+CameraRecord readCameraRoot(const YamlNode& root) {
+  if (!root.isMap() || !root.has("alidade_camera")) {
+    throw root.error("a file without the key 'alidade_camera'", "an Alidade camera file",
+                     "add the line: alidade_camera: 1");
+  }
+  checkVersion(root.at("alidade_camera"));
+  root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "camera", "conventions", "domain",
+                  "self_check", "calibration", "created_by"});
+  CameraRecord file{.camera = readCamera(root), .image_size = readImageSize(root.at("image_size"))};
+  if (const auto n = root.find("camera")) file.name = readName(*n);
+  if (const auto n = root.find("conventions")) checkConventions(*n);
+  if (const auto n = root.find("domain")) file.domain = readDomain(*n);
+  if (const auto n = root.find("self_check")) file.self_check = readSelfCheck(*n);
+  if (const auto n = root.find("calibration"))
+    file.calibration = readCalibration(*n, file.camera.parameterNames());
+  if (const auto n = root.find("created_by")) file.created_by = n->text();
+  file.user_keys = userKeys(root.node());
+  return file;
+}
+
+// Reads an item of a rig file's `cameras`.
+RigCameraRecord readRigCamera(const YamlNode& entry) {
+  entry.allowKeys({"name", "camera_from_rig", "camera_from_rig_std", "camera"});
+  RigCameraRecord record{.camera = readCameraRoot(entry.at("camera")),
+                         .camera_from_rig = readPose(entry.at("camera_from_rig"))};
+  record.camera.name.name = entry.at("name").text();
+  readPoseStd(entry, record);
+  return record;
+}
+
+// Reads the rest of a rig file; `rig` already has its cameras and their poses.
+void readRigRest(const YamlNode& root, RigRecord& rig) {
+  const std::vector<YamlNode> entries = root.at("cameras").items();
+  expect(entries.size() == rig.cameras.size(), "a rig is read whole");
+  std::size_t num_columns = 6 * (entries.size() - 1);
+  for (std::size_t c = 0; c < entries.size(); ++c) {
+    readPoseStd(entries[c], rig.cameras[c]);
+    num_columns += rig.cameras[c].camera.camera.parameters().size();
+  }
+  if (const auto calibration = root.find("calibration")) {
+    calibration->allowKeys({"verdict", "rms_px", "num_frames", "findings"});
+    rig.verdict = readVerdict(calibration->at("verdict"));
+    rig.rms_px = calibration->at("rms_px").number();
+    rig.num_frames = calibration->at("num_frames").integer();
+    rig.findings = calibration->at("findings").texts();
+  }
+  if (const auto covariance = root.find("covariance"))
+    rig.covariance = readTriangle(*covariance, num_columns);
+  if (const auto created_by = root.find("created_by")) rig.created_by = created_by->text();
+  rig.user_keys = userKeys(root.node());
+}
+
+}  // namespace
+
+namespace formats {
 namespace alidade_format {
 
 bool recognises(const CameraDocument& document) {
@@ -14,9 +375,10 @@ bool recognises(const CameraDocument& document) {
 }
 
 // The cameras of a rig file.
-StatedCameras readRig(const YamlNode& root, const ReadOptions& options) {
-  checkRigRoot(root);
-  StatedCameras cameras{.readRigRest = [root](RigRecord& rig) { readRigRest(root, rig); }};
+CameraSource readRig(const YamlNode& root, const ReadOptions& options) {
+  root.allowKeys({"alidade_rig", "conventions", "cameras", "calibration", "covariance", "created_by"});
+  checkVersion(root.at("alidade_rig"));
+  CameraSource cameras{.readRigRest = [root](RigRecord& rig) { readRigRest(root, rig); }};
   for (const YamlNode& entry : root.at("cameras").items()) {
     const std::string name = entry.at("name").text();
     if (!options.only.empty() && options.only != name) {
@@ -35,21 +397,19 @@ StatedCameras readRig(const YamlNode& root, const ReadOptions& options) {
   return cameras;
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   if (document.has("alidade_rig")) return readRig(document.root(), options);
   CameraRecord file = readCameraRoot(document.root());
   return {.cameras = {{.camera = file.camera, .image_size = file.image_size, .own = std::move(file)}}};
 }
 
 // Several cameras make a rig. How it was calibrated is unknown here.
-std::string write(std::span<const NamedCamera> cameras) {
+std::string write(std::span<const NamedCamera> cameras, const std::string&) {
   if (cameras.size() > 1) {
     const std::vector<SE3> poses = posesOf(cameras);
     if (poses.empty()) {
-      throw inputError({.where = cameras.front().where,
-                        .found = std::to_string(cameras.size()) + " cameras without poses",
-                        .expected = "one camera, or cameras with poses, which are a rig",
-                        .next_step = "select a camera with FILE#NAME"});
+      throw errorAt(cameras.front().where, std::to_string(cameras.size()) + " cameras without poses",
+                    "one camera, or cameras with poses, which are a rig", "select a camera with FILE#NAME");
     }
     RigRecord rig;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -78,4 +438,6 @@ const CameraFormat& alidade() {
   return kFormat;
 }
 
-}  // namespace alidade::detail::formats
+}  // namespace formats
+
+}  // namespace alidade::detail

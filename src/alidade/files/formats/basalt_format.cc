@@ -81,13 +81,13 @@ std::vector<SE3> readPoses(const YamlNode& value, std::size_t num_cameras) {
   return says_nothing ? std::vector<SE3>() : poses;
 }
 
-StatedCamera readOne(const YamlNode& node, const std::string& name, const YamlNode& resolution) {
+StatedCamera readOne(const YamlNode& node, const YamlNode& resolution) {
   const LensLayout& lens =
       layoutNamed(kLenses, node.at("camera_type"),
                   "calibrate with one of these types, or remove the camera from the file");
   std::vector<std::string> keys = words(lens.order);
   const YamlNode parameters = node.at("intrinsics");
-  StatedCamera camera = stateCamera(parameters.where(), name, lens.model,
+  StatedCamera camera = stateCamera(parameters.where(), lens.model,
                                     storageOrder(lens, numbersOf(parameters, keys)), readSize(resolution));
   if (camera.camera.modelId() == "rational") {
     keys.emplace_back("rpmax");
@@ -98,7 +98,7 @@ StatedCamera readOne(const YamlNode& node, const std::string& name, const YamlNo
   return camera;
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+CameraSource read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode value = document.root().at("value0");
   const std::vector<YamlNode> intrinsics = value.at("intrinsics").items();
   const std::vector<YamlNode> resolutions = value.at("resolution").items();
@@ -108,10 +108,9 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
                std::to_string(intrinsics.size()) + ", one per camera",
                "add the missing ones, or remove the extra ones");
   }
-  StatedCameras all;
+  CameraSource all;
   for (std::size_t i = 0; i < intrinsics.size(); ++i) {
-    const std::string name = "cam" + std::to_string(i);
-    all.add(name, [&] { return readOne(intrinsics[i], name, resolutions[i]); });
+    all.add("cam" + std::to_string(i), [&] { return readOne(intrinsics[i], resolutions[i]); });
   }
   for (StatedCamera& camera : all.cameras) {
     remarkUnknownKeys(value, words(kNotCarried + kOtherKeys), camera);
@@ -139,7 +138,7 @@ json poseJson(const NamedCamera& named) {
           {"qy", q.y()}, {"qz", q.z()}, {"qw", q.w()}};
 }
 
-std::string write(std::span<const NamedCamera> cameras) {
+std::string write(std::span<const NamedCamera> cameras, const std::string&) {
   const auto intrinsics = [](const NamedCamera& named) { return intrinsicsJson(named.camera); };
   const auto size = [](const NamedCamera& n) { return std::array{n.image_size.width, n.image_size.height}; };
   // basalt requires the remaining keys. These values are those that its own camera calibration writes before

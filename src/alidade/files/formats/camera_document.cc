@@ -53,11 +53,10 @@ void keepOneMessage(std::string& text, const std::string& file) {
   for (std::size_t at = end; (at = text.find_first_not_of(kBetween, at)) != std::string::npos;) {
     const std::string_view message = messageAt(at);
     if (withoutHeader(message) != first) {
-      throw inputError(
-          {.where = file + ":" + std::to_string(lineAt(text, at)),
-           .found = "found a message that differs from the first one in this file",
-           .expected = "messages of one camera that differ only in their headers",
-           .next_step = "record only one: rostopic echo -n 1 TOPIC, or ros2 topic echo --once TOPIC"});
+      throw errorAt(file + ":" + std::to_string(lineAt(text, at)),
+                    "found a message that differs from the first one in this file",
+                    "messages of one camera that differ only in their headers",
+                    "record only one: rostopic echo -n 1 TOPIC, or ros2 topic echo --once TOPIC");
     }
     at += message.size();
   }
@@ -153,11 +152,9 @@ class XmlWriter {
 
   void writeElement(const pugi::xml_node& element, int depth) {
     if (depth > kMaxDepth) {
-      throw inputError(
-          {.where = file_ + ":" +
-                    std::to_string(lineAt(source_, static_cast<std::size_t>(element.offset_debug()))),
-           .found = "found elements nested more than " + std::to_string(kMaxDepth) + " levels deep",
-           .expected = "a few levels"});
+      throw errorAt(
+          file_ + ":" + std::to_string(lineAt(source_, static_cast<std::size_t>(element.offset_debug()))),
+          "found elements nested more than " + std::to_string(kMaxDepth) + " levels deep", "a few levels");
     }
     std::vector<pugi::xml_node> children;
     for (const pugi::xml_node& child : element.children()) {
@@ -223,18 +220,14 @@ std::string openCvXmlAsYaml(const std::string& text, const std::string& file) {
   const pugi::xml_parse_result parsed =
       document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
   if (!parsed) {
-    throw inputError(
-        {.where = file + ":" + std::to_string(lineAt(text, static_cast<std::size_t>(parsed.offset))),
-         .found = std::string("found text that is not valid XML: ") + parsed.description(),
-         .expected = "XML as OpenCV writes it",
-         .next_step = "correct the file near that line"});
+    throw errorAt(file + ":" + std::to_string(lineAt(text, static_cast<std::size_t>(parsed.offset))),
+                  std::string("found text that is not valid XML: ") + parsed.description(),
+                  "XML as OpenCV writes it", "correct the file near that line");
   }
   const pugi::xml_node root = document.child("opencv_storage");
   if (!root) {
-    throw inputError(
-        {.where = file,
-         .found = std::string("found XML with the root <") + document.document_element().name() + ">",
-         .expected = "<opencv_storage>, as OpenCV writes it"});
+    throw errorAt(file, std::string("found XML with the root <") + document.document_element().name() + ">",
+                  "<opencv_storage>, as OpenCV writes it");
   }
   XmlWriter writer(text, file);
   writer.writeElement(root, 0);
@@ -258,11 +251,10 @@ YamlNode parseTree(std::string text, const std::string& file) {
   }
   // Parsing takes a second for three megabytes, and no camera file is that large.
   if (text.size() > kMaxTreeBytes) {
-    throw inputError({.where = file,
-                      .found = std::to_string(text.size()) + " bytes",
-                      .expected = "a camera file of at most " + std::to_string(kMaxTreeBytes) + " bytes",
-                      .next_step = "remove what does not describe the camera, such as lists of images, or "
-                                   "put fewer cameras in a file"});
+    throw errorAt(file, std::to_string(text.size()) + " bytes",
+                  "a camera file of at most " + std::to_string(kMaxTreeBytes) + " bytes",
+                  "remove what does not describe the camera, such as lists of images, or "
+                  "put fewer cameras in a file");
   }
   checkUtf8(text, file);  // XML entities may denote invalid characters
   return YamlNode::parse(text, file);
@@ -277,10 +269,10 @@ std::optional<Error> jsonError(const std::string& text, const std::string& file)
     // "[json.exception.parse_error.101] parse error at line 5, column 3: syntax error ...".
     const std::string_view what = e.what();
     const std::size_t at = what.find(": ");
-    return inputError(
-        {.where = file + ":" + std::to_string(lineAt(text, e.byte)),
-         .found = "not valid JSON: " + std::string(at == std::string_view::npos ? what : what.substr(at + 2)),
-         .next_step = "correct the file near that line"});
+    return errorAt(
+        file + ":" + std::to_string(lineAt(text, e.byte)),
+        "not valid JSON: " + std::string(at == std::string_view::npos ? what : what.substr(at + 2)), "",
+        "correct the file near that line");
   }
   return std::nullopt;
 }

@@ -16,14 +16,8 @@
 namespace alidade {
 namespace {
 
-// "k3 = 0.01": the first parameter of the camera that `format` cannot store; empty if there is none.
-std::string absentPart(const CameraFormat& format, const AnyCamera& camera) {
-  for (const AbsentParameter& absent : format.absent) {
-    if (absent.model != camera.modelId()) continue;
-    const double value = camera.parameter(absent.parameter);
-    if (value != 0) return std::string(absent.parameter) + " = " + exactText(value);
-  }
-  return "";
+bool lacksK3(const CameraFormat& format, const AnyCamera& camera) {
+  return !format.holds_k3 && camera.modelId() == "radtan" && camera.parameter("k3") != 0;
 }
 
 }  // namespace
@@ -65,41 +59,35 @@ AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
   const AnyCamera& camera = named.camera;
   const auto& models = format.models;
   const bool has_model = std::find(models.begin(), models.end(), camera.modelId()) != models.end();
-  if (has_model && absentPart(format, camera).empty()) return camera;
+  if (has_model && !lacksK3(format, camera)) return camera;
   for (const std::string_view model : models) {
     const auto parameters = sameLensParameters(camera, model);
     if (!parameters) continue;
     AnyCamera held = AnyCamera::make(model, *parameters);
-    if (absentPart(format, held).empty() && projectsEqually(camera, held, named.image_size)) return held;
+    if (!lacksK3(format, held) && projectsEqually(camera, held, named.image_size)) return held;
   }
   const std::vector<std::string> ids(models.begin(), models.end());
-  std::string found = "found a " + std::string(camera.modelId()) + " camera";
-  if (has_model) found += " with " + absentPart(format, camera) + ", which this format cannot represent";
+  std::string found = "a " + std::string(camera.modelId()) + " camera";
+  if (has_model)
+    found += " with k3 = " + exactText(camera.parameter("k3")) + ", which this format cannot represent";
   std::string expected =
       "a lens that the format " + std::string(format.title) + " can represent exactly: " + join(ids, ", ");
-  for (const AbsentParameter& absent : format.absent)
-    expected += "; " + std::string(absent.model) + " with " + std::string(absent.parameter) + " = 0";
-  throw inputError({.where = named.where,
-                    .found = found,
-                    .expected = expected,
-                    .next_step = "add --model with one of these to fit it and see the fitting error"});
+  if (!format.holds_k3) expected += "; radtan with k3 = 0";
+  throw detail::errorAt(named.where, "found " + found, expected,
+                        "add --model with one of these to fit it and see the fitting error");
 }
 
-// A lens of the model with no zero coefficient except the named ones.
-AnyCamera generalLens(std::string_view model, const std::vector<std::string_view>& zero) {
+// True for a lens of the model with no zero coefficient, except for k3 of radtan if it is not wanted.
+bool canHold(const CameraFormat& format, std::string_view model, bool has_k3) {
   std::vector<double> params = {500, 500, 250, 250};
   for (const double start : modelTraits(model).start_lens) {
-    const std::string_view name = parameterNames(model)[params.size()];
-    const bool is_zero = std::find(zero.begin(), zero.end(), name) != zero.end();
+    const bool is_zero = !has_k3 && model == "radtan" && parameterNames(model)[params.size()] == "k3";
     params.push_back(is_zero ? 0.0 : start + 0.01);
   }
-  return AnyCamera::make(model, params);
-}
-
-bool canHold(const CameraFormat& format, const AnyCamera& camera) {
+  const NamedCamera camera{
+      .name = {}, .camera = AnyCamera::make(model, params), .image_size = {.width = 501, .height = 501}};
   try {
-    static_cast<void>(
-        heldCamera(format, {.name = {}, .camera = camera, .image_size = {.width = 501, .height = 501}}));
+    static_cast<void>(heldCamera(format, camera));
     return true;
   } catch (const Error&) {
     return false;
@@ -108,19 +96,16 @@ bool canHold(const CameraFormat& format, const AnyCamera& camera) {
 
 }  // namespace
 
-RepresentableModels representableModels(const CameraFormat& format) {
-  RepresentableModels all;
+std::vector<std::string_view> representableModels(const CameraFormat& format) {
+  std::vector<std::string_view> models;
   for (const std::string& id : modelIds()) {
-    std::vector<std::string_view> zero;
-    for (const AbsentParameter& absent : format.absent) {
-      if (absent.model == id && !canHold(format, generalLens(id, {}))) {
-        zero.push_back(absent.parameter);
-        all.absent.push_back(absent);
-      }
-    }
-    if (canHold(format, generalLens(id, zero))) all.models.emplace_back(id);
+    if (canHold(format, id, format.holds_k3)) models.emplace_back(id);
   }
-  return all;
+  return models;
+}
+
+bool canRepresentK3(const CameraFormat& format) {
+  return format.holds_k3 || canHold(format, "radtan", true);
 }
 
 namespace {
@@ -128,10 +113,9 @@ namespace {
 void requireRoom(const CameraFormat& format, std::span<const NamedCamera> cameras) {
   expect(!cameras.empty(), "a camera file has a camera");
   if (cameras.size() <= format.max_cameras) return;
-  throw inputError({.where = cameras.front().where,
-                    .found = std::to_string(cameras.size()) + " cameras",
-                    .expected = "at most " + std::to_string(format.max_cameras) +
-                                " in a file of the format " + std::string(format.title)});
+  throw detail::errorAt(cameras.front().where, std::to_string(cameras.size()) + " cameras",
+                        "at most " + std::to_string(format.max_cameras) + " in a file of the format " +
+                            std::string(format.title));
 }
 
 // True if the poses are unchanged, as far as the format stores them.
@@ -161,29 +145,24 @@ std::string formatText(const CameraFormat& format, std::span<const NamedCamera> 
   requireRoom(format, cameras);
   std::vector<NamedCamera> held(cameras.begin(), cameras.end());
   for (NamedCamera& named : held) named.camera = heldCamera(format, named);
-  const auto dialect =
-      std::find_if(format.dialects.begin(), format.dialects.end(),
-                   [&path](const CameraFormat::Dialect& d) { return path.ends_with(d.extension); });
-  std::string text = dialect == format.dialects.end() ? format.write(held) : dialect->write(held);
+  std::string text = format.write(held, path);
   const std::vector<StatedCamera> back =
       format.read(detail::CameraDocument(text, std::string(format.id)), {}).cameras;
   expect(back.size() == cameras.size(), "a written camera file has to hold all cameras");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     if (projectsEqually(cameras[i].camera, back[i].camera, cameras[i].image_size)) continue;
     // The same coefficients may belong to models that end at different field angles.
-    throw inputError(
-        {.where = cameras[i].where,
-         .found = "found a lens that would project differently when it is read from the format " +
-                  std::string(format.title) + ": it sees rays near 90 degrees, or its numbers are extreme",
-         .expected = "the same projection",
-         .next_step = "use --to alidade, or crop the image"});
+    throw detail::errorAt(cameras[i].where,
+                          "found a lens that would project differently when it is read from the format " +
+                              std::string(format.title) +
+                              ": it sees rays near 90 degrees, or its numbers are extreme",
+                          "the same projection", "use --to alidade, or crop the image");
   }
   if (!standEqually(format, cameras, back)) {
-    throw inputError({.where = cameras.front().where,
-                      .found = "found poses that would differ when they are read from the format " +
-                               std::string(format.title) + ": their numbers are extreme",
-                      .expected = "the same poses",
-                      .next_step = "check the unit, which is metres"});
+    throw detail::errorAt(cameras.front().where,
+                          "found poses that would differ when they are read from the format " +
+                              std::string(format.title) + ": their numbers are extreme",
+                          "the same poses", "check the unit, which is metres");
   }
   return text;
 }
@@ -195,10 +174,7 @@ constexpr std::size_t kMaxKeys = 2000;
 constexpr std::size_t kMinNearSize = 8;
 constexpr std::size_t kMaxSlip = 2;  // adjacent letters that differ
 
-struct PlacedKey {
-  std::string name;
-  int line = 0;
-};
+using PlacedKey = std::pair<std::string, int>;  // with its line
 
 bool isKeyChar(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
@@ -241,7 +217,7 @@ std::string_view lastWord(std::string_view key) {
 
 const PlacedKey* findLastWord(const std::vector<PlacedKey>& keys, std::string_view word) {
   const auto found = std::find_if(keys.begin(), keys.end(),
-                                  [&](const PlacedKey& key) { return lastWord(key.name) == word; });
+                                  [&](const PlacedKey& key) { return lastWord(key.first) == word; });
   return found == keys.end() ? nullptr : &*found;
 }
 
@@ -273,8 +249,8 @@ bool isNearly(std::string_view key, std::string_view mark) {
 FormatGuess guessOf(const CameraFormat& format, const std::vector<PlacedKey>& keys) {
   FormatGuess guess{.format = &format};
   for (const std::string_view mark : format.marks) {
-    const auto isMark = [&](const PlacedKey& key) { return key.name == mark; };
-    const auto isNear = [&](const PlacedKey& key) { return isNearly(key.name, mark); };
+    const auto isMark = [&](const PlacedKey& key) { return key.first == mark; };
+    const auto isNear = [&](const PlacedKey& key) { return isNearly(key.first, mark); };
     auto found = std::find_if(keys.begin(), keys.end(), isMark);
     const bool is_near = found == keys.end();
     if (is_near) found = std::find_if(keys.begin(), keys.end(), isNear);
@@ -285,8 +261,8 @@ FormatGuess guessOf(const CameraFormat& format, const std::vector<PlacedKey>& ke
     // The first typo, or else the first mark.
     const bool has_near = guess.key != guess.meant;
     if (guess.num_found++ > 0 && (has_near || !is_near)) continue;
-    guess.line = found->line;
-    guess.key = found->name;
+    guess.line = found->second;
+    guess.key = found->first;
     guess.meant = mark;
   }
   return guess;
@@ -297,7 +273,7 @@ FormatGuess guessOf(const CameraFormat& format, const std::vector<PlacedKey>& ke
 std::optional<FormatGuess> guessFormat(const std::string& text) {
   const std::vector<PlacedKey> keys = keysOf(text);
   const bool is_other_file = std::any_of(keys.begin(), keys.end(), [](const PlacedKey& key) {
-    return key.name == "alidade_scene" || key.name == "alidade_projection";
+    return key.first == "alidade_scene" || key.first == "alidade_projection";
   });
   if (is_other_file) return std::nullopt;
   FormatGuess best;
@@ -308,10 +284,10 @@ std::optional<FormatGuess> guessFormat(const std::string& text) {
   if (best.num_found > 0) return best;
   const PlacedKey* const fx = findLastWord(keys, "fx");
   if (fx == nullptr || findLastWord(keys, "fy") == nullptr) return std::nullopt;
-  const bool is_bare = fx->name == "fx";
+  const bool is_bare = fx->first == "fx";
   return FormatGuess{.format = is_bare ? &detail::formats::alidade() : &detail::formats::orbslam(),
-                     .line = fx->line,
-                     .key = fx->name,
+                     .line = fx->second,
+                     .key = fx->first,
                      .meant = is_bare ? "fx" : "Camera1.fx",
                      .missing = is_bare ? "alidade_camera" : ""};
 }

@@ -15,13 +15,6 @@ namespace detail {
 class CameraDocument;
 }
 
-/// A parameter of a model that a format cannot store and that must therefore be zero, such as k3 of radtan in
-/// Kalibr's files.
-struct AbsentParameter {
-  std::string_view model;
-  std::string_view parameter;
-};
-
 /// A format of camera files: detection, reading and writing. A new format is one file that defines such an
 /// object, and a line in camera_format.cc.
 struct CameraFormat {
@@ -32,8 +25,7 @@ struct CameraFormat {
   /// The models that the format stores exactly, in the order in which they are tried for a camera of an
   /// equivalent model.
   std::vector<std::string_view> models;
-  /// Parameters of these models that it cannot store.
-  std::vector<AbsentParameter> absent = {};
+  bool holds_k3 = true;         ///< of the model radtan; otherwise it must be zero
   std::size_t max_cameras = 1;  ///< in a file
   /// Poses that a file can state: none, the pose of each camera from the first, or camera_from_rig. read()
   /// may find more poses than are written.
@@ -49,17 +41,10 @@ struct CameraFormat {
   bool (*recognises)(const detail::CameraDocument&) = nullptr;
   /// Reads all cameras of a document that it recognises. @throws Error (kInput) that names line and key;
   /// UnsupportedCamera if the only camera has a model that Alidade does not support
-  StatedCameras (*read)(const detail::CameraDocument&, const ReadOptions&) = nullptr;
-  /// `cameras` have models that the format stores (see formatText). @throws Error (kInput) for other
-  /// properties that it cannot store
-  std::string (*write)(std::span<const NamedCamera> cameras) = nullptr;
-
-  /// An alternative notation for files with this extension.
-  struct Dialect {
-    std::string_view extension;  ///< ".xml"
-    std::string (*write)(std::span<const NamedCamera> cameras);
-  };
-  std::vector<Dialect> dialects = {};
+  CameraSource (*read)(const detail::CameraDocument&, const ReadOptions&) = nullptr;
+  /// `cameras` have models that the format stores (see formatText); the extension of `path` may select a
+  /// notation. @throws Error (kInput) for other properties that it cannot store
+  std::string (*write)(std::span<const NamedCamera> cameras, const std::string& path) = nullptr;
 };
 
 /// THE list of formats; the first one is this program's own. No file is recognised by two of them.
@@ -68,18 +53,17 @@ struct CameraFormat {
 /// @throws Error (kUsage) for an unknown id, naming the known ones
 [[nodiscard]] const CameraFormat& cameraFormat(std::string_view id);
 
-/// The models of which a format can represent every lens, if parameters that it cannot store are 0.
-struct RepresentableModels {
-  std::vector<std::string_view> models;
-  std::vector<AbsentParameter> absent;  ///< of these models, if no other model of the format stores them
-};
-[[nodiscard]] RepresentableModels representableModels(const CameraFormat& format);
+/// The models of which a format can represent every lens, radtan perhaps only without k3.
+[[nodiscard]] std::vector<std::string_view> representableModels(const CameraFormat& format);
+
+/// False if neither radtan nor another model of the format stores k3 of a radtan camera.
+[[nodiscard]] bool canRepresentK3(const CameraFormat& format);
 
 /// The file of these cameras. Each is converted to an equivalent model that `format` stores, including every
 /// parameter that is not zero. The text is read back before it is returned: every camera must project as
 /// before, and have its old pose as far as the format stores poses.
 /// @param cameras  at least one; all have a pose, or none
-/// @param path     destination, whose extension may select a dialect
+/// @param path     destination, whose extension may select a notation
 /// @throws Error (kInput) if a camera cannot be stored exactly, or if there are too many, with the reason
 [[nodiscard]] std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras,
                                      const std::string& path = "");

@@ -38,7 +38,7 @@ bool recognises(const CameraDocument& document) {
   return document.has("model_type");
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+CameraSource read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
   const LensLayout& lens =
       layoutNamed(kLenses, root.at("model_type"),
@@ -50,10 +50,10 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
     append(listed, numbersOf(root.at(group.key), words(group.names)));
     known.push_back(group.key);
   }
-  const auto name = root.find("camera_name");
   StatedCamera camera =
-      stateCamera(root.at("projection_parameters").where(), name ? name->text() : "", lens.model,
-                  storageOrder(lens, listed), readSize(root.at("image_width"), root.at("image_height")));
+      stateCamera(root.at("projection_parameters").where(), lens.model, storageOrder(lens, listed),
+                  readSize(root.at("image_width"), root.at("image_height")));
+  if (const auto name = root.find("camera_name")) camera.name = name->text();
   for (const Group& group : kGroups) {
     if (group.lens == lens.name) remarkUnknownKeys(root.at(group.key), words(group.names), camera);
   }
@@ -61,7 +61,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   return {.cameras = {camera}};
 }
 
-std::string write(std::span<const NamedCamera> cameras) {
+std::string write(std::span<const NamedCamera> cameras, const std::string&) {
   const NamedCamera& named = cameras.front();
   const LensLayout& lens = layoutOf(kLenses, named.camera.modelId());
   std::string text = fmt::format(
@@ -86,7 +86,7 @@ const CameraFormat& camodocal() {
       .id = "camodocal",
       .title = "camodocal camera (YAML)",
       .models = {"radtan", "omni", "kannala_brandt"},
-      .absent = {{"radtan", "k3"}},
+      .holds_k3 = false,
       .marks = {"model_type", "projection_parameters", "distortion_parameters", "mirror_parameters"},
       .recognises = recognises,
       .read = read,

@@ -128,7 +128,7 @@ std::vector<StatedNumber> readList(const YamlNode& list, const LensLayout& lens,
   return numbers;
 }
 
-StatedCamera readOne(const YamlNode& node, const std::string& name) {
+StatedCamera readOne(const YamlNode& node) {
   const LensLayout& lens = lensOf(node);
   const std::size_t num_intrinsics = numIntrinsics(lens);
   const std::size_t num_all = words(lens.order).size();
@@ -141,7 +141,7 @@ StatedCamera readOne(const YamlNode& node, const std::string& name) {
   std::optional<ImageSize> size;
   if (node.has("resolution")) size = readSize(node.at("resolution"));
   StatedCamera camera =
-      stateCamera(node.at("intrinsics").where(), name, lens.model, storageOrder(lens, listed), size);
+      stateCamera(node.at("intrinsics").where(), lens.model, storageOrder(lens, listed), size);
   remarkUnknownKeys(node, words(kPoses + kNotCarried + kOtherKeys), camera);
   return camera;
 }
@@ -191,7 +191,7 @@ std::vector<SE3> readPoses(std::span<const YamlNode> nodes, std::string_view key
 }
 
 // `nodes` are those of the cameras, in the file's order.
-void stateKalibrPoses(StatedCameras& all, std::span<const YamlNode> nodes,
+void stateKalibrPoses(CameraSource& all, std::span<const YamlNode> nodes,
                       const std::vector<std::string>& names) {
   expect(names.size() == nodes.size(), "each camera has a name, perhaps an empty one");
   const std::vector<std::size_t> order = chainOrder(names);
@@ -211,13 +211,13 @@ void stateKalibrPoses(StatedCameras& all, std::span<const YamlNode> nodes,
   });
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+CameraSource read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
-  StatedCameras all;
+  CameraSource all;
   std::vector<std::string> known;
   std::vector<YamlNode> nodes;
   if (isCamera(root)) {
-    all.add("", [&] { return readOne(root, ""); });
+    all.add("", [&] { return readOne(root); });
     if (all.cameras.empty()) throw UnsupportedCamera(all.refused.front().reason);
     nodes.push_back(root);
   } else {
@@ -225,7 +225,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
       if (!key.starts_with("cam")) continue;
       known.push_back(key);
       nodes.push_back(root.at(key));
-      all.add(key, [&] { return readOne(root.at(key), key); });
+      all.add(key, [&] { return readOne(root.at(key)); });
     }
     for (StatedCamera& camera : all.cameras) remarkUnknownKeys(root, known, camera);
   }
@@ -251,7 +251,7 @@ std::string chainText(const SE3& camera_from_last) {
   return text;
 }
 
-std::string write(std::span<const NamedCamera> cameras) {
+std::string write(std::span<const NamedCamera> cameras, const std::string&) {
   std::string text;
   const std::vector<SE3> poses = posesOf(cameras);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -282,7 +282,7 @@ const CameraFormat& kalibr() {
       .id = "kalibr",
       .title = "Kalibr camchain (YAML)",
       .models = {"pinhole", "radtan", "kannala_brandt", "fov", "omni", "eucm", "double_sphere"},
-      .absent = {{"radtan", "k3"}},
+      .holds_k3 = false,
       .max_cameras = CameraFormat::kAnyNumber,
       .poses = CameraFormat::Poses::kFromFirst,
       .marks = {"camera_model", "intrinsics", "distortion_model", "distortion_coeffs"},

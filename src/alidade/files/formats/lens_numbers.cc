@@ -37,14 +37,11 @@ void appendRow(const YamlNode& node, std::vector<StatedNumber>& numbers) {
 }
 
 bool isZeroOrUnit(std::span<const StatedNumber> numbers) {
-  bool is_zero = true;
   bool is_unit = numbers.size() == 9 || numbers.size() == 16;
   const std::size_t stride = numbers.size() == 9 ? 4 : 5;  // index step along the diagonal
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    is_zero = is_zero && numbers[i].value == 0;
+  for (std::size_t i = 0; i < numbers.size(); ++i)
     is_unit = is_unit && numbers[i].value == (i % stride == 0 ? 1 : 0);
-  }
-  return is_zero || is_unit;
+  return is_unit || areZero(numbers);
 }
 
 // True if the node states no information.
@@ -83,6 +80,10 @@ bool isSameStated(const StatedNumber& a, const StatedNumber& b) {
 bool isSameStated(std::span<const StatedNumber> a, std::span<const StatedNumber> b) {
   return std::ranges::equal(a, b,
                             [](const StatedNumber& x, const StatedNumber& y) { return isSameStated(x, y); });
+}
+
+bool areZero(std::span<const StatedNumber> numbers) {
+  return std::ranges::all_of(numbers, [](const StatedNumber& number) { return number.value == 0; });
 }
 
 StatedNumber statedNumber(const YamlNode& node) {
@@ -166,29 +167,32 @@ ImageSize readSize(const YamlNode& list) {
   return readSize(items[0], items[1]);
 }
 
-StatedSide sideOf(const YamlNode& map, const std::string& key) {
-  return {.key = key, .node = map.find(key)};
-}
-
-std::optional<ImageSize> sizeOfSides(const StatedSide& width, const StatedSide& height,
-                                     const std::optional<ImageSize>& given, std::vector<Remark>& remarks) {
-  if (width.node && height.node) return readSize(*width.node, *height.node);
-  if (!width.node && !height.node) return std::nullopt;
-  const StatedSide& stated = width.node ? width : height;
-  const StatedSide& missing = width.node ? height : width;
-  const int side = readSize(*stated.node, *stated.node).width;
+std::optional<ImageSize> sizeOfSides(std::initializer_list<YamlNode> maps, const std::string& width_key,
+                                     const std::string& height_key, const std::optional<ImageSize>& given,
+                                     std::vector<Remark>& remarks) {
+  const auto find = [&maps](const std::string& key) {
+    const auto map = std::ranges::find_if(maps, [&key](const YamlNode& node) { return node.has(key); });
+    return map == maps.end() ? std::nullopt : map->find(key);
+  };
+  const auto width = find(width_key);
+  const auto height = find(height_key);
+  if (width && height) return readSize(*width, *height);
+  if (!width && !height) return std::nullopt;
+  const YamlNode& stated = width ? *width : *height;
+  const std::string& stated_key = width ? width_key : height_key;
+  const std::string& missing_key = width ? height_key : width_key;
+  const int side = readSize(stated, stated).width;
   if (!given) {
-    throw stated.node->error("'" + stated.key + "' without '" + missing.key + "'", "both sides of the image",
-                             "add " + missing.key + ", or --image-size WIDTHxHEIGHT");
+    throw stated.error("'" + stated_key + "' without '" + missing_key + "'", "both sides of the image",
+                       "add " + missing_key + ", or --image-size WIDTHxHEIGHT");
   }
   const std::string size = sizeText(*given);
-  if (side != (width.node ? given->width : given->height)) {
-    throw stated.node->error(
-        "'" + stated.node->text() + "' as '" + stated.key + "' but no '" + missing.key + "'",
-        size + " from --image-size", "correct one of them");
+  if (side != (width ? given->width : given->height)) {
+    throw stated.error("'" + stated.text() + "' as '" + stated_key + "' but no '" + missing_key + "'",
+                       size + " from --image-size", "correct one of them");
   }
-  remarks.push_back({"assumed", stated.node->where() + ": there is no " + missing.key + "; assumed to be " +
-                                    size + " from --image-size"});
+  remarks.push_back({"assumed", stated.where() + ": there is no " + missing_key + "; assumed to be " + size +
+                                    " from --image-size"});
   return given;
 }
 
@@ -242,12 +246,11 @@ void takeOrigin(std::span<StatedNumber> parameters, double origin) {
   parameters[3].value -= origin;
 }
 
-StatedCamera stateCamera(const std::string& place, std::string name, std::string_view model,
+StatedCamera stateCamera(const std::string& place, std::string_view model,
                          std::span<const StatedNumber> parameters, std::optional<ImageSize> image_size,
                          std::vector<Remark> remarks) {
   std::vector<double> values = mapped(parameters, &StatedNumber::value);
-  return {.name = std::move(name),
-          .camera = withPlace(place, [&] { return AnyCamera::make(model, values); }),
+  return {.camera = withPlace(place, [&] { return AnyCamera::make(model, values); }),
           .image_size = image_size,
           .remarks = std::move(remarks)};
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <initializer_list>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,6 +25,8 @@ struct StatedNumber {
 /// The same of lists of the same length.
 [[nodiscard]] bool isSameStated(std::span<const StatedNumber> a, std::span<const StatedNumber> b);
 
+[[nodiscard]] bool areZero(std::span<const StatedNumber> numbers);
+
 /// @throws Error (kInput) if the node is not a finite number
 [[nodiscard]] StatedNumber statedNumber(const YamlNode& node);
 /// The numbers of a list, of a list of lists row by row, or of a map {rows, cols, data} as OpenCV and ROS
@@ -44,20 +47,14 @@ struct StatedNumber {
 /// The same from a list of two numbers.
 [[nodiscard]] ImageSize readSize(const YamlNode& list);
 
-/// A side of the image, in pixels, from a key of a file.
-struct StatedSide {
-  std::string key;               ///< "image_width"
-  std::optional<YamlNode> node;  ///< nothing if the key is missing
-};
-
-/// Sides as keys of `map`.
-[[nodiscard]] StatedSide sideOf(const YamlNode& map, const std::string& key);
-
-/// The size of the image in pixels; nothing if neither side is stated. A single stated side is used only if
-/// `given` (--image-size) agrees with it; `given` is then the size, with a remark.
+/// The size of the image in pixels, from two keys of the first of these maps that has them; nothing if
+/// neither side is stated. A single stated side is used only if `given` (--image-size) agrees with it;
+/// `given` is then the size, with a remark.
 /// @throws Error (kInput) that names the missing key if `given` does not help, and for sides that are not
 /// numbers of pixels
-[[nodiscard]] std::optional<ImageSize> sizeOfSides(const StatedSide& width, const StatedSide& height,
+[[nodiscard]] std::optional<ImageSize> sizeOfSides(std::initializer_list<YamlNode> maps,
+                                                   const std::string& width_key,
+                                                   const std::string& height_key,
                                                    const std::optional<ImageSize>& given,
                                                    std::vector<Remark>& remarks);
 
@@ -95,9 +92,9 @@ struct LensLayout {
 /// the principal point is the third and fourth parameter.
 void takeOrigin(std::span<StatedNumber> parameters, double origin);
 
-/// The camera with these parameters, in storage order. @throws Error (kInput), with the place, if they are
-/// invalid
-[[nodiscard]] StatedCamera stateCamera(const std::string& place, std::string name, std::string_view model,
+/// The camera with these parameters, in storage order, without a name. @throws Error (kInput), with the
+/// place, if they are invalid
+[[nodiscard]] StatedCamera stateCamera(const std::string& place, std::string_view model,
                                        std::span<const StatedNumber> parameters,
                                        std::optional<ImageSize> image_size, std::vector<Remark> remarks = {});
 

@@ -57,13 +57,6 @@ bool recognises(const CameraDocument& document) {
                                      "calibrate without EstimateSkew"));
 }
 
-// fx fy cx cy, and the properties that state them.
-struct Pinhole {
-  std::string name;  // "FocalLength and PrincipalPoint"
-  YamlNode place;
-  std::vector<StatedNumber> parameters;
-};
-
 std::vector<StatedNumber> readTransposed(const YamlNode& matrix) {
   const std::vector<StatedNumber> m = statedNumbers(matrix, 9);
   if (m[1].value != 0 || m[2].value != 0 || m[5].value != 0 || m[8].value != 1) {
@@ -75,39 +68,37 @@ std::vector<StatedNumber> readTransposed(const YamlNode& matrix) {
   return {m[0], m[4], m[6], m[7]};
 }
 
-std::vector<Pinhole> pinholesOf(const YamlNode& node) {
-  std::vector<Pinhole> all;
-  if (const auto focal = node.find("FocalLength")) {
-    std::vector<StatedNumber> parameters = statedNumbers(*focal, 2);
-    append(parameters, statedNumbers(node.at("PrincipalPoint"), 2));
-    all.push_back({"FocalLength and PrincipalPoint", *focal, std::move(parameters)});
-  }
-  if (const auto matrix = node.find("K")) all.push_back({"K", *matrix, readCameraMatrix(*matrix)});
-  if (const auto matrix = node.find("IntrinsicMatrix"))
-    all.push_back({"IntrinsicMatrix", *matrix, readTransposed(*matrix)});
-  return all;
-}
-
-// fx fy cx cy, from the properties that name them or from a matrix. In newer objects, `outer` repeats the
-// numbers in `node`, its Intrinsics.
+// fx fy cx cy, from the properties that name them or from a matrix; all must agree. In newer objects, `outer`
+// repeats the numbers in `node`, its Intrinsics.
 std::vector<StatedNumber> readPinhole(const YamlNode& node, const YamlNode& outer) {
   if (const auto skew = node.find("Skew"); skew && skew->number() != 0) refuseSkew(*skew, skew->text());
-  std::vector<Pinhole> all = pinholesOf(node);
-  if (all.empty()) static_cast<void>(node.at("FocalLength"));  // reports that it is missing
-  if (node.where() != outer.where()) {
-    for (Pinhole& pinhole : pinholesOf(outer)) all.push_back(std::move(pinhole));
-  }
-  const auto text = [](const Pinhole& pinhole) {
-    const auto numbers = mapped(pinhole.parameters, [](const StatedNumber& n) { return exactText(n.value); });
-    return pinhole.name + " (fx fy cx cy = " + join(numbers, " ") + ")";
+  std::vector<StatedNumber> first;
+  std::string first_text;
+  const auto take = [&](const std::string& name, const YamlNode& place,
+                        const std::vector<StatedNumber>& parameters) {
+    const auto numbers = mapped(parameters, [](const StatedNumber& n) { return exactText(n.value); });
+    const std::string text = name + " (fx fy cx cy = " + join(numbers, " ") + ")";
+    if (first.empty()) {
+      first = parameters;
+      first_text = text + " at " + place.where();
+    } else if (!isSameStated(parameters, first)) {
+      throw place.error(text + " and a different " + first_text, "values that agree", "remove the wrong one");
+    }
   };
-  for (const Pinhole& pinhole : all) {
-    if (isSameStated(pinhole.parameters, all.front().parameters)) continue;
-    throw pinhole.place.error(
-        text(pinhole) + " and a different " + text(all.front()) + " at " + all.front().place.where(),
-        "values that agree", "remove the wrong one");
-  }
-  return all.front().parameters;
+  const auto takeAll = [&take](const YamlNode& map) {
+    if (const auto focal = map.find("FocalLength")) {
+      std::vector<StatedNumber> parameters = statedNumbers(*focal, 2);
+      append(parameters, statedNumbers(map.at("PrincipalPoint"), 2));
+      take("FocalLength and PrincipalPoint", *focal, parameters);
+    }
+    if (const auto matrix = map.find("K")) take("K", *matrix, readCameraMatrix(*matrix));
+    if (const auto matrix = map.find("IntrinsicMatrix"))
+      take("IntrinsicMatrix", *matrix, readTransposed(*matrix));
+  };
+  takeAll(node);
+  if (first.empty()) static_cast<void>(node.at("FocalLength"));  // reports that it is missing
+  if (node.where() != outer.where()) takeAll(outer);
+  return first;
 }
 
 std::vector<StatedNumber> readCoefficients(const YamlNode& node, const char* key, std::size_t min_count,
@@ -135,7 +126,7 @@ std::optional<ImageSize> statedImageSize(const YamlNode& node) {
   return readSize(sides[1], sides[0]);
 }
 
-StatedCamera readOne(const YamlNode& outer, const std::string& name) {
+StatedCamera readOne(const YamlNode& outer) {
   const YamlNode node = cameraIn(outer);
   if (node.has("MappingCoefficients")) {
     throw UnsupportedCamera(node.at("MappingCoefficients")
@@ -148,7 +139,7 @@ StatedCamera readOne(const YamlNode& outer, const std::string& name) {
   append(parameters, readCoefficients(node, "TangentialDistortion", 2, 2));
   parameters = storageOrder(kLens, parameters);
   takeOrigin(parameters, kOrigin);
-  StatedCamera camera = stateCamera(node.where(), name, kLens.model, parameters, statedImageSize(node));
+  StatedCamera camera = stateCamera(node.where(), kLens.model, parameters, statedImageSize(node));
   for (const char* key : {"RadialDistortion", "TangentialDistortion"}) {
     if (node.has(key)) continue;
     camera.remarks.push_back({"assumed", node.where() + ": there is no " + key + "; assumed to be zero"});
@@ -157,19 +148,19 @@ StatedCamera readOne(const YamlNode& outer, const std::string& name) {
   return camera;
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+CameraSource read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
-  if (isCamera(cameraIn(root))) return {.cameras = {readOne(root, "")}};
-  StatedCameras all;
+  if (isCamera(cameraIn(root))) return {.cameras = {readOne(root)}};
+  CameraSource all;
   for (const char* key : kStereo) {
     const YamlNode node = root.at(key);
-    all.add(key, [&] { return readOne(node, key); });
+    all.add(key, [&] { return readOne(node); });
   }
   for (StatedCamera& camera : all.cameras) remarkNotCarried(root, words(kPoses), camera);
   return all;
 }
 
-std::string write(std::span<const NamedCamera> cameras) {
+std::string write(std::span<const NamedCamera> cameras, const std::string&) {
   const NamedCamera& named = cameras.front();
   const std::vector<double> listed = listedOrder(kLens, named.camera, kOrigin);
   const auto list = [&listed](std::size_t first, std::size_t count) {

@@ -64,22 +64,22 @@ std::vector<SE3> readPoses(const YamlNode& root) {
   return {};
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions&) {
+CameraSource read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
   const LensLayout& lens = lensOf(root.at(modelKey(document)));
   const std::size_t count = words(lens.order).size();
   std::vector<StatedNumber> parameters = storageOrder(lens, statedNumbers(root.at("intrinsics"), count));
   if (&lens == &kStereographic) parameters.back().value = 0.5;
   StatedCamera camera =
-      stateCamera(root.at("intrinsics").where(), "", lens.model, parameters, readSize(root.at("imagersize")));
+      stateCamera(root.at("intrinsics").where(), lens.model, parameters, readSize(root.at("imagersize")));
   remarkUnknownKeys(root, words(kNotCarried + kOtherKeys), camera);
   remarkNotCarried(root, words(kNotCarried), camera);
-  StatedCameras all{.cameras = {camera}};
+  CameraSource all{.cameras = {camera}};
   statePoses(all, [&root](std::vector<Remark>&) { return readPoses(root); });
   return all;
 }
 
-std::string write(std::span<const NamedCamera> cameras) {
+std::string write(std::span<const NamedCamera> cameras, const std::string&) {
   const NamedCamera& named = cameras.front();
   const LensLayout& lens = layoutOf(kLenses, named.camera.modelId());
   const SE3 pose = named.camera_from_rig.value_or(SE3());

@@ -207,27 +207,23 @@ std::vector<StatedNumber> parametersOf(const Intrinsics& intrinsics, bool is_fis
   return parameters;
 }
 
-StatedCamera readOne(const Intrinsics& intrinsics, const std::string& name, const ReadOptions& options) {
+StatedCamera readOne(const Intrinsics& intrinsics, const ReadOptions& options) {
   refuseOtherLenses(intrinsics);
   const bool is_fisheye = isFisheye(intrinsics);
   refuseNoFocalLength(intrinsics);
   std::vector<Remark> remarks;
-  const auto size = sizeOfSides({.key = "w", .node = intrinsics.find("w")},
-                                {.key = "h", .node = intrinsics.find("h")}, options.image_size, remarks);
+  const auto size = sizeOfSides({intrinsics.top, intrinsics.frame}, "w", "h", options.image_size, remarks);
   const auto known_size = size ? size : options.image_size;
   if (known_size) {
     refuseOtherAngle(intrinsics, "camera_angle_x", "fl_x", is_fisheye, known_size->width);
     refuseOtherAngle(intrinsics, "camera_angle_y", "fl_y", is_fisheye, known_size->height);
   }
   const std::vector<StatedNumber> parameters = parametersOf(intrinsics, is_fisheye, known_size, remarks);
-  const bool is_plain =
-      !is_fisheye && std::all_of(parameters.begin() + 4, parameters.end(),
-                                 [](const StatedNumber& number) { return number.value == 0; });
+  const bool is_plain = !is_fisheye && areZero(std::span(parameters).subspan(4));
   const char* telling = hasAngleAlone(intrinsics) ? "camera_angle_x" : "fl_x";
-  StatedCamera camera =
-      stateCamera(intrinsics.find(telling)->where(), name,
-                  is_fisheye ? "kannala_brandt" : (is_plain ? "pinhole" : "radtan"),
-                  std::span(parameters).first(is_plain ? 4 : parameters.size()), size, remarks);
+  StatedCamera camera = stateCamera(
+      intrinsics.find(telling)->where(), is_fisheye ? "kannala_brandt" : (is_plain ? "pinhole" : "radtan"),
+      std::span(parameters).first(is_plain ? 4 : parameters.size()), size, remarks);
   if (!intrinsics.find("camera_model") && !intrinsics.find("is_fisheye")) {
     camera.remarks.push_back(
         {"assumed",
@@ -271,21 +267,21 @@ std::string statementOf(const YamlNode& frame) {
   return statement;
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   const YamlNode& root = document.root();
   const auto list = root.find("frames");
   const bool has_frames = list && list->isSequence() && !list->items().empty();
   if (!has_frames) {
     if (list && !list->isSequence() && !root.has("fl_x") && !root.has("camera_angle_x"))
       static_cast<void>(list->items());  // reports that it is not a list
-    return {.cameras = {readOne({root, root}, "", options)}};
+    return {.cameras = {readOne({root, root}, options)}};
   }
   constexpr std::size_t kMaxFrames = 100'000;
   constexpr std::size_t kMaxCameras = 1000;
   const std::vector<YamlNode> frames = list->items();
   if (frames.size() > kMaxFrames) throw list->error(std::to_string(frames.size()) + " frames", "fewer");
   // Each frame states a camera, and usually all are equal.
-  StatedCameras all;
+  CameraSource all;
   std::set<std::string> statements;
   for (const YamlNode& frame : frames) {
     if (!statements.insert(statementOf(frame)).second) continue;
@@ -293,7 +289,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
     const std::string name = path ? path->text() : "";
     const std::size_t num_before = all.cameras.size();
     refuseOtherCamera(root, frame);
-    all.add(name, [&] { return readOne({root, frame}, name, options); });
+    all.add(name, [&] { return readOne({root, frame}, options); });
     if (all.cameras.size() > num_before &&
         std::any_of(all.cameras.begin(), all.cameras.end() - 1,
                     [&all](const StatedCamera& other) { return isSame(other, all.cameras.back()); }))
@@ -305,7 +301,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   return all;
 }
 
-std::string write(std::span<const NamedCamera> cameras) {
+std::string write(std::span<const NamedCamera> cameras, const std::string&) {
   const NamedCamera& named = cameras.front();
   const LensLayout& lens = layoutOf(kWritten, named.camera.modelId());
   const std::vector<std::string> names = words(lens.order);

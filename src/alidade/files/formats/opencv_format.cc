@@ -17,7 +17,6 @@
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
-#include "alidade/files/formats/opencv_pair.h"
 #include "alidade/files/formats/pose_numbers.h"
 
 namespace alidade::detail::formats {
@@ -110,7 +109,7 @@ std::optional<ImageSize> findSize(const YamlNode& root, const ReadOptions& optio
   for (const auto& [width, height] : kPairs) {
     if (root.has(width) == root.has(height)) continue;
     if (!found) {
-      found = sizeOfSides(sideOf(root, width), sideOf(root, height), options.image_size, remarks);
+      found = sizeOfSides({root}, width, height, options.image_size, remarks);
     } else {
       const YamlNode side = root.at(root.has(width) ? width : height);
       requireSame(side, side.number() == (root.has(width) ? found->width : found->height));
@@ -211,7 +210,7 @@ StatedCamera readOne(const YamlNode& root, const std::string& suffix, const Read
   }
   if (model == "radtan") coefficients.resize(5);
   append(parameters, coefficients);
-  StatedCamera camera = stateCamera(place.where(), suffix, model, parameters, size, remarks);
+  StatedCamera camera = stateCamera(place.where(), model, parameters, size, remarks);
   if (!key)
     camera.remarks.push_back(
         {"assumed", matrix.where() +
@@ -219,10 +218,10 @@ StatedCamera readOne(const YamlNode& root, const std::string& suffix, const Read
   return camera;
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   const YamlNode& root = document.root();
   std::vector<std::string> known = kOtherKeys;
-  StatedCameras all;
+  CameraSource all;
   for (const char* suffix : kSuffixes) {
     for (const std::string& key : kMatrixKeys) known.push_back(key + suffix);
     for (const std::string& key : kCoefficientKeys) known.push_back(key + suffix);
@@ -241,74 +240,64 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   return all;
 }
 
-// Format strings (fmt) for top-level nodes in a dialect of OpenCV's FileStorage.
-struct Style {
+// Format strings (fmt) for top-level nodes in a notation of OpenCV's FileStorage, and the nodes.
+struct NodeWriter {
   const char* head;
-  const char* number;  // arguments: key, number
-  const char* matrix;  // arguments: key, numbers of rows and columns, values row by row
+  const char* number_format;  // arguments: key, number
+  const char* matrix_format;  // arguments: key, numbers of rows and columns, values row by row
   const char* between_values;
   const char* between_nodes;
   const char* tail;
-};
-constexpr Style kYaml = {
-    .head = "%YAML:1.0\n---\n",
-    .number = "{}: {}\n",
-    .matrix = "{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: [ {} ]\n",
-    .between_values = ", ",
-    .between_nodes = "",
-    .tail = ""};
-constexpr Style kXml = {
-    .head = "<?xml version=\"1.0\"?>\n<opencv_storage>\n",
-    .number = "<{0}>{1}</{0}>\n",
-    .matrix =
-        "<{0} type_id=\"opencv-matrix\">\n  <rows>{1}</rows>\n  <cols>{2}</cols>\n  <dt>d</dt>\n"
-        "  <data>\n    {3}</data></{0}>\n",
-    .between_values = " ",
-    .between_nodes = "",
-    .tail = "</opencv_storage>\n"};
-constexpr Style kJson = {
-    .head = "{\n",
-    .number = "    \"{}\": {}",
-    .matrix =
-        "    \"{}\": {{\n        \"type_id\": \"opencv-matrix\",\n        \"rows\": {},\n"
-        "        \"cols\": {},\n        \"dt\": \"d\",\n        \"data\": [{}]\n    }}",
-    .between_values = ", ",
-    .between_nodes = ",\n",
-    .tail = "\n}\n"};
-
-class NodeWriter {
- public:
-  explicit NodeWriter(const Style& style) : style_(style) {}
+  std::vector<std::string> nodes = {};
 
   void addNumber(const std::string& key, const std::string& value) {
-    nodes_.push_back(fmt::format(fmt::runtime(style_.number), key, value));
+    nodes.push_back(fmt::format(fmt::runtime(number_format), key, value));
   }
   void addMatrix(const std::string& key, std::size_t rows, std::size_t columns,
                  std::span<const double> values) {
-    const std::vector<std::string> texts = mapped(values, realText);
-    nodes_.push_back(
-        fmt::format(fmt::runtime(style_.matrix), key, rows, columns, join(texts, style_.between_values)));
+    nodes.push_back(fmt::format(fmt::runtime(matrix_format), key, rows, columns,
+                                join(mapped(values, realText), between_values)));
   }
-  [[nodiscard]] std::string text() const {
-    return style_.head + join(nodes_, style_.between_nodes) + style_.tail;
+  void addLens(const AnyCamera& camera, const std::string& matrix_key, const std::string& coefficients_key) {
+    const std::span<const double> p = camera.parameters();
+    addMatrix(matrix_key, 3, 3, std::array{p[0], 0.0, p[2], 0.0, p[1], p[3], 0.0, 0.0, 1.0});
+    std::vector<double> coefficients(p.begin() + 4, p.end());
+    if (camera.modelId() == "pinhole") coefficients.assign(5, 0.0);
+    if (camera.modelId() == "omni") {
+      addNumber("xi", realText(coefficients.front()));  // as in the sample omni_calibration
+      coefficients.erase(coefficients.begin());
+    }
+    addMatrix(coefficients_key, coefficients.size(), 1, coefficients);
   }
-
- private:
-  const Style& style_;
-  std::vector<std::string> nodes_;
 };
 
-void addLens(NodeWriter& writer, const AnyCamera& camera, const std::string& matrix_key,
-             const std::string& coefficients_key) {
-  const std::span<const double> p = camera.parameters();
-  writer.addMatrix(matrix_key, 3, 3, std::array{p[0], 0.0, p[2], 0.0, p[1], p[3], 0.0, 0.0, 1.0});
-  std::vector<double> coefficients(p.begin() + 4, p.end());
-  if (camera.modelId() == "pinhole") coefficients.assign(5, 0.0);
-  if (camera.modelId() == "omni") {
-    writer.addNumber("xi", realText(coefficients.front()));  // as in the sample omni_calibration
-    coefficients.erase(coefficients.begin());
+NodeWriter writerFor(const std::string& path) {
+  if (path.ends_with(".xml")) {
+    return {.head = "<?xml version=\"1.0\"?>\n<opencv_storage>\n",
+            .number_format = "<{0}>{1}</{0}>\n",
+            .matrix_format =
+                "<{0} type_id=\"opencv-matrix\">\n  <rows>{1}</rows>\n  <cols>{2}</cols>\n  <dt>d</dt>\n"
+                "  <data>\n    {3}</data></{0}>\n",
+            .between_values = " ",
+            .between_nodes = "",
+            .tail = "</opencv_storage>\n"};
   }
-  writer.addMatrix(coefficients_key, coefficients.size(), 1, coefficients);
+  if (path.ends_with(".json")) {
+    return {.head = "{\n",
+            .number_format = "    \"{}\": {}",
+            .matrix_format =
+                "    \"{}\": {{\n        \"type_id\": \"opencv-matrix\",\n        \"rows\": {},\n"
+                "        \"cols\": {},\n        \"dt\": \"d\",\n        \"data\": [{}]\n    }}",
+            .between_values = ", ",
+            .between_nodes = ",\n",
+            .tail = "\n}\n"};
+  }
+  return {.head = "%YAML:1.0\n---\n",
+          .number_format = "{}: {}\n",
+          .matrix_format = "{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: [ {} ]\n",
+          .between_values = ", ",
+          .between_nodes = "",
+          .tail = ""};
 }
 
 // The two cameras of a file must have the same size and kind of lens.
@@ -316,14 +305,12 @@ void requirePair(std::span<const NamedCamera> cameras) {
   const NamedCamera& first = cameras.front();
   const NamedCamera& second = cameras.back();
   const auto refuse = [&second](const std::string& found, const std::string& expected) {
-    throw inputError(
-        {.where = second.where,
-         .found = found,
-         .expected = expected + ", because a file of OpenCV states it once for both cameras",
-         .next_step = "write each camera to a file of its own (FILE#NAME), or use another format"});
+    throw errorAt(second.where, "found " + found,
+                  expected + ", because a file of OpenCV states it once for both cameras",
+                  "write each camera to a file of its own (FILE#NAME), or use another format");
   };
   if (first.image_size != second.image_size) {
-    refuse("found an image of " + sizeText(second.image_size) + " pixels",
+    refuse("an image of " + sizeText(second.image_size) + " pixels",
            sizeText(first.image_size) + " as of the first camera");
   }
   const auto kindOf = [](const NamedCamera& named) {
@@ -331,34 +318,29 @@ void requirePair(std::span<const NamedCamera> cameras) {
     return model == "kannala_brandt" ? "a fisheye" : model == "omni" ? "an omni" : "an ordinary";
   };
   const std::string kind = kindOf(second);
-  if (kind != kindOf(first)) refuse("found " + kind + " lens", std::string(kindOf(first)) + " lens");
-  if (kind == "an omni") refuse("found two omni lenses", "one, because there is only one xi");
+  if (kind != kindOf(first)) refuse(kind + " lens", std::string(kindOf(first)) + " lens");
+  if (kind == "an omni") refuse("two omni lenses", "one, because there is only one xi");
 }
 
-std::string textOf(std::span<const NamedCamera> cameras, const Style& style) {
-  NodeWriter writer(style);
+std::string write(std::span<const NamedCamera> cameras, const std::string& path) {
+  NodeWriter writer = writerFor(path);
   const NamedCamera& first = cameras.front();
   writer.addNumber("image_width", std::to_string(first.image_size.width));
   writer.addNumber("image_height", std::to_string(first.image_size.height));
   writer.addNumber("fisheye_model", first.camera.modelId() == "kannala_brandt" ? "1" : "0");
   if (cameras.size() == 1) {
-    addLens(writer, first.camera, "camera_matrix", "distortion_coefficients");
-    return writer.text();
+    writer.addLens(first.camera, "camera_matrix", "distortion_coefficients");
+  } else {
+    requirePair(cameras);
+    writer.addLens(first.camera, "M1", "D1");
+    writer.addLens(cameras.back().camera, "M2", "D2");
+    const std::vector<SE3> poses = posesFromFirst(cameras);
+    if (!poses.empty()) {
+      writer.addMatrix("R", 3, 3, rowMajor(poses.back().rotation.matrix()));
+      writer.addMatrix("T", 3, 1, rowMajor(poses.back().translation));
+    }
   }
-  requirePair(cameras);
-  addLens(writer, first.camera, "M1", "D1");
-  addLens(writer, cameras.back().camera, "M2", "D2");
-  const std::vector<SE3> poses = posesFromFirst(cameras);
-  if (!poses.empty()) {
-    writer.addMatrix("R", 3, 3, rowMajor(poses.back().rotation.matrix()));
-    writer.addMatrix("T", 3, 1, rowMajor(poses.back().translation));
-  }
-  return writer.text();
-}
-
-template <const Style& kStyle>
-std::string write(std::span<const NamedCamera> cameras) {
-  return textOf(cameras, kStyle);
+  return writer.head + join(writer.nodes, writer.between_nodes) + writer.tail;
 }
 
 }  // namespace opencv_format
@@ -374,8 +356,7 @@ const CameraFormat& opencv() {
       .marks = {"camera_matrix", "distortion_coefficients", "dist_coeffs", "intrinsic_matrix"},
       .recognises = recognises,
       .read = read,
-      .write = write<kYaml>,
-      .dialects = {{".xml", write<kXml>}, {".json", write<kJson>}}};
+      .write = write};
   return kFormat;
 }
 

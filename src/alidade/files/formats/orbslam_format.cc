@@ -143,9 +143,11 @@ void refuseForeignCoefficients(const Keys& keys, const Keys& common, const LensL
 
 std::optional<ImageSize> sizeOf(const Keys& common, const ReadOptions& options,
                                 std::vector<Remark>& remarks) {
-  const auto side = [&common](const char* name) { return sideOf(common.map, common.of(name)); };
-  const auto size = sizeOfSides(side("width"), side("height"), options.image_size, remarks);
-  const auto other = sizeOfSides(side("cols"), side("rows"), options.image_size, remarks);
+  const auto sides = [&](const char* width, const char* height) {
+    return sizeOfSides({common.map}, common.of(width), common.of(height), options.image_size, remarks);
+  };
+  const auto size = sides("width", "height");
+  const auto other = sides("cols", "rows");
   if (size && other && *size != *other) {
     throw common.find("cols")
         .value_or(common.map)
@@ -155,8 +157,7 @@ std::optional<ImageSize> sizeOf(const Keys& common, const ReadOptions& options,
   return size ? size : other;
 }
 
-StatedCamera readOne(const Keys& keys, const Keys& common, const std::string& name,
-                     const ReadOptions& options) {
+StatedCamera readOne(const Keys& keys, const Keys& common, const ReadOptions& options) {
   const std::string type = typeOf(common);
   if (type.empty()) refuseFisheyeWithoutType(keys, common);
   const LensLayout& lens = lensOf(keys, type);
@@ -164,7 +165,7 @@ StatedCamera readOne(const Keys& keys, const Keys& common, const std::string& na
   const auto names = mapped(words(lens.order), [&](const std::string& listed) { return keys.of(listed); });
   std::vector<Remark> remarks;
   const auto size = sizeOf(common, options, remarks);
-  StatedCamera camera = stateCamera(keys.map.at(names.front()).where(), name, lens.model,
+  StatedCamera camera = stateCamera(keys.map.at(names.front()).where(), lens.model,
                                     storageOrder(lens, numbersOf(keys.map, names)), size, remarks);
   if (type.empty()) {
     camera.remarks.push_back({"assumed", common.map.where() + ": there is no " + common.of("type") +
@@ -226,28 +227,27 @@ void refuseMixedNames(const YamlNode& root, const std::string& own, const std::s
 }
 
 // stella_vslam's map of one camera; its other maps are settings.
-StatedCameras readNested(const YamlNode& root, const ReadOptions& options) {
+CameraSource readNested(const YamlNode& root, const ReadOptions& options) {
   const YamlNode camera_map = root.at("Camera");
   const Keys keys = {camera_map, ""};
-  StatedCamera camera = readOne(keys, keys, "", options);
+  StatedCamera camera = readOne(keys, keys, options);
   remarkUnknownKeys(camera_map, words(kNumbers + kOtherCameraKeys), camera);
   remarkRawCameras(root, camera);
   return {.cameras = {camera}};
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   const YamlNode& root = document.root();
   if (isNested(root)) return readNested(root, options);
-  StatedCameras all;
+  CameraSource all;
   const Keys common = {root, "Camera."};
   const bool is_older = !root.has("Camera1.fx") && (root.has("Camera.fx") || root.has("Camera.model"));
   if (root.has("Camera1.fx") || root.has("Camera.fx"))
     refuseMixedNames(root, is_older ? "Camera" : "Camera1", is_older ? "Camera1" : "Camera");
   const Keys first = {root, is_older ? "Camera." : "Camera1."};
-  all.add("Camera1", [&] { return readOne(first, common, "Camera1", options); });
-  if (root.has("Camera2.fx")) {
-    all.add("Camera2", [&] { return readOne({root, "Camera2."}, common, "Camera2", options); });
-  }
+  all.add("Camera1", [&] { return readOne(first, common, options); });
+  if (root.has("Camera2.fx"))
+    all.add("Camera2", [&] { return readOne({root, "Camera2."}, common, options); });
   for (StatedCamera& camera : all.cameras) {
     remarkUnknownKeys(root, knownKeys(root), camera);
     remarkNotCarried(root, words(kTransforms), camera);
@@ -256,7 +256,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   return all;
 }
 
-std::string write(std::span<const NamedCamera> cameras) {
+std::string write(std::span<const NamedCamera> cameras, const std::string&) {
   const NamedCamera& named = cameras.front();
   const LensLayout& lens = layoutOf(kWritten, named.camera.modelId());
   const std::vector<std::string> names = words(lens.order);

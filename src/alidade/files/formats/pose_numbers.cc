@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/files/formats/pose_numbers.h"
 
+#include <fmt/format.h>
+
+#include "alidade/core/mapped.h"
 #include "alidade/files/formats/lens_numbers.h"
 #include "alidade/files/text/file_text.h"
 #include "alidade/geometry/rotation_conversions.h"
@@ -13,11 +16,8 @@ constexpr double kFewDigits = 1e-3;
 
 template <int kRows>
 Eigen::Matrix<double, kRows, kRows> readSquare(const YamlNode& node) {
-  const std::vector<StatedNumber> numbers = statedNumbers(node, static_cast<std::size_t>(kRows) * kRows);
-  Eigen::Matrix<double, kRows, kRows> matrix;
-  for (int i = 0; i < kRows * kRows; ++i)
-    matrix(i / kRows, i % kRows) = numbers[static_cast<std::size_t>(i)].value;
-  return matrix;
+  const auto numbers = mapped(statedNumbers(node, std::size_t{kRows} * kRows), &StatedNumber::value);
+  return Eigen::Map<const Eigen::Matrix<double, kRows, kRows, Eigen::RowMajor>>(numbers.data());
 }
 
 SO3 nearestRotation(const Eigen::Matrix3d& R, const YamlNode& node, std::vector<Remark>& remarks) {
@@ -53,15 +53,34 @@ Eigen::Vector3d readVector(const YamlNode& node) {
   return {numbers[0].value, numbers[1].value, numbers[2].value};
 }
 
-void requireFinite(std::span<const SE3> poses, const StatedCameras& cameras) {
+void requireFinite(std::span<const SE3> poses, const CameraSource& cameras) {
   for (const StatedCamera& camera : cameras.cameras) {
     if (camera.number < poses.size() && !poses[camera.number].matrix().allFinite()) {
-      throw inputError(
-          {.where = "camera " + (camera.name.empty() ? std::to_string(camera.number) : camera.name),
-           .found = "found a pose whose numbers are too large",
-           .expected = "a rotation, and a translation in metres"});
+      throw errorAt("camera " + cameraLabel(camera), "found a pose whose numbers are too large",
+                    "a rotation, and a translation in metres");
     }
   }
+}
+
+bool statesPair(const CameraDocument& document) {
+  return document.isMap() && document.has("R") && document.has("T");
+}
+
+SE3 readPair(const YamlNode& root, std::vector<Remark>& remarks) {
+  const YamlNode rotation = root.at("R");
+  const YamlNode translation = root.at("T");
+  const bool is_vector = statedNumbers(rotation).size() == 3;
+  const SE3 second_from_first{is_vector ? SO3::exp(readVector(rotation)) : readRotation(rotation, remarks),
+                              readVector(translation)};
+  constexpr double kLongBaseline = 5;  // m
+  const double length = second_from_first.translation.norm();
+  if (length > kLongBaseline) {
+    remarks.push_back({"assumed", translation.where() +
+                                      fmt::format(": taken as metres, a baseline of {:.4g} m; OpenCV writes "
+                                                  "it in the unit of the board's squares",
+                                                  length)});
+  }
+  return second_from_first;
 }
 
 std::vector<SE3> posesOf(std::span<const NamedCamera> cameras) {
@@ -83,11 +102,8 @@ std::vector<SE3> posesFromFirst(std::span<const NamedCamera> cameras) {
 }
 
 std::vector<double> rowMajor(const Eigen::MatrixXd& matrix) {
-  std::vector<double> numbers;
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column) numbers.push_back(matrix(row, column));
-  }
-  return numbers;
+  const auto numbers = matrix.reshaped<Eigen::RowMajor>();
+  return {numbers.begin(), numbers.end()};
 }
 
 }  // namespace alidade::detail

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "alidade/core/error.h"
+#include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/stated_camera.h"
 #include "alidade/files/text/yaml_node.h"
 #include "alidade/geometry/se3.h"
@@ -26,14 +27,23 @@ namespace alidade::detail {
 /// Reads three numbers.
 [[nodiscard]] Eigen::Vector3d readVector(const YamlNode& node);
 
+/// True if the file holds results of cv::stereoCalibrate(): R and T. The cameras may be in the same file, or
+/// in a separate one as the sample stereo_calib writes them.
+[[nodiscard]] bool statesPair(const CameraDocument& document);
+
+/// second_from_first: X2 = R X1 + T. R is a rotation matrix or a rotation vector. T is in the unit of the
+/// board, which no file states; metres are assumed, with a remark if it is longer than usual for rigs.
+/// @throws Error (kInput) with the place
+[[nodiscard]] SE3 readPair(const YamlNode& root, std::vector<Remark>& remarks);
+
 /// @throws Error (kInput), naming the camera, if large numbers made a pose overflow
-void requireFinite(std::span<const SE3> poses, const StatedCameras& cameras);
+void requireFinite(std::span<const SE3> poses, const CameraSource& cameras);
 
 /// Assigns the poses that `read` returns, camera_from_rig by number, or none. The lens is usable even if a
 /// pose is damaged, so errors of `read` become a remark (bad_pose), and no camera gets a pose. `read` takes a
 /// list of remarks to append to.
 template <class Read>
-void statePoses(StatedCameras& all, const Read& read) {
+void statePoses(CameraSource& all, const Read& read) {
   std::vector<Remark> remarks;
   try {
     const std::vector<SE3> poses = read(remarks);

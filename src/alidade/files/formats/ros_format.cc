@@ -132,8 +132,7 @@ void remarkProjection(const YamlNode& root, const char* key, std::span<const Sta
   const auto node = root.find(key);
   if (!node || node->isNull()) return;
   const std::vector<StatedNumber> P = statedNumbers(*node, 12);
-  const auto isZero = [](const StatedNumber& number) { return number.value == 0; };
-  if (std::all_of(P.begin(), P.end(), isZero)) return;
+  if (areZero(P)) return;
   if (P[2].value > 0 && P[6].value > 0) camera.rectified_center = Eigen::Vector2d(P[2].value, P[6].value);
   constexpr std::array<std::size_t, 9> kLeft = {0, 1, 2, 4, 5, 6, 8, 9, 10};
   const StatedNumber zero;
@@ -159,8 +158,7 @@ std::vector<SE3> readPoses(const YamlNode& root, const Names& names, std::vector
   };
   const std::vector<StatedNumber> P = listed(names.projection, 12);
   const std::vector<StatedNumber> R = listed(names.rectification, 9);
-  const auto isZero = [](const StatedNumber& number) { return number.value == 0; };
-  if (P.empty() || std::all_of(R.begin(), R.end(), isZero) || !(P[0].value > 0 && P[5].value > 0)) return {};
+  if (P.empty() || areZero(R) || !(P[0].value > 0 && P[5].value > 0)) return {};
   const double z = P[11].value;
   const Eigen::Vector3d rectified_from_rig((P[3].value - P[2].value * z) / P[0].value,
                                            (P[7].value - P[6].value * z) / P[5].value, z);
@@ -188,8 +186,7 @@ void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
 std::string_view readDistortion(const YamlNode& name, const YamlNode& place,
                                 std::vector<StatedNumber>& coefficients) {
   const std::string stated = name.isNull() ? "" : name.text();
-  const bool is_zero = std::all_of(coefficients.begin(), coefficients.end(),
-                                   [](const StatedNumber& number) { return number.value == 0; });
+  const bool is_zero = areZero(coefficients);
   if (stated.empty() || stated == "none" || stated == "None") {
     if (!is_zero) {
       throw name.error(
@@ -215,14 +212,12 @@ std::string_view readDistortion(const YamlNode& name, const YamlNode& place,
                            "calibrate the camera again with alidade calibrate or ROS camera_calibration"));
 }
 
-StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
+CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   if (isCalibratorIni(document.text())) {
     // In a folder, the file beside it is read instead.
-    throw NotACameraFile(
-        inputError({.where = document.file(),
-                    .found = "found the INI file (ost.txt) of the ROS calibrator",
-                    .expected = "its YAML file, which also states the distortion model",
-                    .next_step = "use ost.yaml, which the calibrator writes to the same folder"}));
+    throw NotACameraFile(errorAt(document.file(), "found the INI file (ost.txt) of the ROS calibrator",
+                                 "its YAML file, which also states the distortion model",
+                                 "use ost.yaml, which the calibrator writes to the same folder"));
   }
   const YamlNode& root = document.root();
   const Names& names = *namesOf(document);
@@ -236,15 +231,14 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   const std::string_view model = readDistortion(root.at("distortion_model"), place, coefficients);
   const std::vector<StatedNumber> pinhole = parameters;
   append(parameters, coefficients);
-  const auto name = root.find("camera_name");
   std::vector<Remark> remarks;
   const ImageSize size = sizeOf(root, names, options, remarks);
-  StatedCamera camera = stateCamera(place.where(), name && !name->isNull() ? name->text() : "", model,
-                                    parameters, size, remarks);
+  StatedCamera camera = stateCamera(place.where(), model, parameters, size, remarks);
+  if (const auto name = root.find("camera_name"); name && !name->isNull()) camera.name = name->text();
   remarkUnknownKeys(root, kKnown, camera);
   remarkProjection(root, names.projection, pinhole, camera);
   remarkCroppedImages(root, camera);
-  StatedCameras all{.cameras = {camera}};
+  CameraSource all{.cameras = {camera}};
   statePoses(all, [&](std::vector<Remark>& told) { return readPoses(root, names, told); });
   if (!all.cameras[0].camera_from_rig) remarkNotCarried(root, {names.rectification}, all.cameras[0]);
   return all;
@@ -254,7 +248,7 @@ std::string matrixText(const std::string& key, int rows, int columns, std::span<
   return fmt::format("{}:\n  rows: {}\n  cols: {}\n  data: {}\n", key, rows, columns, listText(values));
 }
 
-std::string write(std::span<const NamedCamera> cameras) {
+std::string write(std::span<const NamedCamera> cameras, const std::string&) {
   const NamedCamera& named = cameras.front();
   const std::span<const double> p = named.camera.parameters();
   const std::string_view model = named.camera.modelId();

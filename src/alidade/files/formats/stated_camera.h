@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -64,21 +65,27 @@ template <class Camera>
   return camera.name.empty() ? std::to_string(camera.number) : camera.name;
 }
 
-/// The cameras of a file, in their order.
-struct StatedCameras {
-  std::vector<StatedCamera> cameras = {};
+/// All cameras of a file, in their order.
+struct CameraSource {
+  std::string path = {};                   ///< without "#NAME"
+  std::string_view format = {};            ///< id: "ros"
+  std::string_view format_name = {};       ///< for display: "ROS camera_info (YAML)"
+  std::vector<StatedCamera> cameras = {};  ///< at least one, unless ReadOptions::only is set
+  /// Unsupported cameras of the same file; empty if one camera was selected.
   std::vector<RefusedCamera> refused = {};
   /// Names of cameras that were skipped because ReadOptions::only selects a different one.
   std::vector<std::string> passed = {};
-  /// Reads what an Alidade rig file states beside cameras and poses; empty for other files.
+  /// Reads what an Alidade rig file states beside cameras and poses; empty for other files, and if one camera
+  /// was selected.
   std::function<void(RigRecord&)> readRigRest = {};
 
-  /// Adds the camera that `read` returns, or the reason if it throws UnsupportedCamera.
+  /// Adds the camera that `read` returns, with this name, or the reason if it throws UnsupportedCamera.
   template <class Read>
   void add(const std::string& name, const Read& read) {
     const std::size_t number = cameras.size() + refused.size() + passed.size();
     try {
       cameras.push_back(read());
+      cameras.back().name = name;
       cameras.back().number = number;
     } catch (const UnsupportedCamera& reason) {
       refused.push_back({.name = name, .number = number, .reason = reason});

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "alidade/core/text.h"
+#include "alidade/files/text/file_text.h"
 
 namespace alidade {
 namespace {
@@ -43,19 +44,14 @@ std::string adviceForWriting(int error) {
 Error writeError(const std::string& path, int error, const fs::path& folder = {}) {
   std::string found = "cannot be written: " + errorText(error);
   if (!folder.empty()) found += " (in the folder " + quoted(folder) + ")";
-  return inputError({.where = path.empty() ? "''" : path,
-                     .found = found,
-                     .expected = "a writable path",
-                     .next_step = adviceForWriting(error)});
+  return detail::errorAt(path.empty() ? "''" : path, found, "a writable path", adviceForWriting(error));
 }
 
 Error readError(const std::string& path, int error) {
-  return inputError({.where = path.empty() ? "''" : path,
-                     .found = "cannot be read: " + errorText(error),
-                     .expected = "a readable file",
-                     .next_step = error == EACCES || error == EPERM
-                                      ? "change the permissions of the file and its folders (chmod u+r)"
-                                      : "check the path and the disk"});
+  return detail::errorAt(path.empty() ? "''" : path, "cannot be read: " + errorText(error), "a readable file",
+                         error == EACCES || error == EPERM
+                             ? "change the permissions of the file and its folders (chmod u+r)"
+                             : "check the path and the disk");
 }
 
 /// Owns a file descriptor.
@@ -145,13 +141,9 @@ int createTemporary(const fs::path& folder, fs::path& path) {
   return fd;
 }
 
-/// The file or device that writing to a path affects.
-struct WriteTarget {
-  fs::path path;                        ///< target of the rename; empty = nothing to replace, write directly
-  std::optional<struct stat> replaced;  ///< whose permissions and owner are kept
-};
-
-WriteTarget findTarget(const std::string& path) {
+/// The target of the rename (empty = nothing to replace, write directly), and the file that it replaces,
+/// whose permissions and owner are kept.
+std::pair<fs::path, std::optional<struct stat>> findTarget(const std::string& path) {
   struct stat existing {};
   const bool exists = ::stat(path.c_str(), &existing) == 0;
   if (!exists && errno != ENOENT) throw writeError(path, errno);
@@ -164,24 +156,24 @@ WriteTarget findTarget(const std::string& path) {
   return {*target, exists ? std::optional(existing) : std::nullopt};
 }
 
-void replaceFile(const std::string& path, const WriteTarget& target, std::string_view content,
-                 Durability durability) {
+void replaceFile(const std::string& path, const fs::path& target, const std::optional<struct stat>& replaced,
+                 std::string_view content, Durability durability) {
   const SignalDelay delay;
   fs::path temporary;
-  const fs::path folder = target.path.parent_path();
+  const fs::path folder = target.parent_path();
   Descriptor file(createTemporary(folder, temporary));
   if (file.get() < 0) throw writeError(path, errno, folder);
   int error = 0;
-  if (target.replaced) {
+  if (replaced) {
     // Only root may change the owner. Otherwise set-id bits must not carry over to a file that we own.
-    const bool is_owned = ::fchown(file.get(), target.replaced->st_uid, target.replaced->st_gid) == 0;
+    const bool is_owned = ::fchown(file.get(), replaced->st_uid, replaced->st_gid) == 0;
     const mode_t kept = is_owned ? 07777 : 0777;
-    if (::fchmod(file.get(), target.replaced->st_mode & kept) != 0) error = errno;
+    if (::fchmod(file.get(), replaced->st_mode & kept) != 0) error = errno;
   }
   if (error == 0) error = writeAll(file.get(), content);
   if (error == 0 && durability == Durability::kSafe && ::fsync(file.get()) != 0) error = errno;
   if (error == 0) error = file.close();
-  if (error == 0 && ::rename(temporary.c_str(), target.path.c_str()) != 0) error = errno;
+  if (error == 0 && ::rename(temporary.c_str(), target.c_str()) != 0) error = errno;
   if (error == 0) return;
   ::unlink(temporary.c_str());
   throw writeError(path, error);
@@ -201,15 +193,15 @@ std::vector<std::string> namesIn(const fs::path& folder) {
 }  // namespace
 
 void writeFileAtomically(const std::string& path, std::string_view content, Durability durability) {
-  const WriteTarget target = findTarget(path);
-  if (target.path.empty()) return writeStraight(path, content);
-  replaceFile(path, target, content, durability);
+  const auto [target, replaced] = findTarget(path);
+  if (target.empty()) return writeStraight(path, content);
+  replaceFile(path, target, replaced, content, durability);
 }
 
 void checkWritable(const std::string& path) {
-  const WriteTarget target = findTarget(path);
-  if (target.path.empty()) return;
-  const fs::path folder = target.path.parent_path();
+  const fs::path target = findTarget(path).first;
+  if (target.empty()) return;
+  const fs::path folder = target.parent_path();
   if (::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
     throw writeError(path, errno, folder);
 }
@@ -228,10 +220,7 @@ std::string readBinaryFile(const std::string& path, std::size_t max_bytes) {
     throw readError(path, errno);
   }
   if (S_ISDIR(status.st_mode)) {
-    throw inputError({.where = path,
-                      .found = "this is a folder",
-                      .expected = "a file",
-                      .next_step = "give the path of a file in it"});
+    throw detail::errorAt(path, "this is a folder", "a file", "give the path of a file in it");
   }
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (file.get() < 0) throw readError(path, errno);
@@ -247,10 +236,8 @@ std::string readBinaryFile(const std::string& path, std::size_t max_bytes) {
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) throw readError(path, errno);
     if (static_cast<std::size_t>(count) > max_bytes - content.size()) {
-      throw inputError({.where = path,
-                        .found = "the file is too large",
-                        .expected = "at most " + std::to_string(max_bytes) + " bytes",
-                        .next_step = "check that this is the file you meant"});
+      throw detail::errorAt(path, "the file is too large", "at most " + std::to_string(max_bytes) + " bytes",
+                            "check that this is the file you meant");
     }
     content.append(block.data(), static_cast<std::size_t>(count));
   }
@@ -259,10 +246,8 @@ std::string readBinaryFile(const std::string& path, std::size_t max_bytes) {
 std::string readTextFile(const std::string& path, std::size_t max_bytes) {
   std::string text = readBinaryFile(path, max_bytes);
   if (const std::size_t at = text.find('\0'); at != std::string::npos) {
-    throw inputError({.where = path,
-                      .found = "a zero byte at offset " + std::to_string(at),
-                      .expected = "UTF-8 text",
-                      .next_step = "check that this is the file you meant, and save UTF-16 text as UTF-8"});
+    throw detail::errorAt(path, "a zero byte at offset " + std::to_string(at), "UTF-8 text",
+                          "check that this is the file you meant, and save UTF-16 text as UTF-8");
   }
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
@@ -271,10 +256,7 @@ std::string readTextFile(const std::string& path, std::size_t max_bytes) {
 
 Error missingPathError(const std::string& path) {
   if (path.empty()) {
-    return inputError({.where = "''",
-                       .found = "the path is empty",
-                       .expected = "the path of a file or folder",
-                       .next_step = "give a path"});
+    return detail::errorAt("''", "the path is empty", "the path of a file or folder", "give a path");
   }
   // parent: the existing part; then the first missing name; then the rest.
   fs::path parent;
@@ -282,19 +264,13 @@ Error missingPathError(const std::string& path) {
   fs::path rest;
   std::error_code error;
   for (const fs::path& part : fs::path(path)) {
-    if (!missing.empty()) {
-      rest /= part;
-    } else if (fs::exists(parent / part, error)) {
-      parent /= part;
-    } else {
-      missing = part;
-    }
+    const bool exists = missing.empty() && fs::exists(parent / part, error);
+    fs::path& end = exists ? parent : missing.empty() ? missing : rest;
+    end /= part;
   }
   if (!parent.empty() && !fs::is_directory(parent, error)) {
-    return inputError({.where = path,
-                       .found = quoted(parent) + " is a file, not a folder",
-                       .expected = "the path of a file or folder",
-                       .next_step = "check the path"});
+    return detail::errorAt(path, quoted(parent) + " is a file, not a folder", "the path of a file or folder",
+                           "check the path");
   }
   const fs::path missing_path = parent / missing;
   std::string found = rest.empty() ? "no such file or folder" : "there is no folder " + quoted(missing_path);
@@ -310,8 +286,7 @@ Error missingPathError(const std::string& path) {
     if (!rest.empty()) suggestion /= rest;
     next_step = "did you mean " + quoted(suggestion) + "?";
   }
-  return inputError(
-      {.where = path, .found = found, .expected = "a file or folder that exists", .next_step = next_step});
+  return detail::errorAt(path, found, "a file or folder that exists", next_step);
 }
 
 }  // namespace alidade

@@ -60,14 +60,18 @@ std::ptrdiff_t lineAt(std::string_view text, std::size_t offset) {
   return 1 + std::count(before.begin(), before.end(), '\n');
 }
 
+Error errorAt(const std::string& where, const std::string& found, const std::string& expected,
+              const std::string& next_step) {
+  return inputError({.where = where, .found = found, .expected = expected, .next_step = next_step});
+}
+
 void checkUtf8(const std::string& text, const std::string& file) {
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t length = lengthOfCharacter(text, at);
     if (length == 0) {
-      throw inputError({.where = file + ":" + std::to_string(lineAt(text, at)),
-                        .found = "found bytes that are not UTF-8: \"" + shown(text, at) + "\"",
-                        .expected = "text in UTF-8",
-                        .next_step = "save the file as UTF-8, or replace these characters with ASCII"});
+      throw errorAt(file + ":" + std::to_string(lineAt(text, at)),
+                    "found bytes that are not UTF-8: \"" + shown(text, at) + "\"", "text in UTF-8",
+                    "save the file as UTF-8, or replace these characters with ASCII");
     }
     at += length;
   }

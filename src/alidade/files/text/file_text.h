@@ -16,6 +16,10 @@ namespace alidade::detail {
 /// The line number, from 1, of a position in a text.
 [[nodiscard]] std::ptrdiff_t lineAt(std::string_view text, std::size_t offset);
 
+/// An input error at a place such as "cam.yaml:4".
+[[nodiscard]] Error errorAt(const std::string& where, const std::string& found,
+                            const std::string& expected = "", const std::string& next_step = "");
+
 /// Returns the result of `read`. Its errors, which do not know their place in a file, get `where` and become
 /// input errors. @throws Error (kInput)
 template <class Read>

@@ -50,40 +50,31 @@ int countDocuments(const std::string& text) {
 
 YamlNode YamlNode::parse(const std::string& text, const std::string& file) {
   if (text.starts_with("%YAML:1.0")) {
-    throw inputError({.where = file + ":1",
-                      .found = "found %YAML:1.0, which marks OpenCV's own format",
-                      .expected = "YAML 1.2",
-                      .next_step = "OpenCV files are accepted only as camera files"});
+    throw errorAt(file + ":1", "found %YAML:1.0, which marks OpenCV's own format", "YAML 1.2",
+                  "OpenCV files are accepted only as camera files");
   }
   try {
     const int num_documents = countDocuments(text);
     if (num_documents == 0) {
-      throw inputError(
-          {.where = file,
-           .found = text.empty() ? "an empty file" : "a file with only spaces and comments",
-           .expected = "YAML or JSON",
-           .next_step = "check the path, and whether the program that wrote the file was interrupted"});
+      throw errorAt(file, text.empty() ? "an empty file" : "a file with only spaces and comments",
+                    "YAML or JSON",
+                    "check the path, and whether the program that wrote the file was interrupted");
     }
     if (num_documents > 1) {
-      throw inputError({.where = file,
-                        .found = "at least 2 YAML documents",
-                        .expected = "one",
-                        .next_step = "keep only one; they are separated by lines with ---"});
+      throw errorAt(file, "at least 2 YAML documents", "one",
+                    "keep only one; they are separated by lines with ---");
     }
     YamlNode root(YAML::Load(text), file, "");
     std::set<std::pair<int, bool>> seen;
     root.checkKeys(seen);
     return root;
   } catch (const YAML::DeepRecursion& e) {
-    throw inputError({.where = placeInFile(file, e.mark),
-                      .found = "lists or maps nested more than " + std::to_string(e.depth()) + " levels deep",
-                      .expected = "a few levels",
-                      .next_step = "check for brackets or dashes that were repeated by mistake"});
+    throw errorAt(placeInFile(file, e.mark),
+                  "lists or maps nested more than " + std::to_string(e.depth()) + " levels deep",
+                  "a few levels", "check for brackets or dashes that were repeated by mistake");
   } catch (const YAML::Exception& e) {
-    throw inputError({.where = placeInFile(file, e.mark),
-                      .found = "not valid YAML: " + e.msg,
-                      .expected = "YAML 1.2",
-                      .next_step = "correct the file near that line"});
+    throw errorAt(placeInFile(file, e.mark), "not valid YAML: " + e.msg, "YAML 1.2",
+                  "correct the file near that line");
   }
 }
 
@@ -223,8 +214,7 @@ std::string YamlNode::whereKey(const std::string& key) const {
 
 Error YamlNode::error(const std::string& found, const std::string& expected,
                       const std::string& next_step) const {
-  return inputError(
-      {.where = where(), .found = "found " + found, .expected = expected, .next_step = next_step});
+  return errorAt(where(), "found " + found, expected, next_step);
 }
 
 std::string YamlNode::describe() const {
