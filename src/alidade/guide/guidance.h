@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/guide/coverage.h"
 #include "alidade/target/board.h"
+#include "alidade/target/view.h"
 
 namespace alidade {
 
@@ -110,15 +112,17 @@ inline constexpr int kMaxForecast = 20;
 /// How far a calibration is from the required uncertainty.
 struct TargetReport {
   double target_px = 0;
-  bool is_reached = false;
   /// How many more views are needed, each the best after the previous ones: 0 if it is reached, empty if
   /// kMaxForecast are not enough or none can be suggested.
   std::optional<int> num_more_views;
   double forecast_px = 0;  ///< the worst uncertainty after those, or after as many as were tried
+
+  [[nodiscard]] bool isReached() const { return num_more_views == 0; }
 };
 
-/// What to do next.
+/// What the photographs show, and what to do next.
 struct Guidance {
+  CoverageReport coverage = {};
   Board board;             ///< that `next` shows: of several, the one with the most views
   bool is_chosen = false;  ///< there are several
   /// False where the views leave some direction of the parameters undetermined: `next` is then the view that
@@ -133,8 +137,9 @@ struct Guidance {
   std::optional<TargetReport> target = {};  ///< if a target was given
 };
 
+/// @param views  those that were given to the calibration
 /// @param target_px  positive
-[[nodiscard]] Guidance guide(const Calibration& calibration, const CoverageReport& coverage,
+[[nodiscard]] Guidance guide(const Calibration& calibration, std::span<const View> views,
                              std::optional<double> target_px = std::nullopt);
 
 /// Text for users: where to put the board, and the gain. Lines are not indented and end with a newline.

@@ -30,12 +30,8 @@ constexpr double kWhiteMm = 6;          // around the pattern
 constexpr double kFooterMm = 12;
 constexpr double kLeastWidthMm = 110;  // for the footer
 
-struct Freed {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-  void operator()(cairo_t* context) const { cairo_destroy(context); }
-};
-using Surface = std::unique_ptr<cairo_surface_t, Freed>;
-using Context = std::unique_ptr<cairo_t, Freed>;
+using Surface = std::shared_ptr<cairo_surface_t>;
+using Context = std::shared_ptr<cairo_t>;
 
 void checkStatus(cairo_status_t status) {
   if (status == CAIRO_STATUS_SUCCESS) return;
@@ -61,7 +57,7 @@ class SheetPen {
     drawInk();
     drawAxes();
     drawRuler();
-    drawText();
+    text(kWhiteMm, sheet_.drawing_mm.y() - 3, 2.6, "100 mm: print at 100 % and measure.   " + sheet_.spec);
   }
 
   void text(double x, double y, double height_mm, const std::string& text) const {
@@ -119,11 +115,6 @@ class SheetPen {
     }
   }
 
-  void drawText() const {
-    const double y = sheet_.drawing_mm.y() - 3;
-    text(kWhiteMm, y, 2.6, "100 mm: print at 100 % and measure.   " + sheet_.spec);
-  }
-
   cairo_t* context_;
   const BoardSheet& sheet_;
 };
@@ -166,7 +157,7 @@ void drawPage(cairo_t* context, const BoardSheet& sheet, int column, int row) {
 
 // On a surface whose unit is `per_mm` of a millimetre.
 Context makeContext(cairo_surface_t* surface, double per_mm) {
-  Context context(cairo_create(surface));
+  Context context(cairo_create(surface), cairo_destroy);
   checkStatus(cairo_status(context.get()));
   cairo_scale(context.get(), per_mm, per_mm);
   cairo_select_font_face(context.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
@@ -178,7 +169,7 @@ template <class MakeSurface>
 std::string vectorFile(const BoardSheet& sheet, const MakeSurface& make_surface) {
   std::string file;
   const Vector2d size = kPointsPerInch / kMmPerInch * sheet.paper.size_mm;
-  const Surface surface(make_surface(append, &file, size.x(), size.y()));
+  const Surface surface(make_surface(append, &file, size.x(), size.y()), cairo_surface_destroy);
   checkStatus(cairo_surface_status(surface.get()));
   {
     const Context context = makeContext(surface.get(), kPointsPerInch / kMmPerInch);
@@ -199,10 +190,6 @@ cairo_surface_t* makePdf(cairo_write_func_t write, void* file, double width, dou
   cairo_surface_t* surface = cairo_pdf_surface_create_for_stream(write, file, width, height);
   cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATE_DATE, "");  // same board, same bytes
   return surface;
-}
-
-cairo_surface_t* makeSvg(cairo_write_func_t write, void* file, double width, double height) {
-  return cairo_svg_surface_create_for_stream(write, file, width, height);
 }
 
 std::string bigEndian(std::uint32_t value) {
@@ -233,7 +220,8 @@ std::string pngFile(const BoardSheet& sheet, double dpi) {
                       .next_step = "use a PDF file, or another --dpi, such as 300"});
   }
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(pixels.x()),
-                                                   static_cast<int>(pixels.y())));
+                                                   static_cast<int>(pixels.y())),
+                        cairo_surface_destroy);
   checkStatus(cairo_surface_status(surface.get()));
   const Context context = makeContext(surface.get(), dpi / kMmPerInch);
   cairo_set_source_rgb(context.get(), 1, 1, 1);
@@ -245,6 +233,15 @@ std::string pngFile(const BoardSheet& sheet, double dpi) {
   checkStatus(cairo_surface_write_to_png_stream(surface.get(), append, &file));
   stateResolution(file, dpi);
   return file;
+}
+
+Error tooLarge(const BoardSheet& sheet, const std::string& expected, const char* next_step) {
+  return usageError(
+      {.where = "board " + sheet.spec,
+       .found = fmt::format("{:.0f}x{:.0f} mm, which takes {} pages of {}", sheet.drawing_mm.x(),
+                            sheet.drawing_mm.y(), sheet.numPages(), sheet.paper.name),
+       .expected = expected,
+       .next_step = next_step});
 }
 
 BoardSheet onPaper(const BoardInk& ink, const std::string& spec, const Paper& paper, bool is_turned) {
@@ -285,28 +282,18 @@ BoardSheet layOutBoard(const BoardInk& ink, const std::string& spec, const std::
       *std::min_element(sheets.end() - 2, sheets.end(),
                         [](const BoardSheet& a, const BoardSheet& b) { return a.numPages() < b.numPages(); });
   constexpr int kMaxPages = 100;
-  if (best.numPages() > kMaxPages) {
-    throw usageError(
-        {.where = "board " + spec,
-         .found = fmt::format("{:.0f}x{:.0f} mm, which takes {} pages of {}", best.drawing_mm.x(),
-                              best.drawing_mm.y(), best.numPages(), best.paper.name),
-         .expected = fmt::format("at most {} pages", kMaxPages),
-         .next_step = "use a larger --paper, or make the squares smaller"});
-  }
+  if (best.numPages() > kMaxPages)
+    throw tooLarge(best, fmt::format("at most {} pages", kMaxPages),
+                   "use a larger --paper, or make the squares smaller");
   return best;
 }
 
 std::string sheetFile(const BoardSheet& sheet, SheetFormat format, double dpi) {
   if (format == SheetFormat::kPdf) return vectorFile(sheet, makePdf);
-  if (sheet.numPages() > 1) {
-    throw usageError(
-        {.where = "board " + sheet.spec,
-         .found = fmt::format("{:.0f}x{:.0f} mm, which takes {} pages of {}", sheet.drawing_mm.x(),
-                              sheet.drawing_mm.y(), sheet.numPages(), sheet.paper.name),
-         .expected = "one page in an SVG or PNG file",
-         .next_step = "use a PDF file, or a larger --paper"});
-  }
-  return format == SheetFormat::kSvg ? vectorFile(sheet, makeSvg) : pngFile(sheet, dpi);
+  if (sheet.numPages() > 1)
+    throw tooLarge(sheet, "one page in an SVG or PNG file", "use a PDF file, or a larger --paper");
+  return format == SheetFormat::kSvg ? vectorFile(sheet, cairo_svg_surface_create_for_stream)
+                                     : pngFile(sheet, dpi);
 }
 
 }  // namespace alidade

@@ -36,6 +36,9 @@ struct Figure {
 /// A path through the points: "M0,0 L1,2 ".
 [[nodiscard]] std::string pathThrough(const std::vector<Eigen::Vector2d>& points, bool is_closed = false);
 
+/// The corners of a box in turn, beginning with the least values.
+[[nodiscard]] std::vector<Eigen::Vector2d> cornersOf(const Eigen::AlignedBox2d& box);
+
 /// An arrow; a short one has no head, and one that could not be seen is left out.
 [[nodiscard]] std::string arrowPath(const Eigen::Vector2d& from, const Eigen::Vector2d& along);
 /// A star with five points.
@@ -77,6 +80,9 @@ using Legend = std::vector<std::pair<std::string, std::string>>;
 /// Its entries for the warmth of cells, up to the largest RMS.
 [[nodiscard]] Legend warmthLegend(double most_px);
 
+/// The largest area with an image's shape in a drawing of this width, with room for marks.
+[[nodiscard]] PlotArea imageArea(const ImageSize& size, double width);
+
 /// Errors in a part of an image.
 struct ErrorCell {
   int count = 0;
@@ -92,12 +98,26 @@ class FigureCanvas {
   static constexpr double kFileWidth = 660;  ///< of files of their own, so that paths fit under them
   static constexpr double kTextSize = 11;
 
+  static constexpr double kMarks = 22;  ///< room for the marks under an image
+
   explicit FigureCanvas(double height, double width = kWidth) : width_(width), height_(height) {}
+  /// With an area in which it draws. It is `below` higher than that; there a legend begins.
+  explicit FigureCanvas(const PlotArea& area, double below = kMarks, double width = kWidth)
+      : area_(area), width_(width), height_(area.box.max().y() + below) {}
+  /// A drawing over an image. @param ground  class of what lies under everything
+  FigureCanvas(const ImageSize& size, std::string_view ground);
+  /// A chart without axes, of values from `low` to `high`.
+  FigureCanvas(const Eigen::Vector2d& low, const Eigen::Vector2d& high);
 
   [[nodiscard]] double width() const { return width_; }
   [[nodiscard]] double height() const { return height_; }
+  [[nodiscard]] const PlotArea& area() const { return area_; }
+  /// The place in the drawing of a value in the area.
+  [[nodiscard]] Eigen::Vector2d at(const Eigen::Vector2d& value) const { return area_.at(value); }
+  [[nodiscard]] Eigen::Vector2d at(double x, double y) const { return area_.at(x, y); }
+  [[nodiscard]] std::vector<Eigen::Vector2d> at(const std::vector<Eigen::Vector2d>& values) const;
 
-  /// @param attributes  as they stand in the element: class="dots"
+  /// @param attributes  names of classes, or attributes as they stand in the element: class="dots"
   void open(std::string_view attributes);
   void close();
   void addPath(const std::string& d, std::string_view attributes);
@@ -107,25 +127,30 @@ class FigureCanvas {
   /// @param anchor  start, middle or end
   void addText(const Eigen::Vector2d& at, std::string_view text, std::string_view anchor = "middle",
                std::string_view attributes = "");
+  /// The whole area.
+  void addArea(std::string_view attributes) { addRect(area_.box.min(), area_.box.max(), attributes); }
   /// A clip path of this id around the area.
-  void addClip(std::string_view id, const PlotArea& area);
+  void addClip(std::string_view id);
+  /// A ring that stands out from what it lies on.
+  void addRing(const Eigen::Vector2d& at, double radius);
   /// Arrows that stand out from what they lie on. @param d  see arrowPath()
   void addMeanArrows(const std::string& d);
   /// SVG as it stands.
   void addRaw(std::string_view svg) { svg_ += svg; }
 
   /// Frame, marks with their values, and names of both axes.
-  void addAxes(const PlotArea& area, std::string_view x_name, std::string_view y_name);
+  void addAxes(std::string_view x_name, std::string_view y_name);
   /// The same with names at x = 1, 2, 3 and so on: every n-th where they are many.
-  void addNamedAxes(const PlotArea& area, const std::vector<std::string>& names, std::string_view x_name,
-                    std::string_view y_name);
+  void addNamedAxes(const std::vector<std::string>& names, std::string_view x_name, std::string_view y_name);
   /// The names alone.
-  void addNames(const PlotArea& area, const std::vector<std::string>& names, std::string_view x_name);
+  void addNames(const std::vector<std::string>& names, std::string_view x_name);
   /// Frame and marks in pixels of an image.
-  void addImageFrame(const PlotArea& area);
+  void addImageFrame();
   /// Rows of swatches with words; the drawing becomes high enough for them. The first word of a class may be
   /// "line", "dot", "star" or, with the length before the class, "arrow 25"; otherwise it is a filled square.
   void addLegend(const Eigen::Vector2d& at, const Legend& legend);
+  /// The same under the area.
+  void addLegend(const Legend& legend) { addLegend({area_.box.min().x(), height_}, legend); }
 
   /// A row under the drawing with a bar of the ramp's colours, between what it begins and ends at.
   void addRamp(std::string_view least, std::string_view most);
@@ -133,28 +158,21 @@ class FigureCanvas {
   void addCaption(std::string_view text);
   /// Draws cells over an image row by row, each as warm as its RMS is large, with RMS and count as data-rms
   /// and data-count. @returns a path of their arrows
-  std::string addErrorCells(const PlotArea& area, int columns, int rows, const std::vector<ErrorCell>& cells);
+  std::string addErrorCells(int columns, int rows, const std::vector<ErrorCell>& cells);
 
   /// The element. @param alt  what it shows, for readers who cannot see it
   [[nodiscard]] std::string svg(std::string_view alt, std::string_view attributes = "") const;
-  /// The figure with the element.
-  [[nodiscard]] Figure drawn(Figure words, std::string_view attributes = "") const;
+  /// The figure with the element, after the legend under the area.
+  [[nodiscard]] Figure drawn(Figure words, const Legend& legend = {}, std::string_view attributes = "");
 
  private:
   // Frame and marks of y.
-  void addValues(const PlotArea& area, std::string_view y_name);
+  void addValues(std::string_view y_name);
 
+  PlotArea area_;
   double width_;
   double height_;
   std::string svg_;
 };
-
-/// The largest area with an image's shape in a drawing, with room for marks, and where a legend begins.
-struct ImagePlot {
-  PlotArea area;
-  double legend_top = 0;
-};
-/// @param width  of the drawing
-[[nodiscard]] ImagePlot imagePlot(const ImageSize& size, double width = FigureCanvas::kWidth);
 
 }  // namespace alidade

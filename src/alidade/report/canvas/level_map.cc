@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/report/canvas/level_map.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -11,28 +12,20 @@ namespace alidade {
 namespace {
 
 using Eigen::Vector2d;
+using Eigen::Vector3d;
 
-struct MapCorner {
-  Vector2d at;
-  double value = 0;
-};
+// Corners of a cell, clockwise from its upper left: points with their values as z.
+using MapCell = std::array<Vector3d, 4>;
 
-// Corners of a cell, clockwise from its upper left.
-std::array<MapCorner, 4> cornersOf(const LevelMap& map, int column, int row) {
-  std::array<MapCorner, 4> corners;
+MapCell cellAt(const LevelMap& map, int column, int row) {
   constexpr std::array<std::pair<int, int>, 4> kAround = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+  MapCell cell;
   for (std::size_t i = 0; i < 4; ++i) {
-    const int x = column + kAround[i].first;
-    const int y = row + kAround[i].second;
-    corners[i] = {.at = map.point_at(x, y),
-                  .value = map.values[static_cast<std::size_t>(y * map.columns + x)]};
+    const auto at =
+        static_cast<std::size_t>((row + kAround[i].second) * map.columns + column + kAround[i].first);
+    cell[i] << map.points[at], map.values[at];
   }
-  return corners;
-}
-
-// Where a side of a cell crosses the level.
-Vector2d crossing(const MapCorner& a, const MapCorner& b, double level) {
-  return a.at + (level - a.value) / (b.value - a.value) * (b.at - a.at);
+  return cell;
 }
 
 // A path of small shapes, with steps from point to point: maps have thousands of them.
@@ -51,26 +44,23 @@ std::string shapePath(const std::vector<Vector2d>& points, bool is_closed) {
   return is_closed ? d + "Z" : d;
 }
 
-enum class CellKind { kOut, kIn, kMixed };
-
-CellKind kindOf(const std::array<MapCorner, 4>& corners, double level) {
-  int num_in = 0;
-  for (const MapCorner& corner : corners) {
-    if (std::isnan(corner.value)) return CellKind::kOut;
-    num_in += corner.value >= level ? 1 : 0;
-  }
-  return num_in == 0 ? CellKind::kOut : num_in == 4 ? CellKind::kIn : CellKind::kMixed;
+// How many corners reach the level; none where one has no value.
+std::ptrdiff_t numWithin(const MapCell& cell, double level) {
+  if (std::ranges::any_of(cell, [](const Vector3d& corner) { return std::isnan(corner.z()); })) return 0;
+  return std::ranges::count_if(cell, [&](const Vector3d& corner) { return corner.z() >= level; });
 }
 
-std::string mixedCell(const std::array<MapCorner, 4>& corners, double level) {
-  std::vector<Vector2d> outline;
+// Where the sides cross the level, and with them the corners that reach it, in turn.
+std::vector<Vector2d> crossings(const MapCell& cell, double level, bool has_corners) {
+  std::vector<Vector2d> points;
   for (std::size_t i = 0; i < 4; ++i) {
-    const MapCorner& a = corners[i];
-    const MapCorner& b = corners[(i + 1) % 4];
-    if (a.value >= level) outline.push_back(a.at);
-    if ((a.value >= level) != (b.value >= level)) outline.push_back(crossing(a, b, level));
+    const Vector3d& a = cell[i];
+    const Vector3d& b = cell[(i + 1) % 4];
+    if (has_corners && a.z() >= level) points.emplace_back(a.head<2>());
+    if ((a.z() >= level) != (b.z() >= level))
+      points.emplace_back(a.head<2>() + (level - a.z()) / (b.z() - a.z()) * (b - a).head<2>());
   }
-  return shapePath(outline, true);
+  return points;
 }
 
 }  // namespace
@@ -81,17 +71,17 @@ std::string areaFrom(const LevelMap& map, double level) {
     int first = -1;  // of a run of whole cells, which become one rectangle
     const auto closeRun = [&](int end) {
       if (first < 0) return;
-      d += shapePath({map.point_at(first, row), map.point_at(end, row), map.point_at(end, row + 1),
-                      map.point_at(first, row + 1)},
-                     true);
+      const auto low = map.points.begin() + row * map.columns;
+      const auto high = low + map.columns;
+      d += shapePath({low[first], low[end], high[end], high[first]}, true);
       first = -1;
     };
     for (int column = 0; column + 1 < map.columns; ++column) {
-      const auto corners = cornersOf(map, column, row);
-      const CellKind kind = kindOf(corners, level);
-      if (kind != CellKind::kIn) closeRun(column);
-      if (kind == CellKind::kIn && first < 0) first = column;
-      if (kind == CellKind::kMixed) d += mixedCell(corners, level);
+      const MapCell cell = cellAt(map, column, row);
+      const std::ptrdiff_t num_within = numWithin(cell, level);
+      if (num_within < 4) closeRun(column);
+      if (num_within == 4 && first < 0) first = column;
+      if (num_within > 0 && num_within < 4) d += shapePath(crossings(cell, level, true), true);
     }
     closeRun(map.columns - 1);
   }
@@ -102,16 +92,10 @@ std::vector<ContourSegment> contourAt(const LevelMap& map, double level) {
   std::vector<ContourSegment> segments;
   for (int row = 0; row + 1 < map.rows; ++row) {
     for (int column = 0; column + 1 < map.columns; ++column) {
-      const auto corners = cornersOf(map, column, row);
-      if (kindOf(corners, level) != CellKind::kMixed) continue;
-      std::vector<Vector2d> crossings;
-      for (std::size_t i = 0; i < 4; ++i) {
-        const MapCorner& a = corners[i];
-        const MapCorner& b = corners[(i + 1) % 4];
-        if ((a.value >= level) != (b.value >= level)) crossings.push_back(crossing(a, b, level));
-      }
-      for (std::size_t i = 0; i + 1 < crossings.size(); i += 2)
-        segments.emplace_back(crossings[i], crossings[i + 1]);
+      const MapCell cell = cellAt(map, column, row);
+      if (numWithin(cell, level) % 4 == 0) continue;
+      const std::vector<Vector2d> ends = crossings(cell, level, false);
+      for (std::size_t i = 0; i + 1 < ends.size(); i += 2) segments.emplace_back(ends[i], ends[i + 1]);
     }
   }
   return segments;

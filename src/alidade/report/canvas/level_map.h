@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,8 +13,8 @@ namespace alidade {
 struct LevelMap {
   int columns = 0;
   int rows = 0;
-  std::vector<double> values;                         ///< row by row; NaN: nothing there
-  std::function<Eigen::Vector2d(int, int)> point_at;  ///< of column and row, in the drawing
+  std::vector<double> values = {};           ///< row by row; NaN: nothing there
+  std::vector<Eigen::Vector2d> points = {};  ///< where they are in the drawing
 };
 
 /// The area in which the values are at least `level`, as an SVG path. Between points of the grid values are

@@ -20,18 +20,17 @@ constexpr std::size_t kToleranceLevel = 2;
 
 // A word for each contour, where it is far from the border and from the other words.
 void addContourWords(FigureCanvas& canvas, const std::vector<std::vector<ContourSegment>>& contours,
-                     const std::vector<std::string>& words, const PlotArea& area,
-                     const std::vector<Vector2d>& avoid) {
+                     const std::vector<std::string>& words, const std::vector<Vector2d>& avoid) {
   constexpr double kNear = 26;
+  const Eigen::AlignedBox2d& box = canvas.area().box;
   std::vector<Vector2d> taken;
   for (std::size_t i = 0; i < contours.size(); ++i) {
     double best = kNear;
     Vector2d place(0, 0);
     for (const auto& [from, to] : contours[i]) {
       const Vector2d middle = 0.5 * (from + to);
-      double room =
-          std::min({middle.x() - area.box.min().x(), area.box.max().x() - middle.x(),
-                    1.6 * (middle.y() - area.box.min().y()), 1.6 * (area.box.max().y() - middle.y())});
+      double room = std::min({middle.x() - box.min().x(), box.max().x() - middle.x(),
+                              1.6 * (middle.y() - box.min().y()), 1.6 * (box.max().y() - middle.y())});
       for (const Vector2d& other : taken) room = std::min(room, (other - middle).norm());
       // Close to a line a value can still be read, but farther away is better.
       for (const Vector2d& other : avoid) room = std::min(room, kNear + (other - middle).norm());
@@ -41,13 +40,13 @@ void addContourWords(FigureCanvas& canvas, const std::vector<std::vector<Contour
     }
     if (best == kNear) continue;
     taken.push_back(place);
-    canvas.addText(place + Vector2d(0, 4), words[i], "middle", "class=\"halo\"");
+    canvas.addText(place + Vector2d(0, 4), words[i], "middle", "halo");
   }
 }
 
 }  // namespace
 
-Legend addToleranceMap(LevelMap errors, double tolerance_px, const PlotArea& area, FigureCanvas& canvas,
+Legend addToleranceMap(LevelMap errors, double tolerance_px, FigureCanvas& canvas,
                        const std::vector<Vector2d>& avoid) {
   double least = std::numeric_limits<double>::infinity();
   double most = 0;
@@ -61,7 +60,7 @@ Legend addToleranceMap(LevelMap errors, double tolerance_px, const PlotArea& are
   std::vector<std::vector<ContourSegment>> contours;
   std::vector<std::string> words;
   Legend legend;
-  canvas.addPath(areaFrom(errors, -1e300), "class=\"level0\"");
+  canvas.addPath(areaFrom(errors, -1e300), "level0");
   double previous = 0;
   for (std::size_t i = 0; i < kMapLevels.size(); ++i) {
     const double level = kMapLevels[i] * tolerance_px;
@@ -76,9 +75,8 @@ Legend addToleranceMap(LevelMap errors, double tolerance_px, const PlotArea& are
   if (!contours[kToleranceLevel].empty())
     legend.emplace_back("line contour main", fmt::format("your tolerance, {:g} px", tolerance_px));
   for (std::size_t i = 0; i < contours.size(); ++i)
-    canvas.addPath(contourPath(contours[i]),
-                   i == kToleranceLevel ? "class=\"contour main\"" : "class=\"contour\"");
-  addContourWords(canvas, contours, words, area, avoid);
+    canvas.addPath(contourPath(contours[i]), i == kToleranceLevel ? "contour main" : "contour");
+  addContourWords(canvas, contours, words, avoid);
   return legend;
 }
 

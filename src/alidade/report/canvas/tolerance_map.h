@@ -14,7 +14,7 @@ namespace alidade {
 /// @param errors  in px; NaN where there is none
 /// @param avoid   places in the drawing from which the values keep away
 /// @returns the entries of a legend, of what there is on the map
-Legend addToleranceMap(LevelMap errors, double tolerance_px, const PlotArea& area, FigureCanvas& canvas,
+Legend addToleranceMap(LevelMap errors, double tolerance_px, FigureCanvas& canvas,
                        const std::vector<Eigen::Vector2d>& avoid = {});
 
 /// How its colours relate to the tolerance, in a sentence. @param legend  what addToleranceMap() returned

@@ -123,6 +123,14 @@ class JsonNode {
 // Values that several documents have.
 
 [[nodiscard]] std::string textOf(const JsonNode& node);
+/// A list of so many finite numbers.
+template <int kSize>
+[[nodiscard]] Eigen::Vector<double, kSize> readVector(const JsonNode& node) {
+  node.requireSize(kSize);
+  Eigen::Vector<double, kSize> vector;
+  for (std::size_t i = 0; i < kSize; ++i) vector(static_cast<Eigen::Index>(i)) = node.at(i).finite();
+  return vector;
+}
 [[nodiscard]] ImageSize readSize(const JsonNode& node);
 [[nodiscard]] SE3 readPose(const JsonNode& node);
 [[nodiscard]] std::vector<Diagnosis> readFindings(const JsonNode& node);

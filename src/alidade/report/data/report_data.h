@@ -19,39 +19,22 @@
 #include "alidade/geometry/se3.h"
 #include "alidade/guide/coverage.h"
 #include "alidade/target/board.h"
+#include "alidade/target/corner_error.h"
 
 namespace alidade {
 
 // What the report page draws, read from the evidence of a calibration (JSON, see docs/report.md). Numbers
 // that the evidence leaves open (null) are NaN here.
 
-/// A corner of a view.
-struct ReportedCorner {
-  int id = 0;
-  Eigen::Vector2d pixel{0, 0};     ///< where it was seen
-  Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
-
-  [[nodiscard]] Eigen::Vector2d projected() const { return pixel + error_px; }
-};
-
-/// A view of the fit, with what coverage says of it.
+/// A view of the fit, with what coverage says of it; or the photograph to take next, without errors.
 struct ReportedView {
   std::string image = {};
   std::size_t board = 0;  ///< index into ReportData::boards
   double rms_px = 0;
   double max_error_px = 0;
   SE3 camera_from_board = {};
-  std::vector<ReportedCorner> corners = {};   ///< used by the fit
-  std::vector<ReportedCorner> outliers = {};  ///< not used
-  double distance_m = 0;
-  BoardTilt tilt = {};
-};
-
-/// The photograph to take next.
-struct ReportedNextView {
-  std::size_t board = 0;
-  SE3 camera_from_board = {};
-  std::string text = {};  ///< in words
+  std::vector<CornerError> corners = {};   ///< used by the fit
+  std::vector<CornerError> outliers = {};  ///< not used
   double distance_m = 0;
   BoardTilt tilt = {};
 };
@@ -81,15 +64,15 @@ struct CalibrationEvidence : ReportData {
   int num_images_given = 0;
   int num_images_used = 0;
   std::vector<ModelCandidate> models = {};
-  std::optional<ReportedNextView> next_view = {};
-  std::vector<std::string> reasons = {};  ///< a line for each image without a usable board
+  std::optional<ReportedView> next_view = {};  ///< the photograph to take next
+  std::string next_text = {};                  ///< the same in words
+  std::vector<std::string> reasons = {};       ///< a line for each image without a usable board
   std::vector<std::string> notes = {};
   std::vector<std::string> settings = {};  ///< as flags: "--tolerance 1px"
-  std::string created_by = {};             ///< program and version
 };
 
-/// The number of corners in all views.
-[[nodiscard]] std::size_t numCorners(const ReportData& data);
+/// The corners in all views.
+[[nodiscard]] std::vector<CornerError> allCorners(const ReportData& data);
 /// Whether some pixels of the image have no ray, and so no error.
 [[nodiscard]] bool hasBlindPixels(const Accuracy& accuracy);
 /// What its shares refer to: "the image", or "the pixels with a ray" where some have none.
@@ -109,7 +92,7 @@ class JsonNode;
 
 /// The index of the board that has its SPEC stated in "board", or of the only one.
 [[nodiscard]] std::size_t readBoardIndex(const JsonNode& node, const std::vector<FitBoard>& boards);
-[[nodiscard]] ReportedCorner readCorner(const JsonNode& node, const Board& board);
+[[nodiscard]] CornerError readCorner(const JsonNode& node, const Board& board);
 /// Of N parameters, from the lower triangle row by row; nothing for null.
 [[nodiscard]] std::optional<Eigen::MatrixXd> readCovariance(const JsonNode& node, int n);
 

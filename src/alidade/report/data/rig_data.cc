@@ -97,7 +97,7 @@ ReportedRig readRig(const nlohmann::json& evidence, const std::string& file) {
   rig.views = root["views"].list([&](const JsonNode& node) { return readRigView(node, rig); });
   rig.findings = readFindings(root["diagnoses"]);
   sortDiagnoses(rig.findings);
-  rig.created_by = root["created_by"].text();
+  static_cast<void>(root["created_by"].text());  // on the page
   return rig;
 }
 
@@ -110,7 +110,7 @@ std::vector<EpipolarPair> epipolarPairs(const ReportedRig& rig) {
     std::ranges::stable_sort(views, {}, &ReportedRigView::camera);
     for (std::size_t i = 0; i < views.size(); ++i) {
       std::map<int, Vector2d> pixel_of;
-      for (const ReportedCorner& corner : views[i]->corners) pixel_of[corner.id] = corner.pixel;
+      for (const CornerError& corner : views[i]->corners) pixel_of[corner.id] = corner.pixel;
       for (std::size_t k = i + 1; k < views.size(); ++k) {
         const std::size_t first = views[i]->camera;
         const std::size_t second = views[k]->camera;
@@ -118,7 +118,7 @@ std::vector<EpipolarPair> epipolarPairs(const ReportedRig& rig) {
         const SE3 b_from_a =
             rig.cameras[second].camera_from_rig * rig.cameras[first].camera_from_rig.inverse();
         SquareSum& sum = sums[{first, second}][rig.placements[placement].frame];
-        for (const ReportedCorner& corner : views[k]->corners) {
+        for (const CornerError& corner : views[k]->corners) {
           const auto other = pixel_of.find(corner.id);
           if (other == pixel_of.end()) continue;
           const auto distance = epipolarDistance(rig.cameras[first], rig.cameras[second], b_from_a,

@@ -37,7 +37,7 @@ struct ReportedRigView {
   std::size_t placement = 0;
   std::string image;
   double rms_px = 0;
-  std::vector<ReportedCorner> corners = {};
+  std::vector<CornerError> corners = {};
 };
 
 struct ReportedRig {
@@ -52,7 +52,6 @@ struct ReportedRig {
   std::vector<FitPlacement> placements = {};
   std::vector<ReportedRigView> views = {};
   std::vector<Diagnosis> findings = {};
-  std::string created_by = {};
 };
 
 /// For a root mean square.

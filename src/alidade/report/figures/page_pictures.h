@@ -57,8 +57,8 @@ struct PictureSource {
   std::function<std::optional<ViewPicture>(const std::string& image)> picture_of = {};
 };
 
-/// Keeps one image once it has been asked for, so that it is not read again: of a video, that may take
-/// another pass.
+/// Reads one image at once and keeps it, so that it is not read again: of a video, that may take another
+/// pass.
 [[nodiscard]] ImageOfView keepingOne(const ImageOfView& image_of, const std::string& name);
 
 /// Each view's image as a small JPEG file in a data URI; empty for views without one, and for images of

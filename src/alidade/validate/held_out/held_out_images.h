@@ -11,6 +11,7 @@
 #include "alidade/core/cancel.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/board.h"
+#include "alidade/target/corner_error.h"
 #include "alidade/target/view.h"
 #include "alidade/validate/held_out/held_scores.h"
 #include "alidade/validate/held_out/slips.h"
@@ -22,13 +23,6 @@ struct HeldOutOptions {
   bool is_covariance_by_views = false;
   int jobs = 1;  ///< threads, 0: one per processor; the answer is the same bit by bit
   const CancelFlag* cancel = nullptr;
-};
-
-/// A corner that had no part in the pose by which it is predicted.
-struct HeldOutCorner {
-  int id = 0;
-  Eigen::Vector2d pixel{0, 0};     ///< where it was seen
-  Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
 };
 
 /// A view of the board, as the camera that is tested sees it.
@@ -43,8 +37,9 @@ struct HeldOutView {
   /// one.
   double fixed_rms_px = std::numeric_limits<double>::quiet_NaN();
   double freed_rms_px = std::numeric_limits<double>::quiet_NaN();
-  SE3 camera_from_board = {};               ///< fitted to all corners, for the camera as it is
-  std::vector<HeldOutCorner> corners = {};  ///< with an error, in ascending order of id
+  SE3 camera_from_board = {};  ///< fitted to all corners, for the camera as it is
+  /// With an error, in ascending order of id; none had a part in the pose by which it is predicted.
+  std::vector<CornerError> corners = {};
 };
 
 /// A change of one number that the images ask for.
