@@ -17,7 +17,7 @@
 namespace alidade {
 namespace {
 
-// The path below the folder that was named; of a file that was named itself its own name.
+// The path below the named folder; for a file named directly, its own name.
 std::string placeOf(const std::string& path, const std::string& folder) {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -51,7 +51,7 @@ FleetFiles readFile(const ListedFile& file, const std::string& place, const Read
       result.units.push_back(unitOf(record, file.path + label, place + label));
     }
   } catch (const NotACameraFile& reason) {
-    // A folder may hold other files; a file that was named is meant to be a camera's.
+    // A folder may hold other files, but a file named directly must be a camera file.
     if (file.is_from_folder) return {.other_files = {file.path}};
     result.unreadable.push_back({file.path, reason.what()});
   } catch (const Error& reason) {
@@ -63,7 +63,7 @@ FleetFiles readFile(const ListedFile& file, const std::string& place, const Read
 
 using UnitKey = std::string (*)(const FleetUnit&);
 
-// Which unit has each key; nothing where several have it.
+// The unit with each key; nothing if several share it.
 std::map<std::string, std::optional<std::size_t>> byKey(std::span<const FleetUnit> units, UnitKey keyOf) {
   std::map<std::string, std::optional<std::size_t>> index;
   for (std::size_t i = 0; i < units.size(); ++i) {
@@ -75,7 +75,7 @@ std::map<std::string, std::optional<std::size_t>> byKey(std::span<const FleetUni
   return index;
 }
 
-// A camera that took the place of another.
+// True if one camera replaced another.
 bool haveOtherSerials(const FleetUnit& a, const FleetUnit& b) {
   return !a.name.serial.empty() && !b.name.serial.empty() && a.name.serial != b.name.serial;
 }

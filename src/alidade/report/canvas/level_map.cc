@@ -28,7 +28,7 @@ MapCell cellAt(const LevelMap& map, int column, int row) {
   return cell;
 }
 
-// A path of small shapes, with steps from point to point: maps have thousands of them.
+// A path of small shapes, with relative steps, because maps have thousands of points.
 std::string shapePath(const std::vector<Vector2d>& points, bool is_closed) {
   std::string d;
   Vector2d last(0, 0);
@@ -68,7 +68,7 @@ std::vector<Vector2d> crossings(const MapCell& cell, double level, bool has_corn
 std::string areaFrom(const LevelMap& map, double level) {
   std::string d;
   for (int row = 0; row + 1 < map.rows; ++row) {
-    int first = -1;  // of a run of whole cells, which become one rectangle
+    int first = -1;  // start of a run of whole cells, which become one rectangle
     const auto closeRun = [&](int end) {
       if (first < 0) return;
       const auto low = map.points.begin() + row * map.columns;

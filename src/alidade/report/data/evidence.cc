@@ -113,7 +113,7 @@ void to_json(json& j, const CoverageReport& coverage) {
 
 namespace {
 
-// One value for the only board of a fit, or a list with one for each.
+// A single value for the only board of a fit, or a list with one value per board.
 template <class ValueOf>
 json ofEachBoard(const Fit& fit, const ValueOf& valueOf) {
   if (fit.boards.size() == 1) return valueOf(std::size_t{0});
@@ -122,8 +122,8 @@ json ofEachBoard(const Fit& fit, const ValueOf& valueOf) {
   return list;
 }
 
-// The bend of a board (m), 0 if it is not estimated, and of an uneven board the offsets of its points, m, in
-// the board's frame. Of several boards each has its SPEC and the number of its views.
+// The bend of a board (m), 0 if it is not estimated, and for an uneven board the offsets of its points, m, in
+// the board's frame. If there are several boards, each has its SPEC and the number of its views.
 json fittedShapeJson(const Fit& fit, std::size_t board) {
   const FitBoard& of_board = fit.boards[board];
   const bool is_estimated = !of_board.is_shape_fixed;
@@ -154,8 +154,8 @@ json cornersJson(const FitView& view) {
   return corners;
 }
 
-// A document of one board is as it was before there could be several: lists of several boards stand where one
-// board has a value, and what belongs to a view names its board.
+// Documents of one board keep their original form: with several boards, lists replace single values, and
+// entries that belong to a view name its board.
 
 bool hasSeveralBoards(const Calibration& result) {
   return result.fit.boards.size() > 1;
@@ -165,7 +165,7 @@ json specOf(const Calibration& result, std::size_t board) {
   return result.fit.boards[board].target.spec();
 }
 
-// A list of things that belong to a view, with their boards.
+// A list of items that belong to a view, with their boards.
 template <class Items>
 json withBoards(const Calibration& result, const Items& items) {
   json list = items;
@@ -174,7 +174,7 @@ json withBoards(const Calibration& result, const Items& items) {
   return list;
 }
 
-// The outliers with the pixels where they were seen, which the fit does not keep.
+// The outliers with their observed pixels, which the fit does not store.
 json outliersJson(const Calibration& result, std::span<const View> given) {
   const std::vector<Outlier>& outliers = result.dropped.outliers;
   json list = withBoards(result, outliers);
@@ -192,7 +192,7 @@ bool isOfBoard(const CommonError& error) {
   return static_cast<int>(error.cause) < kNumBoardCauses;
 }
 
-// Errors by cause; those of several boards are listed under "boards".
+// Errors by cause; with several boards, listed under "boards".
 json commonErrorsJson(const Calibration& result) {
   json errors = json::object();
   if (hasSeveralBoards(result))
@@ -304,7 +304,7 @@ json uncertaintyJson(const Calibration& result) {
   const auto strongest = known.strongestCorrelation();
   return {
       {"parameters", parametersJson(names, onlyCamera(result.fit).params)},
-      {"parameter_order", names},  // that of the covariances; an object has none
+      {"parameter_order", names},  // order of the covariances, because JSON objects are unordered
       {"parameter_std", byName([&](int i) { return known.parameterStd(i); })},
       {"parameter_std_by_noise", byName([&](int i) { return known.parameterStdByNoise(i); })},
       {"parameter_std_by_view",
@@ -400,7 +400,7 @@ json imagesJson(const RigCalibration& rig, const std::vector<RigImage>& images) 
   return list;
 }
 
-// Frames are those with a board that two or more cameras saw, as in the rig file.
+// The frames are those in which two or more cameras saw a board, as in the rig file.
 json documentOfRig(const RigCalibration& rig) {
   json cameras = json::array();
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
@@ -449,7 +449,7 @@ std::size_t numImagesUsed(const Calibration& result) {
   const std::vector<FitView>& views = result.fit.views;
   std::size_t count = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
-    // Views of one image are neighbours.
+    // Views of the same image are adjacent.
     if (v == 0 || views[v].image != views[v - 1].image) ++count;
   }
   return count;

@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 
 constexpr int kNumBins = 32;
 
-// How many differences there are of each size, of all and of those that stand out.
+// Numbers of differences per bin: of all, and of those that stand out.
 std::array<std::array<int, kNumBins>, 2> countedDifferences(const std::vector<UnitDifference>& differences,
                                                             double most) {
   std::array<std::array<int, kNumBins>, 2> counts{};
@@ -39,7 +39,7 @@ Figure histogram(Figure words, std::vector<UnitDifference> differences, double t
   std::erase_if(differences, [](const UnitDifference& difference) { return !difference.is_comparable; });
   double most = 0;
   for (const UnitDifference& difference : differences) most = std::max(most, difference.p95_px);
-  // The tolerance is shown where it is near.
+  // The tolerance is shown if it is near.
   constexpr double kNear = 2;
   const bool is_limit_shown = tolerance_px <= kNear * most;
   if (is_limit_shown) most = std::max(most, tolerance_px);
@@ -73,7 +73,7 @@ Figure histogram(Figure words, std::vector<UnitDifference> differences, double t
   return canvas.drawn(std::move(words), bars);
 }
 
-// Where a value stands among the others.
+// Position of a value among those of all units.
 struct ParameterStrip {
   std::string name;
   std::vector<double> of_members = {};  // standard deviations between units from the typical camera
@@ -100,7 +100,7 @@ std::vector<ParameterStrip> stripsOf(const Fleet& fleet, const FleetGroup& group
   return strips;
 }
 
-// The value that this share of the sorted values does not exceed.
+// The value that a given share of the sorted values does not exceed.
 double quantileOf(const std::vector<double>& sorted, double share) {
   const double at = share * static_cast<double>(sorted.size() - 1);
   return sorted[static_cast<std::size_t>(std::lround(at))];
@@ -150,7 +150,7 @@ Figure fleetDistancesFigure(const FleetGroup& group, double tolerance_px) {
 Figure fleetParametersFigure(const Fleet& fleet, const FleetGroup& group) {
   constexpr double kRow = 22;
   constexpr double kLeft = 64;
-  constexpr double kSpan = 4;       // standard deviations shown to either side
+  constexpr double kSpan = 4;       // standard deviations shown on each side
   constexpr double kMiddle = 0.95;  // of the units within a bar
   std::vector<ParameterStrip> strips = stripsOf(fleet, group);
   const double bottom = 14 + kRow * static_cast<double>(strips.size());

@@ -23,14 +23,14 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr std::size_t kMostDots = 6000;  // more would hide each other, and make a large file
+constexpr std::size_t kMostDots = 6000;  // more would overlap and make a large file
 constexpr std::size_t kMostResiduals = 3000;
 
 LevelMap errorMap(const Accuracy& accuracy, const ImageSize& size, const FigureCanvas& canvas) {
   LevelMap map{.columns = accuracy.columns, .rows = accuracy.rows, .values = accuracy.error_px};
   for (int row = 0; row < map.rows; ++row) {
     for (int column = 0; column < map.columns; ++column) {
-      // The outer points stand for the border itself.
+      // The outer points represent the border itself.
       const Vector2d pixel = Vector2d(column * (size.width - 1.0) / (map.columns - 1),
                                       row * (size.height - 1.0) / (map.rows - 1));
       const Vector2d share(column / (map.columns - 1.0), row / (map.rows - 1.0));
@@ -52,7 +52,7 @@ std::string accuracyAlt(const ReportData& data, bool is_by_covariance) {
       twoDigits(accuracy.worst_px), accuracy.worst_pixel.x(), accuracy.worst_pixel.y());
 }
 
-// Columns and rows of about square cells.
+// Numbers of columns and rows for nearly square cells.
 std::pair<int, int> cellsFor(const ImageSize& size, int along_longer) {
   const double cell = static_cast<double>(std::max(size.width, size.height)) / along_longer;
   return {std::max(1, static_cast<int>(std::lround(size.width / cell))),
@@ -63,7 +63,7 @@ int cellIndex(double pixel, int side, int count) {
   return std::clamp(static_cast<int>((pixel + 0.5) * count / side), 0, count - 1);
 }
 
-// @param arrow_scale  of the drawing, per px
+// @param arrow_scale  units of the drawing per px
 std::vector<ErrorCell> residualCells(const ReportData& data, int columns, int rows, double arrow_scale) {
   std::vector<ErrorCell> cells(static_cast<std::size_t>(columns * rows));
   for (const CornerError& corner : allCorners(data)) {
@@ -91,7 +91,7 @@ std::vector<CornerError> someCorners(const ReportData& data, std::size_t most) {
   return some;
 }
 
-// How many times longer than the errors the arrows are: the longest usual one spans `length` in the drawing.
+// Magnification of arrows with which the longest usual error spans `length` in the drawing.
 double magnification(const std::vector<CornerError>& corners, const PlotArea& area, double length) {
   if (corners.empty()) return 1;
   const double usual =
@@ -102,7 +102,7 @@ double magnification(const std::vector<CornerError>& corners, const PlotArea& ar
 
 constexpr int kDifferenceArrows = 14;  // along the longer side
 
-// Arrows on every n-th point of the grid, and how many times longer than the difference they are.
+// Adds arrows at every n-th point of the grid. @returns their magnification
 double addDifferenceArrows(const ProjectionDifference& difference, FigureCanvas& canvas) {
   const PlotArea& area = canvas.area();
   const int step = std::max(1, std::max(difference.columns, difference.rows) / kDifferenceArrows);
@@ -140,7 +140,7 @@ Figure accuracyFigure(const ReportData& data, bool is_by_covariance) {
   for (const auto& [from, to] : outline) on_outline.push_back(from);
   Legend legend = addToleranceMap(map, data.tolerance_px, canvas, on_outline);
   canvas.addPath(contourPath(outline), "outline");
-  // Whole, even if the worst pixel is at the border.
+  // Keeps the ring whole, even if the worst pixel is at the border.
   constexpr double kRing = 5;
   const Vector2d inset = Vector2d::Constant(kRing + 1);
   canvas.addRing(canvas.at(accuracy.worst_pixel).cwiseMax(low + inset).cwiseMin(high - inset), kRing);
@@ -261,7 +261,7 @@ Figure differenceFigure(const ReportData& data, const RivalCamera& rival) {
         "Each colour is the difference between the pixels of a distant point in the two cameras, after the "
         "best rotation, and each arrow leads from this camera's pixel to the other's. " +
         toleranceSentence(legend, data.tolerance_px);
-    constexpr double kRoundingPx = 1e-6;  // nobody needs to see less
+    constexpr double kRoundingPx = 1e-6;  // smaller differences are irrelevant
     if (difference.p95_px > kRoundingPx) {
       const double times = addDifferenceArrows(difference, canvas);
       legend.emplace_back("line mean", fmt::format("difference ({})", timesLonger(times)));

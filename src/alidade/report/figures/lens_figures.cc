@@ -67,8 +67,8 @@ std::string shownLine(const FigureCanvas& canvas, int num_steps, const PixelAt& 
   return d;
 }
 
-// Planes through the camera's x or y axis: each meets the scene in a straight line, and together they make a
-// grid of squares for a camera that looks at a wall.
+// Planes through the camera's x or y axis: each meets the scene in a straight line, and together they form a
+// grid of squares on a wall in front of the camera.
 std::string gridPath(const AnyCamera& camera, const FigureCanvas& canvas, double step_rad, double end_rad) {
   constexpr int kSteps = 180;
   std::string d;
@@ -87,7 +87,7 @@ std::string gridPath(const AnyCamera& camera, const FigureCanvas& canvas, double
   return d;
 }
 
-// Circles of equal angle from the axis, every `step_rad`, as far as the image shows them.
+// Circles of equal angle from the axis, every `step_rad`, inside the image.
 template <class PixelAt>
 std::string ringsPath(const FigureCanvas& canvas, double step_rad, double end_rad, const PixelAt& pixel_at) {
   constexpr int kSteps = 120;
@@ -107,7 +107,7 @@ double axisFocal(const AnyCamera& camera) {
   return (beside.pixel - ahead.pixel).norm() / kSmall;
 }
 
-// Mean distance from the principal point at this angle, over directions that have a pixel; NaN without any.
+// Mean distance from the principal point at this angle, over directions that have a pixel; NaN if none has.
 double radiusAt(const AnyCamera& camera, double angle) {
   constexpr int kDirections = 8;
   double sum = 0;
@@ -125,7 +125,7 @@ double radiusAt(const AnyCamera& camera, double angle) {
 
 constexpr int kRadialSteps = 120;
 
-// Angles (degrees) up to an end and their distances from the principal point, where there are any.
+// Angles (degrees) up to an end and their distances from the principal point, where defined.
 std::vector<Vector2d> radialCurve(const AnyCamera& camera, double end_rad) {
   std::vector<Vector2d> curve;
   for (int i = 0; i <= kRadialSteps; ++i) {
@@ -150,7 +150,7 @@ std::string radialReading(bool are_boards_seen, bool have_rays) {
   return reading;
 }
 
-// A line from the bottom to the top of a chart at an angle, with its words in the legend.
+// A vertical line in a chart at an angle, with a legend entry.
 void addAngleLimit(FigureCanvas& canvas, double angle_rad, const std::string& words, const char* kind,
                    Legend& legend) {
   const PlotArea& area = canvas.area();
@@ -168,7 +168,7 @@ double largestRadius(const AnyCamera& camera, const std::vector<Vector2d>& pixel
   return radius;
 }
 
-// Up to which boards were seen; 0 without views.
+// Largest angle at which boards were seen; 0 without views.
 double coveredAngle(const ReportData& data) {
   double angle = 0;
   for (const ReportedView& view : data.views) {
@@ -179,7 +179,7 @@ double coveredAngle(const ReportData& data) {
   return angle;
 }
 
-// Rings of equal angle: straight lines of the scene meet in the image of a wide lens.
+// Rings of equal angle; a grid of straight lines would converge in the image of a wide lens.
 Legend addRings(const ReportData& data, double end_rad, FigureCanvas& canvas) {
   constexpr double kStep = 10 * kRadPerDeg;
   const Vector2d centre = principalPoint(data.camera);
@@ -246,7 +246,7 @@ Figure distortionGridFigure(const ReportData& data) {
 }
 
 Figure radialFigure(const ReportData& data) {
-  // Dark corners of a fisheye have no ray: then there is no angle at which they are.
+  // Dark corners of a fisheye have no ray, so their angle is undefined.
   const std::vector<Vector2d> corners =
       cornersOf({Vector2d(0, 0), Vector2d(data.size.width - 1.0, data.size.height - 1.0)});
   const bool have_rays = std::ranges::all_of(

@@ -18,9 +18,9 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kMarked = 0.087;  // tilts from 5 degrees on have a side that is marked, as in tiltText()
+constexpr double kMarked = 0.087;  // sides are marked for tilts from 5 degrees, as in tiltText()
 
-// The share of the scale goes with the logarithm: uncertainty grows steeply towards the image's corners.
+// Colours are logarithmic, because uncertainty rises steeply towards the image's corners.
 void addMap(const UncertaintyGrid& grid, double inflation, const ImageSize& size, FigureCanvas& canvas) {
   double least = std::numeric_limits<double>::infinity();
   for (const double std : grid.std_px) {
@@ -44,7 +44,7 @@ void addMap(const UncertaintyGrid& grid, double inflation, const ImageSize& size
       fmt::format("{:.2g} px projection uncertainty (one standard deviation)", inflation * grid.worst_px));
 }
 
-// Pixels along the four sides of the squares, as far as the camera shows them.
+// Pixels along the visible parts of the four sides of the squares.
 std::vector<std::vector<Vector2d>> boardSides(const AnyCamera& camera, const Board& board,
                                               const SE3& camera_from_board) {
   const std::vector<Vector2d> corners = cornersOf(board.printed());
@@ -92,7 +92,7 @@ void addNextView(const AnyCamera& camera, const Board& board, const NextView& ne
         sides, {}, [&](const auto& pixels) { return meanOf(pixels).dot(direction); });
     if (side == sides.end()) return;
     canvas.addPath(pathThrough(canvas.at(*side)), "nearer");
-    constexpr double kEdge = 24;  // where the word can be read as a whole
+    constexpr double kEdge = 24;  // so that the whole label is readable
     const Vector2d place = (canvas.at(meanOf(*side)) + 18 * direction)
                                .cwiseMax(Vector2d(kEdge, 12))
                                .cwiseMin(Vector2d(canvas.width() - kEdge, canvas.area().box.max().y() - 4));
@@ -103,7 +103,7 @@ void addNextView(const AnyCamera& camera, const Board& board, const NextView& ne
   if (std::abs(tilt.lower_rad) > kMarked) mark({0, tilt.lower_rad > 0 ? 1 : -1});
 }
 
-// The image with a margin for a board that sticks out of it.
+// The image with a margin for a board that extends beyond it.
 PlotArea areaAround(const ImageSize& size) {
   const int margin = std::max(size.width, size.height) / 10;
   PlotArea area = imageArea({.width = size.width + 2 * margin, .height = size.height + 2 * margin},

@@ -84,7 +84,7 @@ Figure epipolarFigure(const ReportedRig& rig, const std::vector<EpipolarPair>& p
 
 namespace {
 
-// Figures over time stand above each other: all have the frames at the same places.
+// Figures over time are stacked, with frames at the same horizontal positions.
 constexpr double kTimeLeft = 96;
 constexpr double kTimeRight = 430;
 
@@ -134,7 +134,7 @@ Figure epipolarOverTimeFigure(const ReportedRig& rig, const std::vector<Epipolar
   FigureCanvas canvas(timeArea(rig, 24, 190, 1.06 * most), 39);
   const PlotArea& area = canvas.area();
   canvas.addNamedAxes(distinctParts(rig.frames), "frame", "epipolar error, px");
-  // The pairs with the largest errors have colours of their own.
+  // The pairs with the largest errors have their own colours.
   std::vector<EpipolarPair> order = pairs;
   std::ranges::stable_sort(order, std::ranges::greater(), &EpipolarPair::rms_px);
   Legend legend;

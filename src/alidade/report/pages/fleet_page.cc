@@ -77,7 +77,7 @@ std::string differencesTable(const Fleet& fleet, const std::vector<UnitDifferenc
                      : ""));
 }
 
-// Groups after the first one have ids of their own.
+// Groups after the first one have their own ids.
 std::vector<PageSection> fleetSections(const Fleet& fleet) {
   std::vector<PageSection> sections;
   std::size_t number = 0;

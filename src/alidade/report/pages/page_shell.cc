@@ -21,19 +21,19 @@ namespace {
 
 using nlohmann::json;
 
-// A sentence that has an end keeps it.
+// A full stop, unless the sentence already has an end.
 const char* fullStopOf(const std::string& sentence) {
   return sentence.ends_with('.') || sentence.ends_with('?') ? "" : ".";
 }
 
-// "Effect on projected points: up to 3 px.", unless the finding says so itself.
+// "Effect on projected points: up to 3 px.", unless the finding already states it.
 std::string effectText(const Diagnosis& finding) {
   if (!(std::isfinite(finding.effect_px) && finding.effect_px > 0)) return "";
   if (finding.message().find(twoDigits(finding.effect_px) + " px") != std::string::npos) return "";
   return fmt::format(" Effect on projected points: up to {}.", errorText(finding.effect_px));
 }
 
-// Findings of one kind, such as one for each camera of a rig.
+// Findings of one kind, such as one per camera of a rig.
 using FindingGroup = std::vector<const Diagnosis*>;
 
 std::vector<FindingGroup> grouped(const std::vector<Diagnosis>& findings) {
@@ -69,8 +69,8 @@ std::string groupHtml(const FindingGroup& group) {
                                                  escapedMarkup(todo), fullStopOf(todo)));
 }
 
-// The accuracy assumes that nothing else is wrong: it holds for a rejected camera only where that is the
-// reason itself.
+// The accuracy assumes that nothing else is wrong: for a rejected camera it holds only if it is itself the
+// reason.
 bool doesAccuracyApply(const PageContent& page) {
   return page.verdict != Verdict::kNo || std::ranges::all_of(page.findings, [](const Diagnosis& finding) {
            return finding.severity < Severity::kFailure || finding.id == DiagnosisId("inaccurate");
@@ -94,7 +94,7 @@ std::string figureHtml(const Figure& figure) {
       escapedMarkup(figure.title), figure.svg, escapedMarkup(figure.reading));
 }
 
-// The evidence as text for a script element. A "<" could end that, and stands in texts alone.
+// The evidence as text for a script element. A "<" could end the element, and occurs only in texts.
 std::string embeddedEvidence(const json& evidence) {
   json document = evidence;
   const auto rounded = [](json& value) {
@@ -131,7 +131,7 @@ std::string headHtml(const std::string& title) {
       escapedMarkup(title), paletteCss(), figureCss(), pageCss());
 }
 
-// The expected accuracy; for a rejected camera, the reason first.
+// The expected accuracy, preceded by the reason if the camera is rejected.
 std::string verdictSentence(const PageContent& page) {
   if (page.verdict != Verdict::kNo) return page.sentence;
   const std::string text = mainFindingText(page.findings);
@@ -204,7 +204,7 @@ std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::stri
   constexpr int kMostShown = 8;
   std::string list;
   std::string notes;
-  std::string others;  // that open on demand
+  std::string others;  // shown on demand
   int num_notes = 0;
   int num_others = 0;
   for (const FindingGroup& group : grouped(findings)) {
@@ -265,9 +265,9 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
       "<figure id=\"view-sheet\" class=\"wide\"><h3>Views, the largest error first</h3><figcaption "
       "class=\"reading\">Open a view to see its detected corners (circles) and where the camera projects "
       "them (crosses).</figcaption><div class=\"sheet-of-views\">\n";
-  constexpr std::size_t kFew = 18;  // are all shown
+  constexpr std::size_t kFew = 18;  // shown without folding
   const std::size_t num_shown = order.size() <= kFew ? order.size() : 12;
-  constexpr std::size_t kLong = 12;  // a beginning of which little else could be seen
+  constexpr std::size_t kLong = 12;  // a shared beginning so long that it hides the rest
   const std::size_t shared = sharedPrefix(mapped(data.views, &ReportedView::image));
   const std::size_t num_alike = shared >= kLong ? shared : 0;
   for (std::size_t i = 0; i < order.size(); ++i) {

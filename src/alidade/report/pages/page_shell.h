@@ -14,7 +14,7 @@
 
 namespace alidade {
 
-// What all report pages have in common: a verdict on top, figures in sections, the evidence inside.
+// Common parts of all report pages: a verdict on top, figures in sections, the evidence inside.
 
 struct PageSection {
   std::string id;
@@ -29,15 +29,15 @@ void append(std::vector<Item>& to, std::vector<Item> more) {
   std::ranges::move(more, std::back_inserter(to));
 }
 
-/// A number that matters, for the top of the page.
+/// A key number for the top of the page.
 struct PageNumber {
   std::string name;
   std::string value;
-  std::string more;          ///< in small letters
-  bool is_accuracy = false;  ///< says nothing of a rejected camera
+  std::string more;          ///< in small print
+  bool is_accuracy = false;  ///< meaningless for a rejected camera
 };
 
-/// Texts are plain unless they say that they are HTML.
+/// Texts are plain unless marked as HTML.
 struct PageContent {
   std::string kind = "Calibration";  ///< of the report
   std::string title;
@@ -70,19 +70,19 @@ struct FigureFile {
 /// Findings that begin with a capital letter, apart from these names of images and cameras.
 [[nodiscard]] std::vector<Diagnosis> asSentences(std::vector<Diagnosis> findings,
                                                  const std::vector<std::string>& names);
-/// What was found, failures and warnings first and notes in a list that opens, as HTML.
+/// The findings as HTML: failures and warnings first, then notes in a list that opens.
 [[nodiscard]] std::string findingsHtml(const std::vector<Diagnosis>& findings,
                                        const std::string& next_text = "");
-/// The first of the most severe findings, and how many more of them there are: "The errors are large (and 3
-/// more failures)." Nothing if there are neither failures nor warnings.
+/// The first of the most severe findings, and the number of others: "The errors are large (and 3 more
+/// failures)." Empty if there are neither failures nor warnings.
 [[nodiscard]] std::string mainFindingText(const std::vector<Diagnosis>& findings);
-/// Figures in two columns, and HTML after them.
+/// Figures in two columns, followed by HTML.
 [[nodiscard]] std::string figuresHtml(const std::vector<Figure>& figures, const std::string& more);
-/// A list that opens, as HTML; nothing for an empty one.
+/// A list that opens, as HTML; empty for an empty list.
 [[nodiscard]] std::string listHtml(const std::string& title, const std::vector<std::string>& lines);
 
 /// Buttons with pictures that open the views, the largest error first, as HTML.
-/// @param pictures  one a view, see viewPictures(); its corners stand in the place of an empty one
+/// @param pictures  one per view, see viewPictures(); for an empty one its corners are drawn
 [[nodiscard]] std::string viewSheet(const ReportData& data, const std::vector<std::string>& pictures);
 
 /// The dialog in which the page's script shows a view, as HTML.
@@ -91,7 +91,7 @@ struct FigureFile {
 /// For the top of a page: which share of the image is accurate. @pre there is an accuracy
 [[nodiscard]] PageNumber withinTolerance(const ReportData& data);
 
-/// The whole page, with the evidence in it: positions and errors of corners with four decimals.
+/// The whole page, including the evidence: positions and errors of corners with four decimals.
 /// @param evidence  a document that states in "created_by" the program and its version
 [[nodiscard]] std::string pageText(const PageContent& page, const nlohmann::json& evidence);
 [[nodiscard]] std::vector<FigureFile> figureFiles(const std::vector<PageSection>& sections);
