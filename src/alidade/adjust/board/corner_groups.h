@@ -16,12 +16,12 @@ struct CornerGroup {
   using Column = std::array<double, kNumLanes>;
   Column x, y, z;      ///< of the board point
   Column u, v;         ///< of the pixel
-  Column root_weight;  ///< 0 in what fills up the last group of a view
+  Column root_weight;  ///< 0 in the padding of a view's last group
   double radius_m;     ///< of the discs, the same for all; 0 for points
 };
 
-/// The corners of views in groups. What fills up a view's last group repeats its first corner, which is seen
-/// wherever the view is, with weight 0.
+/// The corners of views in groups. The last group of a view is padded with copies of its first corner, which
+/// have weight 0 and project wherever the view does.
 class CornerGroups {
  public:
   explicit CornerGroups(std::span<const std::vector<Observation>> views);
@@ -35,7 +35,7 @@ class CornerGroups {
   void add(std::span<const Observation> view);
 
   std::vector<CornerGroup> groups_;
-  std::vector<std::size_t> first_ = {0};  // group of each view, and one past the last
+  std::vector<std::size_t> first_ = {0};  // first group of each view, and one past the last group
 };
 
 }  // namespace alidade

@@ -14,7 +14,7 @@ static_assert(kRimPoints % kNumLanes == 0);
 using Rim = std::array<CornerGroup, kRimPoints / kNumLanes>;
 using RimPixels = Eigen::Matrix<double, 2, static_cast<int>(kRimPoints)>;
 
-// As corners seen at pixel (0, 0), so that their errors are their pixels.
+// The rim as corners seen at pixel (0, 0), so that their errors are their pixels.
 Rim rimOf(const CornerGroup& group, std::size_t lane) {
   static const RimPixels circle = unitCircle<static_cast<int>(kRimPoints)>();
   Rim rim;
@@ -53,7 +53,7 @@ bool DiscRows::write(const CornerGroup& group, std::size_t lane, double* rows) c
   points_.rows(params_, camera_from_board_, rim,
                std::span(of_rim.data(), static_cast<std::size_t>(kRows * size)));
   Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> to(rows, 2, size);
-  // A point that projects has the derivative 1 by the image's centre.
+  // A point that projects has derivative 1 by the image's centre.
   constexpr int kCentreX = 6 + 2;
   for (int i = 0; i < kRows; i += 2) {
     if (of_rim(i, kCentreX) != 0) continue;
@@ -64,7 +64,7 @@ bool DiscRows::write(const CornerGroup& group, std::size_t lane, double* rows) c
   for (int i = 0; i < static_cast<int>(kRimPoints); ++i)
     seen.col(i) << of_rim(2 * i, size - 1), of_rim(2 * i + 1, size - 1);
   const auto centroid = centroidWithin(seen);
-  // Column by column, u and v of each point follow one another as the rows do.
+  // Column by column: u and v of each point alternate, like the rows.
   to.row(0).noalias() = centroid.J_x_points.reshaped().transpose() * of_rim;
   to.row(1).noalias() = centroid.J_y_points.reshaped().transpose() * of_rim;
   to(0, size - 1) = centroid.at.x() - group.u[lane];

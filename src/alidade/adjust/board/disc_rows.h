@@ -12,23 +12,23 @@
 
 namespace alidade::detail {
 
-/// True if the corners of a view are discs: all of a board are.
+/// True if the corners of a view are discs; a board has only one kind.
 [[nodiscard]] inline bool areDiscs(std::span<const CornerGroup> corners) {
   return !corners.empty() && corners.front().radius_m > 0;
 }
 
-/// What a lens makes of discs: the centroid of a disc's image, which is not the image of its middle, follows
-/// from the images of some points of its rim, see centroidWithin().
+/// The projection of discs: the centroid of a disc's image, which differs from the image of its centre,
+/// follows from the images of points on its rim, see centroidWithin().
 class DiscRows {
  public:
   DiscRows(const ViewRows& points, const double* params, const SE3& camera_from_board)
       : points_(points), params_(params), camera_from_board_(camera_from_board) {}
 
-  /// Projected minus observed, px; NaN where a point of the rim does not project.
+  /// Projected minus observed, px; NaN if a point of the rim does not project.
   [[nodiscard]] Eigen::Vector2d error(const CornerGroup& group, std::size_t lane) const;
 
-  /// The rows of u and v as ViewRows::rows() has them, but without the corner's weight; zero, and false,
-  /// where a point of the rim does not project.
+  /// The rows of u and v as in ViewRows::rows(), but without the corner's weight; zero, and false, if a point
+  /// of the rim does not project.
   bool write(const CornerGroup& group, std::size_t lane, double* rows) const;
 
  private:

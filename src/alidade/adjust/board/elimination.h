@@ -10,21 +10,21 @@
 
 namespace alidade::detail {
 
-// As in lanes.h: no vector is passed by a call that is left.
+// Same as in lanes.h: vectors are passed only to inlined functions.
 #if defined(ALIDADE_HAS_VECTORS)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi"
 #endif
 
-/// Pivots that have sunk below this share of their diagonal are rounding: several units of a sum over many
+/// Pivots below this share of their diagonal are rounding: several units in the last place of a sum over many
 /// corners.
 inline constexpr double kMinPivot = 1e-14;
 
 /// Room for the pose, kMostParams parameters and the error, in whole lanes.
 inline constexpr std::size_t kMaxColumns = 40;
 
-/// Normal equations [J r]^T [J r] of up to kMaxColumns columns, of which the last belongs to r: symmetric,
-/// with rows that are filled up to whole lanes.
+/// Normal equations [J r]^T [J r] of up to kMaxColumns columns, the last of which belongs to r: symmetric,
+/// with rows padded to whole lanes.
 class EliminationEquations {
  public:
   ALIDADE_ALWAYS_INLINE explicit EliminationEquations(std::size_t size)
@@ -34,25 +34,25 @@ class EliminationEquations {
 
   ALIDADE_ALWAYS_INLINE double& at(std::size_t i, std::size_t j) { return elements_[i * stride_ + j]; }
 
-  /// Copies what is above the diagonal of rows and columns `from` to `to` below it.
+  /// Copies the elements above the diagonal of rows and columns `from` to `to` below it.
   ALIDADE_ALWAYS_INLINE void mirror(std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
       for (std::size_t j = from; j < i; ++j) at(i, j) = at(j, i);
     }
   }
 
-  /// Eliminates the columns from `from` up to `to`, those before being eliminated already. Leaves their Schur
-  /// complement in the columns from `to` on (upper triangle only) and writes one row of Cholesky's factor for
-  /// each to `rows`, row by row: R^T R and the Schur complement make up what was there before.
+  /// Eliminates the columns from `from` up to `to`; earlier ones must already be eliminated. Leaves their
+  /// Schur complement in the columns from `to` on (upper triangle only) and writes one row of Cholesky's
+  /// factor for each to `rows`, row by row: R^T R plus the Schur complement equals the previous matrix.
   ///
-  /// Pivots fall, relative to `diagonal`, the columns' sums of squares before anything was eliminated. So
-  /// pivots lost to rounding, because other columns determine theirs, come last, where they can do no harm.
-  /// Each is replaced by a tiny positive one, which keeps R^T times the last column exact where dropping the
-  /// row would not.
+  /// Pivots are chosen in falling order relative to `diagonal`, the sums of squares of the columns before any
+  /// elimination. Pivots lost to rounding, because their columns depend on others, therefore come last, where
+  /// they can do no harm. Each is replaced by a tiny positive one, which keeps R^T times the last column
+  /// exact where dropping the row would not.
   ALIDADE_ALWAYS_INLINE void eliminate(std::size_t from, std::size_t to, const double* diagonal,
                                        double* rows) {
     const std::size_t last = size_ - 1;
-    const std::size_t stride = stride_;  // not read again after each number is written
+    const std::size_t stride = stride_;  // local, so that it is not read again after each write
     std::array<bool, kMaxColumns> is_done{};
     std::array<double, kMaxColumns> inverse_diagonal;
     for (std::size_t j = from; j < to; ++j) inverse_diagonal[j] = diagonal[j] > 0 ? 1 / diagonal[j] : 0.0;
@@ -76,7 +76,7 @@ class EliminationEquations {
         }
         for (std::size_t i = from; i < size_; ++i) {
           if (i < to && is_done[i]) continue;
-          // The pivot's row is read whole, the others from their diagonal on.
+          // The whole row of the pivot is needed, and the others from their diagonal on.
           const std::size_t first = i < to ? from : i;
           subtract(factor, factor[i], first / kNumLanes * kNumLanes, stride, elements_.data() + i * stride);
         }
@@ -92,7 +92,8 @@ class EliminationEquations {
   }
 
  private:
-  // The row less f times the factor. In lanes, as a compiler left to itself turns the matrix about.
+  // The row minus f times the factor. Written with lanes, because the compiler alone would transpose the
+  // matrix.
   ALIDADE_ALWAYS_INLINE static void subtract(const std::array<double, kMaxColumns>& factor, double f,
                                              std::size_t first, std::size_t stride, double* row) {
     for (std::size_t j = first; j < stride; j += kNumLanes)

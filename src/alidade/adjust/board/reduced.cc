@@ -18,7 +18,7 @@ WeightedRows weightedRows(std::string_view model_id, std::span<const double> par
   constexpr Eigen::Index kCx = 6 + 2;
   for (std::size_t i = 0; i < view.size(); ++i) {
     const auto from = static_cast<Eigen::Index>(2 * i);
-    const double root_weight = of.rows(from, kCx);  // as the pixel moves with the centre
+    const double root_weight = of.rows(from, kCx);  // as the pixel moves with the principal point
     if (!(root_weight > 0)) continue;
     const auto to = static_cast<Eigen::Index>(2 * of.corner.size());
     if (to != from) of.rows.middleRows<2>(to) = of.rows.middleRows<2>(from);

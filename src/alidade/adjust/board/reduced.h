@@ -22,13 +22,13 @@ namespace alidade {
 /// about the intrinsics and any further columns, with a free pose.
 struct Reduced {
   Eigen::MatrixXd information;  ///< J^T W J, K x K for N parameters and K - N further columns, per px^2
-  Eigen::VectorXd gradient;     ///< J^T W psi, psi being the error times the loss weight; 0 over all views at
-                                ///< the optimum, in the columns of free parameters
+  Eigen::VectorXd gradient;     ///< J^T W psi, where psi is the error times the loss weight; 0 over all views
+                                ///< at the optimum, in the columns of free parameters
   double squares = 0;   ///< weighted sum of squared errors that no pose removes, px^2; with LossWeights::kUse
-  int num_corners = 0;  ///< projected
+  int num_corners = 0;  ///< number of corners that project
 };
 
-/// Whether the weights of the loss enter the information. They always enter the gradient.
+/// Use of the loss weights in the information. The gradient always includes them.
 enum class LossWeights {
   kLeaveOut,  ///< information of a fit without a loss
   kUse,       ///< information of iteratively reweighted least squares
@@ -49,11 +49,11 @@ struct CornerRows {
 template <std::size_t kCount>
 struct ExtraElements {
   std::array<int, kCount> column;
-  std::array<double, kCount> value;  ///< with the root of the corner's weight
+  std::array<double, kCount> value;  ///< including the square root of the corner's weight
 };
 
-/// Columns that are appended to the Jacobian after the intrinsics: the derivatives of the corner's pixel with
-/// respect to something other than pose and intrinsics. Few of them are non-zero in any row.
+/// Columns that are appended to the Jacobian after the intrinsics: derivatives of the corner's pixel with
+/// respect to unknowns other than pose and intrinsics. Few of them are non-zero in any row.
 template <class Extra>
 concept ExtraColumns = requires(const Extra& extra, const CornerRows& rows, int axis) {
   { extra.size() } -> std::convertible_to<int>;
@@ -68,9 +68,9 @@ struct NoExtra {
 /// Number of columns for the BoardShape of a board, after those of the intrinsics.
 inline constexpr int kNumBends = 2;
 
-/// bend_x and bend_y of boards' shapes as further columns, for the views of one board.
+/// bend_x and bend_y of the shapes of boards as further columns, for the views of one board.
 struct BendColumns {
-  const Board* board = nullptr;  ///< that the view shows; null: one whose bend is not among the columns
+  const Board* board = nullptr;  ///< board of the view; null if its bend is not among the columns
   int first = 0;                 ///< its first column
   int num_columns = kNumBends;   ///< of all boards
 
@@ -85,14 +85,15 @@ struct BendColumns {
   }
 };
 
-/// bend_x and bend_y of a board, then the offset of each of its points, for the views of this board.
+/// bend_x and bend_y of a board, followed by the offset of each of its points, for the views of this board.
 struct OffsetColumns {
   const Board& board;
 
   [[nodiscard]] int size() const { return kNumBends + 3 * board.numCorners(); }
   [[nodiscard]] ExtraElements<kNumBends + 3> elements(const CornerRows& rows, int axis) const {
     const auto bends = BendColumns{.board = &board}.elements(rows, axis);
-    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];  // as a shift of the board
+    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];  // same as a shift of the
+                                                                                // board
     const int point = kNumBends + 3 * rows.corner.id;
     return {.column = {0, 1, point, point + 1, point + 2},
             .value = {bends.value[0], bends.value[1], J_px_point[0], J_px_point[1], J_px_point[2]}};
@@ -115,13 +116,13 @@ struct WeightedRows {
                                         const SE3& camera_from_board, std::span<const Observation> view,
                                         HuberLoss loss);
 
-/// Sums of products of the dense columns (pose, parameters, error) and of the further ones.
+/// Sums of products of the dense columns (pose, parameters, error) and of the further columns.
 struct ViewGram {
   Eigen::MatrixXd dense;  ///< lower triangle
-  Eigen::MatrixXd mixed;  ///< a row for each further column
+  Eigen::MatrixXd mixed;  ///< one row for each further column
   Eigen::MatrixXd extra;  ///< lower triangle
   double sum_of_rho = 0;
-  int num_corners = 0;  ///< projected
+  int num_corners = 0;  ///< number of corners that project
 };
 
 /// Corners that do not project are skipped.
@@ -142,7 +143,8 @@ template <ExtraColumns Extra>
     double* v = u + num_dense;
     gram.sum_of_rho +=
         loss.rho(u[6 + num_params] * u[6 + num_params] + v[6 + num_params] * v[6 + num_params]);
-    // Rows keep the root of the information's weight, and the error makes up for the gradient's.
+    // Rows include the square root of the information's weight, and the error is scaled to give the weight of
+    // the gradient.
     const double weight = of.loss_weight[i];
     const double root = weights == LossWeights::kUse ? std::sqrt(weight) : 1.0;
     const CornerRows rows{.corner = view[of.corner[i]],

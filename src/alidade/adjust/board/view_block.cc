@@ -17,14 +17,14 @@ using PoseJacobian = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
 
 constexpr Eigen::Index kPose = 6;
 
-// The Jacobian of the tangent at a pose by the seven numbers of its block.
+// Derivative of the tangent at a pose by the seven numbers of its block.
 PoseJacobian tangentByBlock(const double* pose) {
   PoseJacobian J;
   SE3Manifold().MinusJacobian(pose, J.data());
   return J;
 }
 
-// Rows with rows^T rows = the symmetric matrix; positive semi-definite but for rounding.
+// Rows with rows^T rows = the symmetric matrix, which is positive semi-definite up to rounding.
 Eigen::MatrixXd triangularFactor(const Eigen::MatrixXd& lower) {
   const Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower> ldlt(lower);
   const Eigen::VectorXd roots = ldlt.vectorD().cwiseMax(0).cwiseSqrt();
@@ -59,7 +59,7 @@ bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double*
   const double* shape = has_shape_ ? blocks[has_rig_pose_ ? 3 : 2] : nullptr;
   Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
   if (jacobians == nullptr) {
-    // All residuals with the same sum of squares have the same cost.
+    // Residuals with the same sum of squares have the same cost, so all of it goes into one.
     const double rho = sumOfRho(params, camera_from_board, shape);
     r.setZero();
     r(0) = std::sqrt(rho);
@@ -107,7 +107,7 @@ bool ViewBlock::factor(const double* params, const SE3& camera_from_board, const
   const detail::ViewGram of = detail::gramOf(camera_.model, {params, num_params}, camera_from_board, corners,
                                              loss_, LossWeights::kUse, BendColumns{.board = &board_.target});
   if (of.num_corners < static_cast<int>(corners.size())) return false;
-  // In order: pose, intrinsics, shape, error.
+  // Order of the columns: pose, intrinsics, shape, error.
   const Eigen::Index num_dense = of.dense.rows() - 1;
   Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(size, size);
   lower.topLeftCorner(num_dense, num_dense) = of.dense.topLeftCorner(num_dense, num_dense);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The sums of a view's normal equations; included by the source that holds the loops.
+// Sums of a view's normal equations, for inclusion in the source that holds the loops.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace alidade::detail {
 
-/// Calls f(integral_constant<int, 0>) to f(... N - 1).
+/// Calls f(integral_constant<int, 0>) to f(integral_constant<int, kCount - 1>).
 template <int kCount, class F>
 ALIDADE_ALWAYS_INLINE void forEachIndex(const F& f) {
   [&]<int... kI>(std::integer_sequence<int, kI...>) ALIDADE_INLINE_LAMBDA {
@@ -29,7 +29,7 @@ ALIDADE_ALWAYS_INLINE double sumOfLanes(const Lanes& lanes) {
 #endif
 }
 
-/// The sums over the lanes of kCount values; four at a time, they add up side by side.
+/// Sums of kCount values over their lanes; four sums at a time are computed in parallel.
 template <int kCount>
 ALIDADE_ALWAYS_INLINE void sumEach(const Lanes* from, double* to) {
 #if defined(ALIDADE_HAS_VECTORS)
@@ -50,8 +50,8 @@ ALIDADE_ALWAYS_INLINE void sumEach(const Lanes* from, double* to) {
 }
 
 /// Adds to the upper triangle, over rows that are `stride` apart, the products of kRows columns from `a` on
-/// and kColumns from `b` on; where both are the same, for i <= j only. `to_a` and `to_b` say where they
-/// belong.
+/// and kColumns from `b` on; if both are the same, only for i <= j. `to_a` and `to_b` are their columns in
+/// the result.
 template <int kRows, int kColumns, bool kIsDiagonal>
 ALIDADE_ALWAYS_INLINE void addTile(const Lanes* a, const Lanes* b, std::size_t num_rows, std::size_t stride,
                                    const std::size_t* to_a, const std::size_t* to_b,
@@ -74,9 +74,9 @@ ALIDADE_ALWAYS_INLINE void addTile(const Lanes* a, const Lanes* b, std::size_t n
   });
 }
 
-inline constexpr std::size_t kTile = 3;  // nine sums and what they are made of fit sixteen registers
+inline constexpr std::size_t kTile = 3;  // nine sums and their operands fit into sixteen registers
 
-/// The same for what is known at run time: at most kTile columns of each.
+/// The same for sizes known only at run time: at most kTile columns of each.
 template <int kRows>
 ALIDADE_ALWAYS_INLINE void addTileOf(std::size_t num_columns, const Lanes* a, const Lanes* b,
                                      std::size_t num_rows, std::size_t stride, const std::size_t* to_a,
@@ -87,11 +87,11 @@ ALIDADE_ALWAYS_INLINE void addTileOf(std::size_t num_columns, const Lanes* a, co
   addTile<kRows, 1, false>(a, b, num_rows, stride, to_a, to_b, to);
 }
 
-/// Adds the products of all columns of the rows of u and v, in turn, of `num_groups` groups. Only the shared
-/// columns are in all rows; a row's own go with all of the same axis.
+/// Adds the products of all columns of the alternating rows of u and v, of `num_groups` groups. Only shared
+/// columns are in all rows; a column of one axis is multiplied only with columns in rows of the same axis.
 ALIDADE_ALWAYS_INLINE void addProducts(const RowLayout& of, const Lanes* all_rows, std::size_t num_groups,
                                        EliminationEquations& to) {
-  for (const std::size_t part : {0U, 1U, 2U}) {  // the shared columns, then the own ones of u and of v
+  for (const std::size_t part : {0U, 1U, 2U}) {  // the shared columns, then those of u and of v
     const std::size_t axis = part == 2 ? 1 : 0;
     const std::size_t* columns = of.column[axis].data();
     const Lanes* rows = all_rows + axis * of.width;

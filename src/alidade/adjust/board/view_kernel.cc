@@ -19,8 +19,8 @@ using detail::EliminationEquations;
 
 constexpr std::size_t kPose = detail::RowLayout::kPose;
 
-// Sums the upper triangle of the normal equations of a view of points. The sum of rho stands in for r^T r.
-// False with Unseen::kRefuse if a corner is not seen.
+// Sums the upper triangle of the normal equations of a view of points. The sum of rho replaces r^T r. False
+// with Unseen::kRefuse if a corner does not project.
 bool sumPoints(const detail::ViewRows& points, const double* params, const SE3& camera_from_board,
                std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
                EliminationEquations& to) {
@@ -47,7 +47,7 @@ bool sumDiscs(const detail::ViewRows& points, const double* params, const SE3& c
   std::array<double, 2 * detail::kMaxColumns> rows;
   for (const CornerGroup& group : corners) {
     for (std::size_t l = 0; l < kNumLanes; ++l) {
-      if (group.root_weight[l] == 0) continue;  // fills up the group
+      if (group.root_weight[l] == 0) continue;  // padding of the group
       if (!discs.write(group, l, rows.data())) {
         if (unseen == Unseen::kRefuse) return false;
         continue;
@@ -91,7 +91,7 @@ bool ViewKernel::factor(const double* params, const SE3& camera_from_board,
     equations.eliminate(kPose, last, diagonal.data(), rows + kPose * size);
     double* last_row = rows + last * size;
     std::fill_n(last_row, last, 0.0);
-    // With the sum of rho in place of r^T r, this is what the other rows leave missing.
+    // With the sum of rho in place of r^T r, this is the remainder that the other rows do not contain.
     last_row[last] = std::sqrt(std::max(equations.at(last, last), 0.0));
   });
   return true;

@@ -16,9 +16,9 @@
 namespace alidade::detail {
 
 /// The columns of a corner's two rows [J r]. Most are in both rows: the pose (its tangent: translation,
-/// rotation), the lens and, last of them, the error. Then follow a row's own, the focal length and the centre
-/// of its axis; those of the other axis are zero in it. A parameter that moves both coordinates of a pixel
-/// belongs among the shared columns.
+/// rotation), the lens and, last, the error. They are followed by the columns of one axis, its focal length
+/// and principal point; those of the other axis are zero and left out. A parameter that moves both
+/// coordinates of a pixel belongs among the shared columns.
 struct RowLayout {
   static constexpr std::size_t kPose = 6;
   static constexpr std::size_t kOwn = 2;
@@ -35,16 +35,16 @@ struct RowLayout {
 
   std::size_t num_shared;
   std::size_t width;
-  std::size_t size;  ///< of both axes: pose, parameters, error
+  std::size_t size;  ///< of both axes together: pose, parameters, error
   std::array<std::array<std::size_t, kMaxColumns>, 2>
-      column{};  ///< among all, of each of a row of u and of v
+      column{};  ///< index in the full set, of each column in a row of u and of v
 };
 
-/// Groups whose rows stay in the fastest cache, and the lanes of these rows at most.
+/// Number of groups whose rows fit into the L1 cache, and the largest number of lanes in these rows.
 inline constexpr std::size_t kChunk = 24;
 inline constexpr std::size_t kMaxChunkRows = 2 * kChunk * kMaxColumns;
 
-/// Calls f(chunk) in turn, until it returns false.
+/// Calls f(chunk) for each chunk in order, until it returns false.
 template <class F>
 bool forEachChunk(std::span<const CornerGroup> corners, const F& f) {
   for (; corners.size() > kChunk; corners = corners.subspan(kChunk)) {
@@ -53,34 +53,34 @@ bool forEachChunk(std::span<const CornerGroup> corners, const F& f) {
   return f(corners);
 }
 
-/// Rows of Jacobian and error that corners, taken as points, give with one camera model; several at a time.
+/// Rows of Jacobian and error of corners that are points, for one camera model; several at a time.
 class ViewRows {
  public:
   virtual ~ViewRows() = default;
 
   [[nodiscard]] virtual const RowLayout& layout() const = 0;
 
-  /// Writes both rows of each corner, that of u first, 2 layout().width lanes a group, times the root of
-  /// its weight and of the loss' weight, and adds its rho. Corners that are not seen (behind the camera,
-  /// beyond a pole, or where the lens has folded) get zeros; false if there are any.
+  /// Writes both rows of each corner, u first, 2 layout().width lanes per group, times the square roots of
+  /// its weight and of the loss weight, and adds its rho. Corners that do not project (behind the camera,
+  /// beyond a pole, or beyond a fold of the lens) get zeros; false if there are any.
   virtual bool write(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> groups,
                      HuberLoss loss, Lanes* rows, Lanes& sum_rho) const = 0;
 
-  /// Writes the errors in u and v of each group, px, not weighted; NaN for a corner that is not seen.
+  /// Writes the errors in u and v of each group, px, not weighted; NaN for a corner that does not project.
   virtual void writeErrors(const double* params, const SE3& camera_from_board,
                            std::span<const CornerGroup> groups, Lanes* errors) const = 0;
 
-  /// As ViewKernel::errors() and rows() have them for points.
+  /// Same as ViewKernel::errors() and rows(), for points.
   void errors(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
               std::span<Eigen::Vector2d> errors) const;
   void rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
             std::span<double> rows) const;
 };
 
-/// Those of a model that is known.
+/// The rows of a known model.
 [[nodiscard]] const ViewRows& viewRows(std::string_view model_id);
 
-/// What the loss makes of a group's errors.
+/// The loss and weights for a group's errors.
 struct GroupLoss {
   ALIDADE_ALWAYS_INLINE GroupLoss(const Lanes* px, const CornerGroup& group, HuberLoss loss)
       : root(lane::load(group.root_weight.data())) {
@@ -89,12 +89,12 @@ struct GroupLoss {
     const double threshold = loss.threshold_px;
     const LaneMask is_far = s > threshold * threshold;
     if (!lane::isAny(is_far)) return;
-    // HuberLoss, side by side.
+    // HuberLoss, in lanes.
     const Lanes length = lane::squareRoot(s);
     rho = lane::select(is_far, 2 * threshold * length - threshold * threshold, s);
     root = lane::select(is_far, root * lane::squareRoot(Lanes(threshold / length)), root);
   }
-  Lanes root;  ///< of the weight, times that of the loss' weight
+  Lanes root;  ///< square root of the weight times that of the loss weight
   Lanes rho;
 };
 

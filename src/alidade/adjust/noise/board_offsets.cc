@@ -16,11 +16,11 @@
 namespace alidade {
 namespace {
 
-constexpr double kFirstScatter = 0.02;  // of the points' distance
-constexpr double kLeastScatter = 1e-5;  // less is no offset
-constexpr double kFewestOffsets = 3;    // coordinates that the corners determine
+constexpr double kFirstScatter = 0.02;  // share of the points' spacing
+constexpr double kLeastScatter = 1e-5;  // smaller offsets count as zero
+constexpr double kFewestOffsets = 3;    // number of coordinates that the corners determine
 
-// The inverse of a symmetric positive definite matrix, scaled first; nothing if it is not.
+// The inverse of a symmetric positive definite matrix, scaled first; nothing if it is not positive definite.
 std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
   if (matrix.size() == 0) return matrix;
   if (!(matrix.diagonal().minCoeff() > 0)) return std::nullopt;
@@ -32,7 +32,7 @@ std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
   return Eigen::MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal());
 }
 
-// The normal equations of the whole fit, what else is known of the lenses with them.
+// The normal equations of the whole fit, including the priors of the lenses.
 Reduced equationsOf(const Fit& fit, const JointColumns& columns, LossWeights weights) {
   Reduced sum{.information = Eigen::MatrixXd::Zero(columns.count, columns.count),
               .gradient = Eigen::VectorXd::Zero(columns.count)};
@@ -52,9 +52,9 @@ Reduced equationsOf(const Fit& fit, const JointColumns& columns, LossWeights wei
   return sum;
 }
 
-// Orthonormal directions of a board's offsets (x, y, z of each point) that make the board something else as a
-// whole: stretched, sheared, graded, twisted or bent. What leaves its pose and size as they are is not among
-// them, nor is what it shares with those.
+// Orthonormal directions of a board's offsets (x, y, z of each point) that deform the board as a whole:
+// stretch, shear, gradation, twist or bend. Directions that keep its shape are excluded, and their share is
+// removed from the others.
 std::vector<Eigen::VectorXd> smoothModes(const Board& target) {
   const Eigen::Index num_points = target.numCorners();
   const Eigen::Vector3d middle = target.middle();
@@ -92,9 +92,9 @@ std::vector<Eigen::VectorXd> smoothModes(const Board& target) {
   return {basis.begin() + num_of_pose_and_size, basis.end()};
 }
 
-// What is known of a board's offsets beforehand: each coordinate scatters about zero, in the plane or across
-// it, and a smooth mode by as much as it is found to. If points only scattered independently, a stretched
-// board would seem much better known than it is.
+// Prior of a board's offsets: each coordinate scatters about zero, in the plane or normal to it, and each
+// smooth mode has its own estimated scatter. If all points scattered independently, a stretch of the board
+// would seem much better known than it is.
 class OffsetPrior {
  public:
   explicit OffsetPrior(const FitBoard& board)
@@ -114,14 +114,15 @@ class OffsetPrior {
   [[nodiscard]] double scatterPrecision(int axes) const { return precision_(axes); }
   void setScatterPrecision(int axes, double precision) { precision_(axes) = precision; }
 
-  // Frees each mode as far as the corners say that it is displaced: its likeliest variance is the square of
-  // what they alone have for it, less their own variance. None is held tighter than the scatter holds it.
-  // The result does not depend on how the modes were held.
-  // @param inverse  of the sum of what the corners and this prior say; over `variance` a covariance
+  // Sets the variance of each mode to its most likely value: the square of the amplitude that the corners
+  // alone give, minus their own variance. It is at least the variance of the scatter. The result does not
+  // depend on the previous variances.
+  // @param inverse  of the sum of the corners' information and this prior; a covariance when multiplied by
+  // `variance`
   void freeModes(const Eigen::VectorXd& offsets, const Eigen::MatrixXd& inverse, double variance) {
     constexpr int kMaxRounds = 100;
     constexpr double kSteady = 1e-9;
-    constexpr double kSomething = 0.01;  // of what is known, the corners' share
+    constexpr double kSomething = 0.01;  // least share of the corners in the information on a mode
     const auto count = static_cast<Eigen::Index>(modes_.size());
     Eigen::MatrixXd U(count_, count);
     Eigen::VectorXd held(count);
@@ -129,8 +130,8 @@ class OffsetPrior {
       U.col(k) = modes_[static_cast<std::size_t>(k)].direction;
       held(k) = modes_[static_cast<std::size_t>(k)].precision;
     }
-    // What is known of the amplitudes, all other offsets eliminated, with and without how the modes were
-    // held.
+    // Information on the amplitudes with all other offsets eliminated, with and without the modes' own
+    // priors.
     const auto known = inverseOf(U.transpose() * inverse * U);
     if (!known) return;
     const Eigen::VectorXd gradient = *known * (U.transpose() * offsets);
@@ -160,7 +161,7 @@ class OffsetPrior {
     }
   }
 
-  // The squares of the offsets without the modes.
+  // Sum of squares of the offsets without the modes.
   [[nodiscard]] double squaresOf(const Eigen::VectorXd& offsets, int axes) const {
     double squares = 0;
     for (Eigen::Index i = 0; i < count_; ++i) squares += axesOf(i) == axes ? offsets(i) * offsets(i) : 0;
@@ -171,7 +172,7 @@ class OffsetPrior {
     return std::max(0.0, squares);
   }
 
-  // How many of the same coordinates the corners determine.
+  // Number of these coordinates that the corners determine.
   [[nodiscard]] double determinedOf(const Eigen::MatrixXd& inverse, int axes) const {
     double trace = 0;
     double count = 0;
@@ -210,7 +211,7 @@ class OffsetPrior {
   std::vector<Mode> modes_;
 };
 
-// The offsets of a board, as they are in the fit.
+// The present offsets of a board in the fit.
 Eigen::VectorXd offsetsOf(const FitBoard& board) {
   Eigen::VectorXd offsets(3 * std::ssize(board.shape.offsets_m));
   for (std::size_t i = 0; i < board.shape.offsets_m.size(); ++i)
@@ -218,10 +219,10 @@ Eigen::VectorXd offsetsOf(const FitBoard& board) {
   return offsets;
 }
 
-// A board among all whose offsets are estimated.
+// One of the boards whose offsets are estimated.
 struct UnevenBoard {
   std::size_t board = 0;
-  Eigen::Index first = 0;  // of its offsets
+  Eigen::Index first = 0;  // first column of its offsets
   Eigen::Index count = 0;
   double spacing = 0;
   OffsetPrior prior;
@@ -230,8 +231,8 @@ struct UnevenBoard {
 // The equations of the offsets with all other unknowns eliminated.
 class OffsetEquations {
  public:
-  // Nothing where the other unknowns are not determined.
-  // @param priors  of the uneven boards; empty: with no mode freed
+  // Nothing if the other unknowns are not determined.
+  // @param priors  of the uneven boards; empty: initial ones without freed modes
   static std::optional<OffsetEquations> make(const Fit& fit, std::span<const OffsetPrior> priors = {}) {
     const JointColumns columns = jointColumns(fit, Offsets::kInclude);
     const Reduced all = equationsOf(fit, columns, LossWeights::kUse);
@@ -270,7 +271,8 @@ class OffsetEquations {
     return result;
   }
 
-  // The likeliest scatter for these equations, and the offsets with it; false where there is no solution.
+  // Estimates the most likely scatter for these equations, and the offsets with it; false if there is no
+  // solution.
   bool estimate() {
     constexpr int kMaxRounds = 30;
     constexpr double kSteady = 0.01;
@@ -283,7 +285,7 @@ class OffsetEquations {
     return step();
   }
 
-  // The offsets with the scatter as it is and the modes freed; false where there is no solution.
+  // Estimates the offsets with the present scatter and freed modes; false if there is no solution.
   bool freeModes() {
     if (!step()) return false;
     for (UnevenBoard& board : boards_)
@@ -291,7 +293,7 @@ class OffsetEquations {
     return step();
   }
 
-  // The offsets with the scatter as it is; false where there is no solution.
+  // Estimates the offsets with the present scatter; false if there is no solution.
   bool step() {
     prior_ = Eigen::MatrixXd::Zero(information_.rows(), information_.cols());
     for (const UnevenBoard& board : boards_)
@@ -309,10 +311,11 @@ class OffsetEquations {
 
   [[nodiscard]] std::vector<OffsetPrior> priors() const { return mapped(boards_, &UnevenBoard::prior); }
 
-  // The variance of the errors over what it is without a step.
+  // Variance of the errors after the step, divided by that without a step.
   [[nodiscard]] double varianceShare() const { return variance_ / (squares_ / freedom_); }
 
-  // Gives the fit the offsets and their scatter; returns the largest step over the points' distance.
+  // Writes the offsets and their scatter to the fit; returns the largest step as a share of the points'
+  // spacing.
   double apply(Fit& fit) const {
     double largest = 0;
     for (const UnevenBoard& uneven : boards_) {
@@ -337,7 +340,7 @@ class OffsetEquations {
     return inverse_.block(board.first, board.first, board.count, board.count);
   }
 
-  // Sets the scatter and the modes of a board; returns the relative change of a scatter.
+  // Sets the scatter and the modes of a board; returns the relative change of the scatter.
   double update(UnevenBoard& board) const {
     const Eigen::VectorXd offsets = next_.segment(board.first, board.count);
     const Eigen::MatrixXd inverse = inverseOfBoard(board);
@@ -358,17 +361,17 @@ class OffsetEquations {
 
   Eigen::MatrixXd information_;
   Eigen::VectorXd gradient_;
-  Eigen::VectorXd offsets_;  // as they are in the fit
-  Eigen::VectorXd next_;     // and after the step
-  Eigen::MatrixXd prior_;    // of the last step
-  Eigen::MatrixXd inverse_;  // of the sum of `information_` and `prior_`
+  Eigen::VectorXd offsets_;  // present offsets of the fit
+  Eigen::VectorXd next_;     // offsets after the step
+  Eigen::MatrixXd prior_;    // prior of the last step
+  Eigen::MatrixXd inverse_;  // inverse of the sum of `information_` and `prior_`
   std::vector<UnevenBoard> boards_;
   double squares_ = 0;
-  double freedom_ = 0;  // without the offsets
+  double freedom_ = 0;  // degrees of freedom without the offsets
   double variance_ = 0;
 };
 
-// Boards whose offsets the corners do not determine are even.
+// Makes boards even whose offsets the corners do not determine.
 void evenOut(Fit& fit) {
   for (FitBoard& board : fit.boards) {
     if (!board.isUneven() || board.num_free_offsets >= kFewestOffsets) continue;
@@ -404,10 +407,11 @@ double varianceLeftByOffsets(const Fit& fit) {
 
 std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag* cancel) {
   constexpr int kMaxSteps = 50;
-  constexpr double kScatterAtRest = 1e-4;  // of the points' distance: what is left moves no camera
+  constexpr double kScatterAtRest = 1e-4;  // share of the points' spacing: the remaining change moves no
+                                           // camera
   constexpr double kAtRest = 1e-7;
-  constexpr double kLoose = 1e-9;  // of the cost
-  constexpr int kMaxChanges = 12;  // of the modes: one that the corners hardly know may come and go for ever
+  constexpr double kLoose = 1e-9;  // share of the cost
+  constexpr int kMaxChanges = 12;  // of the modes: a barely determined one may be freed and held forever
   if (!isAnyUneven(fit)) return fit;
   std::vector<OffsetPrior> kept;
   int num_changes = 0;
@@ -431,7 +435,7 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
     if (end == Termination::kFailed || end == Termination::kIterationLimit) return std::nullopt;
     if (is_at_rest) return fit;
   }
-  return solve(std::move(fit), {.cancel = cancel});  // all boards are even again
+  return solve(std::move(fit), {.cancel = cancel});  // all boards have become even
 }
 
 std::optional<Eigen::MatrixXd> offsetShare(const Fit& fit) {

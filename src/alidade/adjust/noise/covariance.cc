@@ -29,7 +29,7 @@ ScaledInverse scaledInverse(const Eigen::MatrixXd& matrix, double singular) {
 IntrinsicsInformation intrinsicsInformation(const Fit& fit) {
   const FitCamera& camera = onlyCamera(fit);
   IntrinsicsInformation result;
-  // The poses' Schur complement of J^T W J is that of a fit without a loss.
+  // The Schur complement of the poses in J^T W J is that of a fit without a loss.
   const ViewKernel kernel = viewKernel(camera.model);
   const Eigen::Index n = kernel.numParams();
   result.information = Eigen::MatrixXd::Zero(n, n);
@@ -46,8 +46,8 @@ IntrinsicsInformation intrinsicsInformation(const Fit& fit) {
     result.inverse = Eigen::MatrixXd::Zero(result.information.rows(), result.information.rows());
     return result;
   }
-  // Below the limit, the smallest eigenvalue is rounding: the Schur complement subtracts numbers of its own
-  // size.
+  // Below the limit, the smallest eigenvalue is rounding, because the Schur complement subtracts nearly equal
+  // numbers.
   const ScaledInverse scaled = scaledInverse(directions.transpose() * result.information * directions);
   result.scaled_condition = scaled.condition;
   if (scaled.inverse) result.inverse = directions * *scaled.inverse * directions.transpose();

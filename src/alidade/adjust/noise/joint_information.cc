@@ -12,7 +12,8 @@ constexpr int kPoseSize = 6;
 
 using PoseRows = Eigen::Matrix<double, kPoseSize, Eigen::Dynamic>;
 
-// Sums of one placement: the unknowns of the fit, how the placement's own six go with them, and the error.
+// Sums of one placement: the unknowns of the fit, their products with the placement's own six unknowns, and
+// the error.
 struct PlacementSums {
   explicit PlacementSums(int count)
       : JtJ(Eigen::MatrixXd::Zero(count, count)),
@@ -27,7 +28,7 @@ struct PlacementSums {
   int num_corners = 0;
 };
 
-// Adds to the lower triangle, whichever of the two blocks comes first.
+// Adds to the lower triangle, in whichever order the two blocks are.
 void addBlock(Eigen::MatrixXd& lower, int row, int column, const Eigen::MatrixXd& block) {
   if (row == column) {
     lower.block(row, row, block.rows(), block.rows()).triangularView<Eigen::Lower>() += block;
@@ -38,15 +39,15 @@ void addBlock(Eigen::MatrixXd& lower, int row, int column, const Eigen::MatrixXd
   }
 }
 
-// Columns of a view that stand together in those of the fit.
+// Consecutive columns of a view that are also consecutive in the fit.
 struct Group {
-  int from = 0;  // in the view's
-  int to = 0;    // in the fit's
+  int from = 0;  // first column in the view
+  int to = 0;    // first column in the fit
   int size = 0;
 };
 
-// Adds a view. C Exp(eta) P Exp(zeta) = C P Exp(Ad(P^-1) eta + zeta): the pose's columns are those of the
-// placement, and by the adjoint those of the camera.
+// Adds a view. C Exp(eta) P Exp(zeta) = C P Exp(Ad(P^-1) eta + zeta): the columns of the pose are those of
+// the placement and, through the adjoint, those of the camera.
 void add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWeights weights,
          PlacementSums& sums) {
   const FitCamera& camera = fit.cameras[view.camera];
@@ -65,7 +66,7 @@ void add(const Fit& fit, const FitView& view, const JointColumns& columns, LossW
   const int error = kPoseSize + num_params;
   const Eigen::Matrix<double, kPoseSize, kPoseSize> pose =
       gram.dense.topLeftCorner<kPoseSize, kPoseSize>().selfadjointView<Eigen::Lower>();
-  // The view's columns behind the pose: parameters, bends and offsets.
+  // The view's columns after the pose: parameters, bends and offsets.
   const auto num_extra = static_cast<int>(gram.extra.rows());
   const int num_offsets = num_extra - kNumBends;
   PoseRows with_pose(kPoseSize, num_params + num_extra);
@@ -110,11 +111,11 @@ void add(const Fit& fit, const FitView& view, const JointColumns& columns, LossW
   sums.num_corners += gram.num_corners;
 }
 
-// Directions of a lens combined so that its corners know each equally well.
+// Combines the directions of a lens so that its corners determine each equally well.
 Eigen::MatrixXd balanced(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& information) {
   if (directions.cols() == 0) return directions;
   const Eigen::MatrixXd own = directions.transpose() * information * directions;
-  const Eigen::VectorXd scale = own.diagonal().cwiseSqrt().cwiseInverse();  // units differ
+  const Eigen::VectorXd scale = own.diagonal().cwiseSqrt().cwiseInverse();  // because units differ
   const Eigen::LLT<Eigen::MatrixXd> root(scale.asDiagonal() * own * scale.asDiagonal());
   if (root.info() != Eigen::Success || !scale.allFinite()) return directions;
   return directions * scale.asDiagonal() *
@@ -144,7 +145,7 @@ JointColumns jointColumns(const Fit& fit, Offsets offsets) {
 
 void forEachFrame(const Fit& fit, const JointColumns& columns, LossWeights weights,
                   const std::function<void(const Reduced&)>& visit) {
-  // Frames, their placements and the views of these.
+  // Frames, their placements, and the views of the placements.
   std::map<std::size_t, std::map<std::size_t, std::vector<const FitView*>>> frames;
   for (const FitView& view : fit.views)
     frames[fit.placements[view.placement].frame][view.placement].push_back(&view);

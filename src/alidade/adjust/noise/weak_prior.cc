@@ -17,22 +17,24 @@
 namespace alidade {
 namespace {
 
-// Widths of priors in natural sizes; at 100, rounding drowns the prior.
+// Widths of priors in natural sizes; at 100, the prior is lost in rounding.
 constexpr std::array<double, 6> kWidths = {0.03, 0.1, 0.3, 1, 3, 10};
-// Lenses are taken to lie about their model's start by no less than this, whatever the prior's width.
+// Lenses are assumed to scatter about the model's start by at least this much, regardless of the prior's
+// width.
 constexpr double kNatural = 1;
-// One standard deviation from which on a combination of the lens' parameters counts as not seen, in natural
-// sizes: it moves the corner of the image by a quarter of its diagonal.
+// Standard deviation, in natural sizes, above which a combination of the lens parameters counts as
+// undetermined: it moves the corner of the image by a quarter of its diagonal.
 constexpr double kUnseen = 0.5;
-// Parameters of a lens that is held together, in natural sizes: what a prior should reach, for larger ones
-// bring poles close to the image, and what it must.
+// Limits of the parameters of a lens under a prior, in natural sizes: the preferred one, because larger
+// parameters bring poles close to the image, and the one that must hold.
 constexpr std::array<double, 2> kBounds = {0.3, 1};
-// A prior that raises twice the cost of the corners by more variances than this contradicts them.
+// A prior contradicts the corners if it raises twice their cost by more variances than this.
 constexpr double kContradiction = 25;
-constexpr double kDominant = 0.5;  // of the largest part in the unseen combination: parameters to be named
+constexpr double kDominant = 0.5;  // share of the largest component of the undetermined combination;
+                                   // parameters above it are named
 constexpr double kSameCost = 1e-9;
 
-// Inverse of a symmetric matrix on what is free, or nothing where that is singular to working precision.
+// Inverse of a symmetric matrix in the free directions; nothing if that is singular to working precision.
 std::optional<Eigen::MatrixXd> inverseOn(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& directions) {
   if (directions.cols() == 0) return Eigen::MatrixXd::Zero(matrix.rows(), matrix.cols());
   const auto inverse = scaledInverse(directions.transpose() * matrix * directions).inverse;
@@ -40,10 +42,10 @@ std::optional<Eigen::MatrixXd> inverseOn(const Eigen::MatrixXd& matrix, const Ei
   return directions * *inverse * directions.transpose();
 }
 
-// The combination of the lens' parameters that is known least.
+// The least determined combination of the lens parameters.
 struct LeastKnown {
-  double sigma = 0;           // in natural sizes
-  Eigen::VectorXd direction;  // unit length, in natural sizes; of the lens' parameters
+  double sigma = 0;           // standard deviation in natural sizes
+  Eigen::VectorXd direction;  // of the lens parameters in natural sizes, unit length
 };
 
 LeastKnown leastKnown(const Eigen::MatrixXd& covariance, const LensScale& scale) {
@@ -69,7 +71,7 @@ bool isFixed(const Fit& fit, std::size_t i) {
   return std::find(fixed.begin(), fixed.end(), static_cast<int>(i)) != fixed.end();
 }
 
-// The search for a prior, at the corners, weights, loss and board that the fit has come to.
+// The search for a prior, with the corners, weights, loss and board of the present fit.
 class Ladder {
  public:
   Ladder(const Fit& fit, const CancelFlag* cancel)
@@ -79,16 +81,16 @@ class Ladder {
             freeDirections(static_cast<int>(onlyCamera(fit).params.size()), onlyCamera(fit).constraint)),
         cancel_(cancel) {}
 
-  // Is there nothing to be done?
+  // True if no prior is needed.
   [[nodiscard]] bool isSound(const Fit& fit) const {
     if (!isSteady(fit) || largest(fit) > kRunawaySizes) return false;
     const AnyCamera camera = cameraOf(fit);
     return !foldsInsideImage(camera, onlyCamera(fit).size) && numCornersOutside(fit, camera) == 0;
   }
 
-  // The widest prior that holds the lens together, or none if it turns out not to be needed; nothing where
-  // every prior contradicts the corners. From the model's own start, or else from where the solver went: a
-  // lens that bends much is too far from the former for a loss that outliers do not move.
+  // The widest prior that keeps the lens sound, or no prior if it turns out to be unnecessary; nothing if
+  // every prior contradicts the corners. Starts at the model's own start, otherwise at the solver's result,
+  // because a robust loss may not lead from the former to a strongly distorted lens.
   [[nodiscard]] std::optional<Fit> climb(const Fit& free) const {
     auto best = climbFrom(plain(free), free);
     if (!best) best = climbFrom(free, free);
@@ -97,7 +99,7 @@ class Ladder {
   }
 
  private:
-  // The model's own start under the same poses.
+  // The model's own start with the same poses.
   [[nodiscard]] Fit plain(const Fit& free) const {
     Fit plain = free;
     for (std::size_t i = 0; i < scale_.mean.size(); ++i) {
@@ -107,14 +109,14 @@ class Ladder {
     return plain;
   }
 
-  // At rest, and every combination seen, if need be by the prior's help.
+  // True if the fit has converged and determines every combination, if necessary with the prior's help.
   [[nodiscard]] bool isSteady(const Fit& fit) const {
     if (fit.summary.termination != Termination::kConverged) return false;
     const auto covariance = covarianceOf(fit);
     return covariance && (!priorOf(fit).isNone() || leastKnown(*covariance, scale_).sigma <= kUnseen);
   }
 
-  // The largest of the lens' free parameters, in natural sizes.
+  // The largest free lens parameter, in natural sizes.
   [[nodiscard]] double largest(const Fit& fit) const {
     double largest = 0;
     for (std::size_t i = 0; i < scale_.size.size(); ++i) {
@@ -123,7 +125,8 @@ class Ladder {
     return largest;
   }
 
-  // Explains the corners no worse than noise allows, by a lens that is one all over the image.
+  // True if the fit explains the corners as well as noise allows, with a lens that is sound over the whole
+  // image.
   [[nodiscard]] bool isGood(const Fit& fit, const Fit& free) const {
     return 2 * (cornersCost(fit) - cornersCost(free)) <= kContradiction * variance_ && isSound(fit);
   }
@@ -140,7 +143,7 @@ class Ladder {
     return variance_ * *inverse;
   }
 
-  // From narrow to wide, each from the one before, which keeps to the same valley.
+  // From narrow to wide, each from the previous solution, which stays in the same valley.
   [[nodiscard]] std::optional<Fit> climbFrom(const Fit& start, const Fit& free) const {
     std::array<std::optional<Fit>, kBounds.size()> widest;
     Fit at = start;
@@ -189,7 +192,7 @@ Eigen::VectorXd vectorOf(const std::vector<double>& values) {
 
 Fit regularised(Fit fit, const CancelFlag* cancel) {
   if (onlyCamera(fit).params.size() == kNumAffine) return fit;
-  // The board keeps its shape while the lens is looked for.
+  // The board keeps its shape during the search for the lens.
   const std::vector<FitBoard> boards = fit.boards;
   const Ladder ladder(fit, cancel);
   if (ladder.isSound(fit)) return fit;
@@ -225,7 +228,7 @@ Eigen::MatrixXd HeldCovariance::byNoise() const {
 }
 
 Eigen::MatrixXd HeldCovariance::byViews(const Eigen::MatrixXd& robust) const {
-  // The views' pulls in place of independent corners; the prior's part stays.
+  // Replaces independent corners by the views' pulls; the prior's part stays.
   const Eigen::MatrixXd through = inverse_ * information_;
   return byNoise() + through * robust * through.transpose() - variance_ * through * inverse_;
 }

@@ -15,20 +15,20 @@
 
 namespace alidade {
 
-/// A scene point as one image shows it.
+/// A scene point in one image.
 struct SceneSighting {
   std::uint32_t frame = 0;  ///< index into SceneFit::camera_from_world
   std::uint32_t point = 0;  ///< index into SceneFit::points
   Eigen::Vector2d pixel{0, 0};
   double sigma_px = 1;  ///< standard deviation of each coordinate, positive
-  /// How the pixel moves per unit of SceneFit::readout: its velocity in px per frame, times its row's
+  /// Change of the pixel per unit of SceneFit::readout: its velocity in px per frame, times its row's
   /// distance from the middle row as a share of the height.
   Eigen::Vector2d readout_px{0, 0};
 };
 
-/// Errors of position that the points of one image share, smooth over the image: for each coordinate a
-/// polynomial of degree 3 in the pixel, scaled to -1 to 1 over the image. The first ten numbers are those of
-/// x, in px: 1 x y xx xy yy xxx xxy xyy yyy.
+/// Position errors shared by the points of one image, smooth over the image: for each coordinate a polynomial
+/// of degree 3 in the pixel, scaled to -1 to 1 over the image. The first ten numbers are those of x, in px: 1
+/// x y xx xy yy xxx xxy xyy yyy.
 struct ErrorField {
   static constexpr int kTerms = 10;
   static constexpr int kSize = 2 * kTerms;
@@ -38,16 +38,15 @@ struct ErrorField {
   [[nodiscard]] static Basis basisAt(const Eigen::Vector2d& pixel, const ImageSize& size);
 };
 
-/// Images of a rigid scene of unknown points, by one camera on the move. World and points have no known
-/// scale.
+/// Images of a rigid scene of unknown points by one moving camera. World and points have no known scale.
 struct SceneFit {
   AnyCamera camera;
   std::vector<SE3> camera_from_world;
   /// Homogeneous, of length 1: (x, y, z, w) is the point (x, y, z) / w, at infinity for w = 0.
   std::vector<Eigen::Vector4d> points;
   std::vector<SceneSighting> sightings;  ///< sorted by point, those of a point by frame
-  std::size_t num_held_frames = 1;       ///< the first ones keep their poses; one or more
-  /// Time from the first row's exposure to the last one's, in frames: a rolling shutter.
+  std::size_t num_held_frames = 1;       ///< number of first frames whose poses are held; at least one
+  /// Time from the exposure of the first row to that of the last, in frames: a rolling shutter.
   double readout = 0;
   HuberLoss loss = kNoLoss;  ///< of errors in units of sigma_px
   ImageSize size = {};
@@ -69,18 +68,18 @@ struct PointInCamera {
 };
 [[nodiscard]] PointInCamera inCamera(const SE3& camera_from_world, const Eigen::Vector4d& point);
 
-/// Where the camera of a fit sees the point of a sighting, and the derivatives.
+/// Projection of a sighting's point by the camera of a fit, and the derivatives.
 struct SceneProjection {
   bool ok = false;
   Eigen::Vector2d error{0, 0};  ///< projected minus observed, px
   Eigen::Matrix<double, 2, 6> J_pose;
   Eigen::Matrix<double, 2, 4> J_point;
   Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 24> J_params;
-  ErrorField::Basis field;  ///< by each coordinate's coefficients
+  ErrorField::Basis field;  ///< derivatives by each coordinate's coefficients
 };
 [[nodiscard]] SceneProjection projectSighting(const SceneFit& fit, const SceneSighting& sighting);
 
-/// The error of a sighting, px; NaN where the point has no pixel.
+/// The error of a sighting, px; NaN if the point has no pixel.
 [[nodiscard]] Eigen::Vector2d sightingError(const SceneFit& fit, const SceneSighting& sighting);
 
 }  // namespace alidade

@@ -5,8 +5,8 @@
 
 namespace alidade {
 
-/// Minimises the robust reprojection error over poses, points and error fields, with Ceres; the camera stays
-/// as it is. A sighting that cannot be projected at the start is a failure (Termination::kFailed).
+/// Minimises the robust reprojection error over poses, points and error fields, with Ceres; the camera is
+/// fixed. A sighting that cannot be projected at the start is a failure (Termination::kFailed).
 /// @throws Cancelled
 [[nodiscard]] SceneFit solveScene(SceneFit fit, const SolveOptions& options = {});
 

@@ -11,9 +11,9 @@
 namespace alidade {
 
 /// Optical flow: pyramidal Lucas-Kanade (Bouguet 2000) from frame to frame, then alignment with the patch of
-/// the first frame that showed the point, as it is deformed by now: so errors do not add up on the way. A
-/// point is dropped if its patch no longer looks alike. Where cells of the image have too few points, the
-/// best corners of the cell (Shi and Tomasi 1994) are added.
+/// the first frame that showed the point, in its current deformation, so that errors do not accumulate. A
+/// point is dropped if its patch no longer matches. Cells of the image with too few points get new ones: the
+/// best corners of the cell (Shi and Tomasi 1994).
 class FlowTracker final : public FrontEnd {
  public:
   explicit FlowTracker(const FrontEndOptions& options) : options_(options) {}

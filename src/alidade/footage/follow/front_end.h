@@ -13,7 +13,7 @@
 
 namespace alidade {
 
-/// How points are followed from image to image.
+/// Methods of tracking points from image to image.
 enum class FrontEndKind : std::uint8_t {
   kFlow,       ///< optical flow: for videos, whose points move little from frame to frame
   kKeyPoints,  ///< descriptors: for photographs
@@ -22,14 +22,14 @@ enum class FrontEndKind : std::uint8_t {
 struct FrontEndOptions {
   FrontEndKind kind = FrontEndKind::kFlow;
   std::size_t num_points =
-      400;  ///< to follow at a time, spread over the image; of key points, up to twice as many are described
+      400;  ///< tracked at a time, spread over the image; up to twice as many key points are described
 };
 
-/// Follows points through the images that it is given one after the other.
+/// Tracks points through a sequence of images.
 class FrontEnd {
  public:
   virtual ~FrontEnd() = default;
-  /// The points that an image shows, in rising order of track. All images have one size.
+  /// The points in an image, in ascending order of track. All images have one size.
   [[nodiscard]] virtual std::vector<TrackPixel> follow(const GrayImage& image) = 0;
 };
 

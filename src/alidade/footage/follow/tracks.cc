@@ -38,7 +38,7 @@ std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks,
   const std::size_t kFrames = tracks.is_video ? 9 : 40;  // of a window
   std::vector<std::vector<std::size_t>> windows;
   if (tracks.frames.size() < 2) return windows;
-  // All of about equal length.
+  // Windows of about equal length.
   const std::size_t count = (tracks.frames.size() + kFrames - 1) / kFrames;
   for (std::size_t w = 0; w < count; ++w) {
     const std::size_t begin = w * tracks.frames.size() / count;

@@ -14,7 +14,7 @@
 
 namespace alidade {
 
-/// Two cameras and where the second one is. The translation has length 1.
+/// Two cameras and the pose of the second one. The translation has length 1.
 struct PosedPair {
   AnyCamera first;
   AnyCamera second;
@@ -27,17 +27,17 @@ struct TimedMatch {
   std::size_t instant = 0;
 };
 
-/// A match on unit rays, and how these move with the pixels.
+/// A match as unit rays, and their derivatives by the pixels.
 struct PairRays {
   Eigen::Vector3d first;
   Eigen::Vector3d second;
   Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_first;
   Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_second;
 };
-/// @returns nothing where a pixel has no ray
+/// @returns nothing if a pixel has no ray
 [[nodiscard]] std::optional<PairRays> raysOf(const PosedPair& pair, const PixelMatch& match);
 
-/// Signed Sampson error of each match, px; NaN where a pixel has no ray.
+/// Signed Sampson error of each match, px; NaN if a pixel has no ray.
 [[nodiscard]] std::vector<double> sampsonErrors(const PosedPair& pair, std::span<const TimedMatch> matches);
 
 }  // namespace alidade

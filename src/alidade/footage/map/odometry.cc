@@ -36,7 +36,7 @@ class Odometry::Impl {
       if (follow(index, tracks)) return;
       is_tracking_ = false;
       start_.emplace(camera_, size_, scale_, options_.seed);
-      // From the last key frame: what two views show may be joined to it.
+      // Starts from the last key frame, so that the motion of two views may be joined to it.
       static_cast<void>(start_->add(key_, map_->lastTracks()));
     } else if (map_) {
       if (const auto placed = map_->relocate(tracks, index)) {
@@ -55,7 +55,7 @@ class Odometry::Impl {
     if (!is_tracking_) {
       if (const auto pair = start_->lastChance()) begin(*pair);
     }
-    // The last frames are adjusted like those before.
+    // The last frames are adjusted like earlier ones.
     if (is_tracking_ && !path_.frames.back().is_key) makeKeyFrame(path_.frames.size() - 1, last_tracks_);
     path_.obstacle = is_tracking_ ? StartObstacle::kNone : start_->obstacle();
     fixPoses();
@@ -71,7 +71,7 @@ class Odometry::Impl {
   }
 
  private:
-  static constexpr std::size_t kFewestForScale = 25;  // points at a known distance that carry the scale on
+  static constexpr std::size_t kFewestForScale = 25;  // points at a known distance that carry over the scale
 
   // The pose of a frame relative to a key frame's, which may still change.
   struct RelativePose {
@@ -118,12 +118,12 @@ class Odometry::Impl {
     num_errors_ += placed.num_points + placed.num_distant;
   }
 
-  // The motion of a pair of views, in the world of the segment that it belongs to.
+  // The motion of a pair of views, in the world of its segment.
   struct Joint {
     SE3 camera_from_world;  // of the first view
     double scale = 1;
-    bool is_joined = false;         // to the segment before
-    bool is_scale_assumed = false;  // as far away as the points before
+    bool is_joined = false;         // to the previous segment
+    bool is_scale_assumed = false;  // assumes points at the distance of earlier ones
   };
 
   [[nodiscard]] Joint jointOf(const StartingPair& pair) const {
@@ -150,7 +150,7 @@ class Odometry::Impl {
     return joint;
   }
 
-  // Two key frames, a few between them, and the poses of all frames that waited.
+  // Starts with two key frames, a few between them, and the poses of all waiting frames.
   void begin(const StartingPair& pair) {
     const std::deque<WaitingFrame>& waiting = start_->waiting();
     const Joint joint = jointOf(pair);
@@ -167,7 +167,7 @@ class Odometry::Impl {
     const WaitingFrame& first = waiting[pair.a];
     const WaitingFrame& last = waiting[pair.b];
     map.insertKeyFrame(first.index, first.tracks, joint.camera_from_world);
-    // The frames between, each from the one before.
+    // The frames between them, each placed from the previous one.
     std::vector<std::optional<PlacedFrame>> between;
     SE3 guess = joint.camera_from_world;
     std::size_t num_placed = 0;
@@ -183,7 +183,7 @@ class Odometry::Impl {
       return;
     }
     std::vector<std::size_t> keys = {pair.a};
-    constexpr std::size_t kParts = 5;  // of the way between the two
+    constexpr std::size_t kParts = 5;  // of the path between the two
     for (std::size_t part = 1; part < kParts; ++part) {
       const std::size_t i = pair.a + part * (pair.b - pair.a) / kParts;
       if (i <= keys.back() || i >= pair.b || !between[i - pair.a - 1]) continue;
@@ -208,7 +208,7 @@ class Odometry::Impl {
       path_.frames[key_].segment = path_.segments.size() - 1;
       setKey(key_);
     }
-    // Again, by the adjusted points.
+    // Again, with the adjusted points.
     key_ = first.index;
     last_ = joint.camera_from_world;
     for (std::size_t i = pair.a + 1; i < pair.b; ++i) {
@@ -231,7 +231,7 @@ class Odometry::Impl {
     is_tracking_ = true;
   }
 
-  // The frames before the first one, as far as they show the same points.
+  // Places the frames before the first one if they show the same points.
   void placeEarlier(std::size_t first) {
     key_ = first;
     SE3 guess;
@@ -246,7 +246,7 @@ class Odometry::Impl {
     }
   }
 
-  // Poses of the frames so far, now that those of their key frames no longer change.
+  // Fixes poses of the frames so far, as their key frames no longer change.
   void fixPoses() {
     if (!map_) return;
     for (const auto& [index, relative] : relative_)
@@ -283,7 +283,7 @@ class Odometry::Impl {
   std::size_t key_ = 0;                           // last key frame
   SE3 last_;                                      // camera_from_world of the last frame
   SE3 step_;                                      // frame_from_frame_before
-  std::vector<TrackPixel> last_tracks_;           // of the last frame that was followed
+  std::vector<TrackPixel> last_tracks_;           // of the last frame that was tracked
   double squared_error_px2_ = 0;
   std::size_t num_errors_ = 0;
 };

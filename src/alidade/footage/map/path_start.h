@@ -19,29 +19,29 @@
 
 namespace alidade {
 
-/// Why no segment could be started.
+/// Reason why no segment could be started.
 enum class StartObstacle : std::uint8_t {
   kNone,
   kFewPoints,  ///< the frames share too few points
   kStill,      ///< nothing moves
   kRotation,   ///< points move as if the camera turned in place
-  kNoMotion,   ///< points move, but not as one rigid scene
+  kNoMotion,   ///< points move, but not like one rigid scene
 };
 /// "none", "few_points", "still", "rotation", "no_motion".
 [[nodiscard]] std::string_view obstacleId(StartObstacle obstacle);
 
-/// A frame that waits for its pose.
+/// A frame that is waiting for its pose.
 struct WaitingFrame {
   std::size_t index = 0;  ///< into Path::frames
   std::vector<TrackPixel> tracks;
 };
 
-/// Two of the waiting frames between which the camera moved.
+/// Two waiting frames between which the camera moved.
 struct StartingPair {
   std::size_t a = 0;  ///< indices into PathStart::waiting()
   std::size_t b = 0;
   TwoView motion;
-  std::vector<std::uint32_t> tracks;  ///< of the matches of the motion
+  std::vector<std::uint32_t> tracks;  ///< of the motion's matches
 };
 
 /// Collects frames until two of them show the camera's motion.
@@ -49,17 +49,17 @@ class PathStart {
  public:
   PathStart(const AnyCamera& camera, ImageSize size, const SightScale& scale, std::uint64_t seed);
 
-  /// Takes a frame. @returns a pair once there is one
+  /// Takes a frame. @returns a pair once one is found
   [[nodiscard]] std::optional<StartingPair> add(std::size_t index, std::span<const TrackPixel> tracks);
-  /// With a smaller parallax than add() asks for: at the end of the footage, which brings no better one.
+  /// Accepts a smaller parallax than add(): at the end of the footage no better pair will come.
   [[nodiscard]] std::optional<StartingPair> lastChance();
-  /// Whether a frame shares too little with the one before for anything to go on.
+  /// True if a frame shares too little with the previous one to continue.
   [[nodiscard]] bool isCutOff(std::span<const TrackPixel> tracks) const;
 
-  /// The pair did not lead to poses of the frames between: waits for a larger parallax.
+  /// Reports that the pair did not lead to poses of the frames between; waits for a larger parallax.
   void reject();
   [[nodiscard]] const std::deque<WaitingFrame>& waiting() const { return waiting_; }
-  /// Those before the waiting ones, with which they share too little.
+  /// Frames before the waiting ones, with which they share too few points.
   [[nodiscard]] const std::deque<WaitingFrame>& earlier() const { return earlier_; }
   [[nodiscard]] StartObstacle obstacle() const { return obstacle_; }
 
