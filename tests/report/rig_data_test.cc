@@ -43,7 +43,7 @@ ReportedRig sideBySide() {
          .rig_from_board = {SO3::exp(Eigen::Vector3d(0.2, 0.1 * static_cast<double>(frame), 0)),
                             {-0.08, -0.06, 0.5}}});
     for (std::size_t camera = 0; camera < 2; ++camera) {
-      ReportedRigView view{.camera = camera, .placement = frame, .image = "x"};
+      ReportedView view{.image = "x", .camera = camera, .placement = frame};
       for (int id = 0; id < 54; ++id) {
         const ReportedRigCamera& by = rig.cameras[camera];
         const Projection seen = by.camera.project(
@@ -173,7 +173,7 @@ nlohmann::json documentOf(const ReportedRig& rig) {
   for (const FitPlacement& placement : rig.placements)
     document["placements"].push_back(
         {{"frame", placement.frame}, {"board", 0}, {"rig_from_board", pose(placement.rig_from_board)}});
-  for (const ReportedRigView& view : rig.views) {
+  for (const ReportedView& view : rig.views) {
     nlohmann::json corners;
     for (std::size_t i = 0; i < 4; ++i)
       corners.push_back({{"id", view.corners[i].id},

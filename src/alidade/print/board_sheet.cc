@@ -49,91 +49,75 @@ Vector2d extentMm(const BoardInk& ink) {
 }
 
 // All lengths are in millimetres from the top left corner of the drawing.
-class SheetPen {
- public:
-  SheetPen(cairo_t* context, const BoardSheet& sheet) : context_(context), sheet_(sheet) {}
+void drawText(cairo_t* context, double x, double y, double height_mm, const std::string& text) {
+  cairo_set_font_size(context, height_mm);
+  cairo_move_to(context, x, y);
+  cairo_show_text(context, text.c_str());
+}
 
-  void drawAll() const {
-    drawInk();
-    drawAxes();
-    drawRuler();
-    text(kWhiteMm, sheet_.drawing_mm.y() - 3, 2.6, "100 mm: print at 100 % and measure.   " + sheet_.spec);
-  }
+void drawLine(cairo_t* context, double x0, double y0, double x1, double y1) {
+  cairo_move_to(context, x0, y0);
+  cairo_line_to(context, x1, y1);
+  cairo_stroke(context);
+}
 
-  void text(double x, double y, double height_mm, const std::string& text) const {
-    cairo_set_font_size(context_, height_mm);
-    cairo_move_to(context_, x, y);
-    cairo_show_text(context_, text.c_str());
-  }
-  void line(double x0, double y0, double x1, double y1) const {
-    cairo_move_to(context_, x0, y0);
-    cairo_line_to(context_, x1, y1);
-    cairo_stroke(context_);
-  }
+// Top left corner of the pattern.
+Vector2d origin(const BoardSheet& sheet) {
+  return {0.5 * (sheet.drawing_mm.x() - extentMm(sheet.ink).x()), kWhiteMm};
+}
 
- private:
-  // Top left corner of the pattern.
-  [[nodiscard]] Vector2d origin() const {
-    return {0.5 * (sheet_.drawing_mm.x() - extentMm(sheet_.ink).x()), kWhiteMm};
+void drawInk(cairo_t* context, const BoardSheet& sheet) {
+  const Vector2d shift = origin(sheet) - 1000 * sheet.ink.extent.min();
+  for (const auto& box : sheet.ink.boxes) {
+    const Vector2d at = 1000 * box.min() + shift;
+    const Vector2d size = 1000 * box.sizes();
+    cairo_rectangle(context, at.x(), at.y(), size.x(), size.y());
   }
-
-  void drawInk() const {
-    const Vector2d shift = origin() - 1000 * sheet_.ink.extent.min();
-    for (const auto& box : sheet_.ink.boxes) {
-      const Vector2d at = 1000 * box.min() + shift;
-      const Vector2d size = 1000 * box.sizes();
-      cairo_rectangle(context_, at.x(), at.y(), size.x(), size.y());
-    }
-    for (const auto& disc : sheet_.ink.discs) {
-      const Vector2d middle = 1000 * disc.center() + shift;
-      cairo_new_sub_path(context_);
-      cairo_arc(context_, middle.x(), middle.y(), 500 * disc.sizes().x(), 0, 2 * std::numbers::pi);
-    }
-    cairo_fill(context_);
+  for (const auto& disc : sheet.ink.discs) {
+    const Vector2d middle = 1000 * disc.center() + shift;
+    cairo_new_sub_path(context);
+    cairo_arc(context, middle.x(), middle.y(), 500 * disc.sizes().x(), 0, 2 * std::numbers::pi);
   }
+  cairo_fill(context);
+}
 
-  // Draws the axes, which show the corner where ids start.
-  void drawAxes() const {
-    constexpr double kLength = 8;
-    const Vector2d corner = origin() - Vector2d(2.5, 2.5);
-    cairo_set_line_width(context_, 0.3);
-    line(corner.x(), corner.y(), corner.x() + kLength, corner.y());
-    line(corner.x(), corner.y(), corner.x(), corner.y() + kLength);
-    text(corner.x() + kLength + 1, corner.y() + 0.8, 2.5, "x");
-    text(corner.x() - 0.6, corner.y() + kLength + 2.5, 2.5, "y");
+// Draws the axes, which show the corner where ids start.
+void drawAxes(cairo_t* context, const BoardSheet& sheet) {
+  constexpr double kLength = 8;
+  const Vector2d corner = origin(sheet) - Vector2d(2.5, 2.5);
+  cairo_set_line_width(context, 0.3);
+  drawLine(context, corner.x(), corner.y(), corner.x() + kLength, corner.y());
+  drawLine(context, corner.x(), corner.y(), corner.x(), corner.y() + kLength);
+  drawText(context, corner.x() + kLength + 1, corner.y() + 0.8, 2.5, "x");
+  drawText(context, corner.x() - 0.6, corner.y() + kLength + 2.5, 2.5, "y");
+}
+
+void drawRuler(cairo_t* context, const BoardSheet& sheet) {
+  constexpr int kNumTicks = 10;
+  constexpr double kTickMm = 10;
+  const double y = sheet.drawing_mm.y() - 7;
+  cairo_set_line_width(context, 0.2);
+  drawLine(context, kWhiteMm, y, kWhiteMm + kNumTicks * kTickMm, y);
+  for (int i = 0; i <= kNumTicks; ++i) {
+    const double x = kWhiteMm + i * kTickMm;
+    drawLine(context, x, y, x, y - (i % 5 == 0 ? 3 : 1.5));
   }
-
-  void drawRuler() const {
-    constexpr int kNumTicks = 10;
-    constexpr double kTickMm = 10;
-    const double y = sheet_.drawing_mm.y() - 7;
-    cairo_set_line_width(context_, 0.2);
-    line(kWhiteMm, y, kWhiteMm + kNumTicks * kTickMm, y);
-    for (int i = 0; i <= kNumTicks; ++i) {
-      const double x = kWhiteMm + i * kTickMm;
-      line(x, y, x, y - (i % 5 == 0 ? 3 : 1.5));
-    }
-  }
-
-  cairo_t* context_;
-  const BoardSheet& sheet_;
-};
+}
 
 // Draws cut marks and the position of the piece. The top left corner of the piece is at (0, 0).
 void drawCutMarks(cairo_t* context, const BoardSheet& sheet, int column, int row) {
-  const SheetPen pen(context, sheet);
   const Vector2d size = sheet.piece_mm;
   constexpr double kGapMm = 0.5;
   cairo_set_line_width(context, 0.1);
   for (const double x : {0.0, size.x()}) {
-    pen.line(x, -kCutMarkMm, x, -kGapMm);
-    pen.line(x, size.y() + kGapMm, x, size.y() + kCutMarkMm);
+    drawLine(context, x, -kCutMarkMm, x, -kGapMm);
+    drawLine(context, x, size.y() + kGapMm, x, size.y() + kCutMarkMm);
   }
   for (const double y : {0.0, size.y()}) {
-    pen.line(-kCutMarkMm, y, -kGapMm, y);
-    pen.line(size.x() + kGapMm, y, size.x() + kCutMarkMm, y);
+    drawLine(context, -kCutMarkMm, y, -kGapMm, y);
+    drawLine(context, size.x() + kGapMm, y, size.x() + kCutMarkMm, y);
   }
-  pen.text(kCutMarkMm, size.y() + 3.5, 2.6,
+  drawText(context, kCutMarkMm, size.y() + 3.5, 2.6,
            fmt::format("column {} of {}, row {} of {}: cut at the marks and join on a flat plate", column + 1,
                        sheet.columns, row + 1, sheet.rows));
 }
@@ -151,7 +135,11 @@ void drawPage(cairo_t* context, const BoardSheet& sheet, int column, int row) {
     cairo_clip(context);
     cairo_translate(context, -column * sheet.piece_mm.x(), -row * sheet.piece_mm.y());
   }
-  SheetPen(context, sheet).drawAll();
+  drawInk(context, sheet);
+  drawAxes(context, sheet);
+  drawRuler(context, sheet);
+  drawText(context, kWhiteMm, sheet.drawing_mm.y() - 3, 2.6,
+           "100 mm: print at 100 % and measure.   " + sheet.spec);
   cairo_restore(context);
 }
 

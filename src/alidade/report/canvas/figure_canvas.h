@@ -97,14 +97,13 @@ class FigureCanvas {
   static constexpr double kWidth = 440;
   static constexpr double kFileWidth = 660;  ///< width of figure files, so that paths fit under them
   static constexpr double kTextSize = 11;
-
   static constexpr double kMarks = 22;  ///< room for the marks under an image
 
   explicit FigureCanvas(double height, double width = kWidth) : width_(width), height_(height) {}
-  /// With an area in which it draws. It is `below` higher than that; there a legend begins.
+  /// A drawing around an area. It ends `below` under the area, where a legend begins.
   explicit FigureCanvas(const PlotArea& area, double below = kMarks, double width = kWidth)
       : area_(area), width_(width), height_(area.box.max().y() + below) {}
-  /// A drawing over an image. @param ground  class of what lies under everything
+  /// A drawing over an image. @param ground  class of the background
   FigureCanvas(const ImageSize& size, std::string_view ground);
   /// A chart without axes, of values from `low` to `high`.
   FigureCanvas(const Eigen::Vector2d& low, const Eigen::Vector2d& high);
@@ -127,11 +126,11 @@ class FigureCanvas {
   /// @param anchor  start, middle or end
   void addText(const Eigen::Vector2d& at, std::string_view text, std::string_view anchor = "middle",
                std::string_view attributes = "");
-  /// The whole area.
+  /// A rectangle over the whole area.
   void addArea(std::string_view attributes) { addRect(area_.box.min(), area_.box.max(), attributes); }
   /// A clip path with this id around the area.
   void addClip(std::string_view id);
-  /// A ring that stands out from what it lies on.
+  /// A ring with contrast to what lies below.
   void addRing(const Eigen::Vector2d& at, double radius);
   /// Arrows with contrast to what lies below. @param d  see arrowPath()
   void addMeanArrows(const std::string& d);

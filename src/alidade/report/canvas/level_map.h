@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include "alidade/report/canvas/figure_canvas.h"
+
 namespace alidade {
 
 /// Values on a grid, to be drawn as areas and contours between its points.
@@ -26,5 +28,15 @@ using ContourSegment = std::pair<Eigen::Vector2d, Eigen::Vector2d>;
 [[nodiscard]] std::vector<ContourSegment> contourAt(const LevelMap& map, double level);
 /// The segments as an SVG path.
 [[nodiscard]] std::string contourPath(const std::vector<ContourSegment>& segments);
+
+/// Draws errors over an image, as areas between multiples of the tolerance with contours and their values.
+/// @param errors  in px; NaN if unknown
+/// @param avoid   places in the drawing where no label goes
+/// @returns the legend entries for the levels on the map
+Legend addToleranceMap(LevelMap errors, double tolerance_px, FigureCanvas& canvas,
+                       const std::vector<Eigen::Vector2d>& avoid = {});
+
+/// A sentence on the relation between colours and tolerance. @param legend  result of addToleranceMap()
+[[nodiscard]] std::string toleranceSentence(const Legend& legend, double tolerance_px);
 
 }  // namespace alidade

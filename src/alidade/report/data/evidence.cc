@@ -15,6 +15,8 @@
 namespace alidade {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StartReport, num_tried, num_solved, num_agreed, num_optima)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ExcludedView, image, reason)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RepeatedView, image, same_as)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewInfluence, move_sigmas, surprise_sigmas)
 
 void to_json(json& j, const ModelCandidate& c) {
@@ -30,14 +32,6 @@ void to_json(json& j, const ModelChoice& choice) {
        {"reference", choice.reference},
        {"field_rad", choice.field_rad},
        {"fisheye_models_considered", choice.is_wide}};
-}
-
-void to_json(json& j, const ExcludedView& view) {
-  j = {{"image", view.image}, {"reason", view.reason}};
-}
-
-void to_json(json& j, const RepeatedView& view) {
-  j = {{"image", view.image}, {"same_as", view.same_as}};
 }
 
 void to_json(json& j, const Outlier& o) {

@@ -37,6 +37,8 @@ struct ReportedView {
   std::vector<CornerError> outliers = {};  ///< not used
   double distance_m = 0;
   BoardTilt tilt = {};
+  std::size_t camera = 0;     ///< of a rig: index into ReportedRig::cameras
+  std::size_t placement = 0;  ///< of a rig: index into ReportedRig::placements
 };
 
 /// A camera and views of boards, as input of figures.

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "alidade/report/canvas/tolerance_map.h"
+#include "alidade/report/canvas/level_map.h"
 
 namespace alidade {
 namespace {

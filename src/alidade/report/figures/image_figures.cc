@@ -16,7 +16,6 @@
 #include "alidade/core/number_text.h"
 #include "alidade/core/statistics.h"
 #include "alidade/report/canvas/level_map.h"
-#include "alidade/report/canvas/tolerance_map.h"
 
 namespace alidade {
 namespace {

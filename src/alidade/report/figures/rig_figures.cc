@@ -113,7 +113,7 @@ std::string coursePath(const EpipolarPair& pair, const PlotArea& area) {
 // The names of the images that a camera took in a frame.
 std::string imagesIn(const ReportedRig& rig, std::size_t camera, std::size_t frame) {
   std::string names;
-  for (const ReportedRigView& view : rig.views) {
+  for (const ReportedView& view : rig.views) {
     if (view.camera != camera || rig.placements[view.placement].frame != frame) continue;
     if (names.find(view.image) == std::string::npos) names += (names.empty() ? "" : ", ") + view.image;
   }
@@ -170,7 +170,7 @@ Figure epipolarOverTimeFigure(const ReportedRig& rig, const std::vector<Epipolar
 
 Figure frameErrorsFigure(const ReportedRig& rig) {
   std::map<std::pair<std::size_t, std::size_t>, SquareSum> cells;
-  for (const ReportedRigView& view : rig.views) {
+  for (const ReportedView& view : rig.views) {
     SquareSum& cell = cells[{view.camera, rig.placements[view.placement].frame}];
     for (const CornerError& corner : view.corners) cell.sum += corner.error_px.squaredNorm();
     cell.count += view.corners.size();

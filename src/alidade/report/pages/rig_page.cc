@@ -128,7 +128,7 @@ std::string rigTitle(const ReportedRig& rig) {
 
 PageContent rigPage(const ReportedRig& rig) {
   std::vector<std::string> names = mapped(rig.cameras, &ReportedRigCamera::name);
-  for (const ReportedRigView& view : rig.views) names.push_back(view.image);
+  for (const ReportedView& view : rig.views) names.push_back(view.image);
   PageContent page{.title = rigTitle(rig),
                    .headline = verdictHeadline(rig.verdict, "rig"),
                    .verdict = rig.verdict,
