@@ -56,7 +56,7 @@ struct Outcome {
 Outcome runCase(std::size_t i) {
   const SimulatedSet set = drawPoorSet(i % 2 == 0 ? "radtan" : "kannala_brandt", 1000 + i);
   const Calibration result = calibrate(set.board, set.views, optionsFor(set));
-  const Guidance guidance = guide(result, coverageOf(result, set.views));
+  const Guidance guidance = guide(result, set.views);
   Outcome outcome{.now = guidance.worst_px};
   if (guidance.next) {
     outcome.forecast = guidance.next->worst_px;
@@ -126,12 +126,12 @@ void timeSearches() {
       Calibration result = calibrate(set.board, set.views, options);
       const double calibration =
           medianMilliseconds(5, [&] { result = calibrate(set.board, set.views, options); });
-      const CoverageReport coverage = coverageOf(result, set.views);
-      const double plain = medianMilliseconds(9, [&] { (void)guide(result, coverage); });
-      const double target = medianMilliseconds(5, [&] { (void)guide(result, coverage, 1e-6); });
+      const double plain = medianMilliseconds(9, [&] { (void)guide(result, set.views); });
+      const double target = medianMilliseconds(5, [&] { (void)guide(result, set.views, 1e-6); });
       const double cover = medianMilliseconds(9, [&] { (void)coverageOf(result, set.views); });
-      std::printf("  %-15s %3zu views: %6.1f (%.2f), coverage %.2f, with a forecast of %d views %.1f\n",
-                  model, set.views.size(), plain, plain / calibration, cover, kMaxForecast, target);
+      std::printf(
+          "  %-15s %3zu views: %6.1f (%.2f), of these coverage %.2f, with a forecast of %d views %.1f\n",
+          model, set.views.size(), plain, plain / calibration, cover, kMaxForecast, target);
     }
   }
 }

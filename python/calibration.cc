@@ -36,12 +36,12 @@ using namespace pybind11::literals;
 struct CalibrationValue {
   Calibration result;
   ViewsValue from;
-  Advice advice;
+  Guidance guidance;
   CalibratorOptions options;
   CameraRecord record;
 
   [[nodiscard]] nlohmann::json evidence() const {
-    return evidenceDocument(result, from.given, from.views, advice,
+    return evidenceDocument(result, from.given, from.views, guidance,
                             {.settings = {{"model", {options.model}}},
                              .tolerance_px = options.tolerance_px,
                              .created_by = creatorName()});
@@ -170,7 +170,7 @@ CalibrationValue calibrated(const py::object& views, const py::object& board, co
   CalibrationValue value{
       .result = {},
       .from = {},
-      .advice = {},
+      .guidance = {},
       .options = calibratorOptions(keywords),
       .record = bareRecord(AnyCamera::make("pinhole", std::vector<double>{1, 1, 0, 0}), {1, 1}, "")};
   if (const auto initial = keywords.take<py::object>("initial", py::none()); !initial.is_none()) {
@@ -191,7 +191,7 @@ CalibrationValue calibrated(const py::object& views, const py::object& board, co
     CalibratorOptions options = value.options;
     options.cancel = cancel;
     value.result = calibrate(value.from.boards, value.from.views, options);
-    value.advice = adviceOn(value.result, value.from.views);
+    value.guidance = guide(value.result, value.from.views);
     value.record = recordOf(value.result, {.created_by = creatorName(), .name = name});
     report("calibrating", 1, 1);
   });
@@ -414,7 +414,7 @@ void bindResult(py::module_& module) {
       .def_property_readonly(
           "next_view",
           [](const CalibrationValue& self) {
-            return shortNextViewText(self.advice.guidance, self.result.imageSize());
+            return shortNextViewText(self.guidance, self.result.imageSize());
           },
           doc("Calibration.next_view"))
       .def_property_readonly(

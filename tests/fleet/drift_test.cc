@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/fleet/drift.h"
+#include "alidade/fleet/fleet_unit.h"
 
 #include <gtest/gtest.h>
 

@@ -137,11 +137,11 @@ TEST(Fleet, FindsADriftOfHalfAPixel) {
   const Fleet fleet = analyseFleet(filesOf(now), previous, {});
   ASSERT_EQ(fleet.drifts.size(), kUnits);
   EXPECT_EQ(fleet.num_unpaired, 0u);
-  for (const UnitDrift& drift : fleet.drifts) {
+  for (const UnitDifference& drift : fleet.drifts) {
     const bool is_drifted = std::ranges::count(drifted, drift.unit) > 0;
-    EXPECT_EQ(drift.difference.is_significant, is_drifted) << drift.unit;
+    EXPECT_EQ(drift.is_significant, is_drifted) << drift.unit;
     if (is_drifted) {
-      EXPECT_NEAR(drift.difference.max_px, 0.5, 0.25) << drift.unit;
+      EXPECT_NEAR(drift.max_px, 0.5, 0.25) << drift.unit;
     }
   }
   EXPECT_EQ(fleet.numDrifted(), drifted.size());

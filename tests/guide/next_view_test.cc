@@ -40,7 +40,7 @@ double worstOf(const ProjectionUncertainty& uncertainty, const Eigen::MatrixXd& 
 
 Guidance guidanceFor(const SimulatedSet& set, std::optional<double> target_px = std::nullopt) {
   const Calibration result = calibrate(set.board, set.views, {.model = std::string(set.camera.modelId())});
-  return guide(result, coverageOf(result, set.views), target_px);
+  return guide(result, set.views, target_px);
 }
 
 ProjectionUncertainty atInfinity(const SimulatedSet& set) {
@@ -156,11 +156,11 @@ TEST(NextView, SaysWhenTheTargetIsReachedOrHowFarItIs) {
   const Guidance now = guidanceFor(set);
   ASSERT_TRUE(now.is_determined && now.next);
   const Guidance reached = guidanceFor(set, 1.01 * now.worst_px);
-  EXPECT_TRUE(reached.target->is_reached);
+  EXPECT_TRUE(reached.target->isReached());
   EXPECT_EQ(reached.target->num_more_views, 0);
   EXPECT_THAT(targetText(reached), HasSubstr(": reached"));
   const Guidance one = guidanceFor(set, 1.01 * now.next->worst_px);
-  EXPECT_FALSE(one.target->is_reached);
+  EXPECT_FALSE(one.target->isReached());
   EXPECT_EQ(one.target->num_more_views, 1);
   const Guidance more = guidanceFor(set, 0.8 * now.next->worst_px);
   ASSERT_TRUE(more.target->num_more_views);
@@ -175,7 +175,7 @@ TEST(NextView, KnowsWhatIsHeld) {
   const SimulatedSet set = ordinarySet(6);
   const auto guided = [&](const CalibratorOptions& options) {
     const Calibration result = calibrate(set.board, set.views, options);
-    return guide(result, coverageOf(result, set.views));
+    return guide(result, set.views);
   };
   const Guidance all = guided({.model = "radtan"});
   const Guidance some = guided({.model = "radtan", .held = {"k3", "p1", "p2"}, .same_focal = true});

@@ -56,7 +56,7 @@ TEST(DifferenceSvg, DrawsALongerFocalLengthAsArrowsFromTheMiddle) {
   const std::string svg = drawn(pinhole(500), pinhole(505), {.freed = std::nullopt});
   const std::vector<Arrow> arrows = arrowsIn(svg);
   int num_outward = 0;
-  const Eigen::Vector2d middle = imagePlot(kSize, FigureCanvas::kFileWidth).area.at(319.5, 239.5);
+  const Eigen::Vector2d middle = imageArea(kSize, FigureCanvas::kFileWidth).at(319.5, 239.5);
   for (const Arrow& arrow : arrows)
     num_outward += (arrow.x - middle.x()) * arrow.dx + (arrow.y - middle.y()) * arrow.dy > 0 ? 1 : 0;
   EXPECT_GT(num_outward, 150);
@@ -76,7 +76,7 @@ TEST(DifferenceSvg, CutsArrowsWhereTheScaleEndsAndSaysSo) {
   EXPECT_THAT(svg, AllOf(HasSubstr(">more<"), HasSubstr(" px or more, from the projection by A")));
   double longest = 0;
   for (const Arrow& arrow : arrowsIn(svg)) longest = std::max(longest, std::hypot(arrow.dx, arrow.dy));
-  EXPECT_NEAR(longest, 0.8 * imagePlot(kSize, FigureCanvas::kFileWidth).area.box.sizes().x() / 18, 0.2);
+  EXPECT_NEAR(longest, 0.8 * imageArea(kSize, FigureCanvas::kFileWidth).box.sizes().x() / 18, 0.2);
 }
 
 TEST(DifferenceSvg, HatchesWhatOneOrNoneOfTheCamerasSees) {

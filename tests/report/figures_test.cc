@@ -10,9 +10,7 @@
 
 #include "alidade/report/canvas/level_map.h"
 #include "alidade/report/data/distinct_parts.h"
-#include "alidade/report/figures/lens_figures.h"
-#include "alidade/report/figures/residual_figures.h"
-#include "alidade/report/figures/view_figures.h"
+#include "alidade/report/figures/camera_figures.h"
 #include "alidade/target/board_spec.h"
 #include "report/svg_checks.h"
 
@@ -170,10 +168,13 @@ double areaOf(const std::string& path) {
 }
 
 LevelMap slope() {
-  LevelMap map{.columns = 11, .rows = 6, .values = {}, .point_at = {}};
-  map.point_at = [](int column, int row) { return Eigen::Vector2d(10.0 * column, 10.0 * row); };
-  for (int row = 0; row < map.rows; ++row)
-    for (int column = 0; column < map.columns; ++column) map.values.push_back(column);
+  LevelMap map{.columns = 11, .rows = 6};
+  for (int row = 0; row < map.rows; ++row) {
+    for (int column = 0; column < map.columns; ++column) {
+      map.values.push_back(column);
+      map.points.emplace_back(10.0 * column, 10.0 * row);
+    }
+  }
   return map;
 }
 

@@ -26,7 +26,7 @@ Drawn makeDrawn() {
       AnyCamera::make("radtan", std::vector<double>{535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01});
   SimulatedSet set = simulateSet(camera, {.width = 640, .height = 480}, 5, 0.1, 11);
   Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
-  Guidance guidance = guide(result, coverageOf(result, set.views));
+  Guidance guidance = guide(result, set.views);
   return {.result = std::move(result), .guidance = std::move(guidance), .set = std::move(set)};
 }
 

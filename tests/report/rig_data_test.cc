@@ -12,7 +12,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/report/figures/rig_figures.h"
-#include "alidade/report/pages/rig_page.h"
+#include "alidade/report/pages/page.h"
 #include "alidade/target/board_spec.h"
 #include "report/svg_checks.h"
 
@@ -43,7 +43,7 @@ ReportedRig sideBySide() {
          .rig_from_board = {SO3::exp(Eigen::Vector3d(0.2, 0.1 * static_cast<double>(frame), 0)),
                             {-0.08, -0.06, 0.5}}});
     for (std::size_t camera = 0; camera < 2; ++camera) {
-      ReportedRigView view{.camera = camera, .placement = frame, .image = "x"};
+      ReportedView view{.image = "x", .camera = camera, .placement = frame};
       for (int id = 0; id < 54; ++id) {
         const ReportedRigCamera& by = rig.cameras[camera];
         const Projection seen = by.camera.project(
@@ -68,12 +68,12 @@ TEST(EpipolarPairs, MeasureWhatLiesAcrossTheLines) {
   constexpr double kShift = 0.4;
   ReportedRig rig = sideBySide();
   // The lines of cameras side by side run along the rows, with a slight slope.
-  for (ReportedCorner& corner : rig.views[3].corners) corner.pixel.y() += kShift;
+  for (CornerError& corner : rig.views[3].corners) corner.pixel.y() += kShift;
   std::vector<EpipolarPair> pairs = epipolarPairs(rig);
   EXPECT_NEAR(pairs[0].by_frame[1].second, kShift, 0.02 * kShift);
   EXPECT_LT(pairs[0].by_frame[0].second, 1e-9);
   rig = sideBySide();
-  for (ReportedCorner& corner : rig.views[3].corners) corner.pixel.x() += kShift;
+  for (CornerError& corner : rig.views[3].corners) corner.pixel.x() += kShift;
   pairs = epipolarPairs(rig);
   EXPECT_LT(pairs[0].by_frame[1].second, 0.15 * kShift);
 }
@@ -87,7 +87,7 @@ TEST(EpipolarPairs, NeedCamerasAtDifferentPlaces) {
 TEST(ReadRig, NamesThePlaceOfWhatIsWrong) {
   const auto complaintOf = [](const nlohmann::json& document) -> std::string {
     try {
-      static_cast<void>(rigPage(document, "rig.json"));
+      static_cast<void>(reportPage(document, "rig.json"));
     } catch (const Error& error) {
       return error.what();
     }
@@ -173,7 +173,7 @@ nlohmann::json documentOf(const ReportedRig& rig) {
   for (const FitPlacement& placement : rig.placements)
     document["placements"].push_back(
         {{"frame", placement.frame}, {"board", 0}, {"rig_from_board", pose(placement.rig_from_board)}});
-  for (const ReportedRigView& view : rig.views) {
+  for (const ReportedView& view : rig.views) {
     nlohmann::json corners;
     for (std::size_t i = 0; i < 4; ++i)
       corners.push_back({{"id", view.corners[i].id},
@@ -191,7 +191,7 @@ nlohmann::json documentOf(const ReportedRig& rig) {
 }
 
 TEST(RigPage, KeepsNamesFromBeingMarkup) {
-  const std::string page = rigPage(documentOf(sideBySide()), "rig.json");
+  const std::string page = reportPage(documentOf(sideBySide()), "rig.json");
   EXPECT_THAT(page, testing::AllOf(HasSubstr("left&lt;/script&gt;&lt;b&gt;"),
                                    testing::Not(HasSubstr("left</script>"))));
   EXPECT_EQ(countOf(page, "</script>"), 2u);
@@ -202,7 +202,7 @@ TEST(RigPage, StatesTheBaseline) {
   rig.cameras[1].camera_from_rig = {SO3::exp(Eigen::Vector3d(0, 0, 0.5 * std::numbers::pi)), {0, -0.12, 0}};
   nlohmann::json document = documentOf(rig);
   document["cameras"][1]["distance_std_m"] = 3e-4;
-  const std::string page = rigPage(document, "rig.json");
+  const std::string page = reportPage(document, "rig.json");
   EXPECT_THAT(page, testing::AllOf(HasSubstr("<dt>Baseline</dt><dd>120.00 ± 0.30 mm"),
                                    HasSubstr("<dt>Rotation</dt><dd>90.000 ± 0.099°")));
 }
@@ -219,7 +219,7 @@ TEST(RigPage, SurvivesSpoiledEvidence) {
       spoiled[nlohmann::json::json_pointer(pointer)] = other;
       if (!isRigEvidence(spoiled)) continue;
       try {
-        EXPECT_THAT(rigPage(spoiled, "rig.json"), HasSubstr("</html>"));
+        EXPECT_THAT(reportPage(spoiled, "rig.json"), HasSubstr("</html>"));
       } catch (const Error& error) {
         EXPECT_THAT(error.what(), HasSubstr("rig.json")) << pointer;
         ++num_refused;

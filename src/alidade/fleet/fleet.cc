@@ -12,7 +12,6 @@
 #include "alidade/core/median.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/statistics.h"
-#include "alidade/fleet/drift.h"
 #include "alidade/fleet/false_discovery.h"
 
 namespace alidade {
@@ -178,7 +177,9 @@ void compareWithTypical(const std::vector<FleetUnit>& units, const FleetOptions&
       },
       options.cancel);
   std::vector<double> distances;
-  for (const Comparison& comparison : comparisons) {
+  for (std::size_t i = 0; i < comparisons.size(); ++i) {
+    Comparison& comparison = comparisons[i];
+    comparison.result.unit = group.units[i];
     group.differences.push_back(comparison.result);
     if (!comparison.result.is_comparable) continue;
     distances.push_back(comparison.result.p95_px);
@@ -190,30 +191,24 @@ void compareWithTypical(const std::vector<FleetUnit>& units, const FleetOptions&
   group.map = mapOf(group.size, comparisons);
 }
 
-// Tests all units of the fleet together.
-void testDeviations(std::vector<FleetGroup>& groups) {
-  std::vector<double> p_values;
-  for (const FleetGroup& group : groups)
-    for (const UnitDifference& difference : group.differences)
-      p_values.push_back(shareAbove(difference.sigmas));
-  const std::vector<bool> positive = falseDiscoveryTest(p_values, kFalseShare);
-  std::size_t i = 0;
-  for (FleetGroup& group : groups)
-    for (UnitDifference& difference : group.differences) difference.is_significant = positive[i++];
+// Tests all differences of one kind together.
+void testTogether(const std::vector<UnitDifference*>& differences) {
+  const std::vector<bool> positive = falseDiscoveryTest(
+      mapped(differences, [](const UnitDifference* difference) { return shareAbove(difference->sigmas); }),
+      kFalseShare);
+  for (std::size_t i = 0; i < positive.size(); ++i) differences[i]->is_significant = positive[i];
 }
 
-UnitDrift driftOf(const FleetUnit& unit, const FleetUnit& previous, std::optional<Freed> freed) {
-  UnitDrift drift{.previous = previous.file};
+UnitDifference driftOf(const FleetUnit& unit, const FleetUnit& previous, std::optional<Freed> freed) {
+  Comparison comparison;
   try {
-    const Comparison comparison = compared(previous.compared(), unit.compared(), freed);
-    drift.difference = comparison.result;
-    if (comparison.significance && drift.difference.is_comparable)
-      drift.difference.sigmas = comparison.significance->sigmas;
-    if (!drift.difference.is_comparable) drift.reason = "the cameras have too little in common";
-  } catch (const Error& reason) {
-    drift.reason = reason.what();
+    comparison = compared(previous.compared(), unit.compared(), freed);
+  } catch (const Error&) {
+    // Images of another shape cannot be compared.
   }
-  return drift;
+  if (comparison.significance) comparison.result.sigmas = comparison.significance->sigmas;
+  comparison.result.previous = previous.file;
+  return comparison.result;
 }
 
 void setDrifts(const FleetFiles& previous, const FleetOptions& options, Fleet& fleet,
@@ -222,12 +217,9 @@ void setDrifts(const FleetFiles& previous, const FleetOptions& options, Fleet& f
   fleet.unreadable_previous = previous.unreadable;
   const auto pairs = pairedUnits(fleet.files.units, previous.units);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (pairs[i]) {
-      fleet.drifts.push_back({.unit = i, .previous = {}});
-    } else {
-      ++fleet.num_unpaired;
-    }
+    if (pairs[i]) fleet.drifts.push_back({.unit = i});
   }
+  fleet.num_unpaired = pairs.size() - fleet.drifts.size();
   parallelFor(
       fleet.drifts.size(), options.jobs,
       [&](std::size_t d) {
@@ -237,17 +229,19 @@ void setDrifts(const FleetFiles& previous, const FleetOptions& options, Fleet& f
         countOne();
       },
       options.cancel);
-  const std::vector<bool> positive = falseDiscoveryTest(
-      mapped(fleet.drifts, [](const UnitDrift& drift) { return shareAbove(drift.difference.sigmas); }),
-      kFalseShare);
-  for (std::size_t d = 0; d < fleet.drifts.size(); ++d)
-    fleet.drifts[d].difference.is_significant = positive[d];
+  std::vector<UnitDifference*> all;
+  for (UnitDifference& drift : fleet.drifts) all.push_back(&drift);
+  testTogether(all);
+}
+
+std::size_t numSignificant(const std::vector<UnitDifference>& differences) {
+  return static_cast<std::size_t>(std::ranges::count(differences, true, &UnitDifference::is_significant));
 }
 
 }  // namespace
 
 std::size_t FleetGroup::numDeviating() const {
-  return static_cast<std::size_t>(std::ranges::count(differences, true, &UnitDifference::is_significant));
+  return numSignificant(differences);
 }
 
 std::size_t Fleet::numDeviating() const {
@@ -257,8 +251,7 @@ std::size_t Fleet::numDeviating() const {
 }
 
 std::size_t Fleet::numDrifted() const {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(drifts, [](const UnitDrift& d) { return d.difference.is_significant; }));
+  return numSignificant(drifts);
 }
 
 std::size_t Fleet::count(std::optional<Verdict> verdict) const {
@@ -280,7 +273,10 @@ Fleet analyseFleet(FleetFiles files, const std::optional<FleetFiles>& previous, 
     group.typical = typicalOf(fleet.files.units, group);
     compareWithTypical(fleet.files.units, options, group, countOne);
   }
-  testDeviations(fleet.groups);
+  std::vector<UnitDifference*> all;
+  for (FleetGroup& group : fleet.groups)
+    for (UnitDifference& difference : group.differences) all.push_back(&difference);
+  testTogether(all);
   if (previous) setDrifts(*previous, options, fleet, countOne);
   return fleet;
 }

@@ -14,8 +14,11 @@
 
 namespace alidade {
 
-/// Difference between two cameras. Lengths are in pixels, after the alignment.
+/// Difference of a unit from the typical camera of its group, or from its previous calibration. Lengths are
+/// in pixels, after the alignment.
 struct UnitDifference {
+  std::size_t unit = 0;        ///< index into FleetFiles::units
+  std::string previous = {};   ///< file of the previous calibration; empty for the typical camera
   bool is_comparable = false;  ///< if not, the values below mean nothing
   double p95_px = 0;           ///< 95 % of the image differs by at most this
   double max_px = 0;
@@ -65,19 +68,11 @@ struct FleetGroup {
 };
 inline constexpr std::size_t kFewestUnits = 3;
 
-/// A unit and its previous calibration.
-struct UnitDrift {
-  std::size_t unit = 0;
-  std::string previous;     ///< its file
-  std::string reason = {};  ///< reason why they cannot be compared; empty if they can
-  UnitDifference difference = {};
-};
-
 struct Fleet {
   FleetFiles files;
-  std::vector<FleetGroup> groups;      ///< largest first
-  std::vector<UnitDrift> drifts = {};  ///< in the order of the units, only those with a previous calibration
-  std::size_t num_unpaired = 0;        ///< units without a previous calibration, if any were given
+  std::vector<FleetGroup> groups;           ///< largest first
+  std::vector<UnitDifference> drifts = {};  ///< in the order of the units, only those with a previous one
+  std::size_t num_unpaired = 0;             ///< units without a previous calibration, if any were given
   bool has_previous = false;
   std::vector<UnreadableFile> unreadable_previous = {};
   double tolerance_px = 1;

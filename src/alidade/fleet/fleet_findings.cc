@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <fmt/format.h>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -15,14 +17,18 @@ namespace alidade {
 namespace {
 
 // "a.yaml (2.1 px), b.yaml (1.9 px) and 5 more"
-template <class Indices, class TextOf>
-std::string firstOf(const Indices& indices, const TextOf& textOf) {
+std::string firstOf(const std::vector<std::string>& names) {
   constexpr std::size_t kMostNamed = 3;
-  std::vector<std::string> names;
-  for (const std::size_t i : indices)
-    if (names.size() < kMostNamed) names.push_back(textOf(i));
-  const std::size_t num_more = indices.size() - names.size();
-  return join(names, ", ") + (num_more > 0 ? fmt::format(" and {} more", num_more) : "");
+  const std::size_t num_named = std::min(names.size(), kMostNamed);
+  const std::size_t num_more = names.size() - num_named;
+  return join(std::span(names).first(num_named), ", ") +
+         (num_more > 0 ? fmt::format(" and {} more", num_more) : "");
+}
+
+std::string firstOf(const Fleet& fleet, const std::vector<UnitDifference>& differences) {
+  return firstOf(mapped(differences, [&](const UnitDifference& difference) {
+    return fmt::format("{} ({:.2g} px)", fleet.files.units[difference.unit].file, difference.p95_px);
+  }));
 }
 
 void addGroupFindings(const Fleet& fleet, const FleetGroup& group, std::vector<Diagnosis>& findings) {
@@ -61,7 +67,7 @@ void addGroupFindings(const Fleet& fleet, const FleetGroup& group, std::vector<D
          .limit = fmt::format("{:.0f} %", 100 * kShareOfStrangers),
          .next_step = "put the files of each kind of camera into a folder of its own"});
   }
-  const auto deviating = deviatingUnits(group);
+  const auto deviating = significantOnes(group.differences);
   if (!deviating.empty()) {
     findings.push_back(
         {.id = "deviating_units",
@@ -69,11 +75,7 @@ void addGroupFindings(const Fleet& fleet, const FleetGroup& group, std::vector<D
              fmt::format("{} of {} differ from the typical camera by more than their uncertainty and the "
                          "spread between units explain",
                          deviating.size(), counted(group.units.size(), "unit")),
-         .evidence = firstOf(deviating,
-                             [&](std::size_t i) {
-                               return fmt::format("{} ({:.2g} px)", fleet.files.units[group.units[i]].file,
-                                                  group.differences[i].p95_px);
-                             }),
+         .evidence = firstOf(fleet, deviating),
          .next_step = "validate these files on photographs, or keep a file for each of these units"});
   }
 }
@@ -99,61 +101,42 @@ std::vector<std::string> differenceFields(const UnitDifference& difference, cons
 
 }  // namespace
 
-std::vector<std::size_t> deviatingUnits(const FleetGroup& group) {
-  std::vector<std::size_t> found;
-  for (std::size_t i = 0; i < group.differences.size(); ++i)
-    if (group.differences[i].is_significant) found.push_back(i);
-  std::ranges::stable_sort(found, std::ranges::greater(),
-                           [&](std::size_t i) { return group.differences[i].p95_px; });
-  return found;
-}
-
-std::vector<std::size_t> driftedUnits(const Fleet& fleet) {
-  std::vector<std::size_t> found;
-  for (std::size_t d = 0; d < fleet.drifts.size(); ++d)
-    if (fleet.drifts[d].difference.is_significant) found.push_back(d);
-  std::ranges::stable_sort(found, std::ranges::greater(),
-                           [&](std::size_t d) { return fleet.drifts[d].difference.p95_px; });
-  return found;
+std::vector<UnitDifference> significantOnes(std::vector<UnitDifference> differences) {
+  std::erase_if(differences, [](const UnitDifference& difference) { return !difference.is_significant; });
+  std::ranges::stable_sort(differences, std::ranges::greater(), &UnitDifference::p95_px);
+  return differences;
 }
 
 std::vector<Diagnosis> fleetFindings(const Fleet& fleet) {
   std::vector<Diagnosis> findings;
   for (const FleetGroup& group : fleet.groups) addGroupFindings(fleet, group, findings);
-  const auto drifted = driftedUnits(fleet);
+  const auto drifted = significantOnes(fleet.drifts);
   if (!drifted.empty()) {
     findings.push_back(
         {.id = "drifted_units",
          .cause = fmt::format("{} of {} with a previous calibration changed by more than both uncertainties "
                               "explain",
                               drifted.size(), counted(fleet.drifts.size(), "unit")),
-         .evidence = firstOf(drifted,
-                             [&](std::size_t d) {
-                               return fmt::format("{} ({:.2g} px)",
-                                                  fleet.files.units[fleet.drifts[d].unit].file,
-                                                  fleet.drifts[d].difference.p95_px);
-                             }),
+         .evidence = firstOf(fleet, drifted),
          .next_step = "calibrate these units again, and look for loose lenses"});
   }
   if (const std::size_t rejected = fleet.count(Verdict::kNo); rejected > 0) {
-    std::vector<std::size_t> which;
-    for (std::size_t i = 0; i < fleet.files.units.size(); ++i)
-      if (fleet.files.units[i].verdict == Verdict::kNo) which.push_back(i);
+    std::vector<std::string> names;
+    for (const FleetUnit& unit : fleet.files.units)
+      if (unit.verdict == Verdict::kNo) names.push_back(unit.file);
     findings.push_back({.id = "rejected_units",
                         .cause = counted(rejected, "unit") + " are rejected by their own files",
-                        .evidence = firstOf(which, [&](std::size_t i) { return fleet.files.units[i].file; }),
+                        .evidence = firstOf(names),
                         .next_step = "calibrate these units again"});
   }
   const auto addUnreadable = [&](const std::vector<UnreadableFile>& files, DiagnosisId id, const char* what) {
     if (files.empty()) return;
-    std::vector<std::size_t> all;
-    for (std::size_t i = 0; i < files.size(); ++i) all.push_back(i);
     findings.push_back({.id = id,
                         .severity = Severity::kWarning,
                         .cause = fmt::format("{} cannot be read and {} left out",
                                              counted(files.size(), std::string(what) + "file"),
                                              files.size() == 1 ? "is" : "are"),
-                        .evidence = firstOf(all, [&](std::size_t i) { return files[i].file; }),
+                        .evidence = firstOf(mapped(files, &UnreadableFile::file)),
                         .next_step = "run alidade validate on them"});
   };
   addUnreadable(fleet.files.unreadable, "unreadable_files", "");
@@ -176,11 +159,11 @@ std::string fleetCsv(const Fleet& fleet) {
   }
   std::vector<std::vector<std::string>> places(rows.size(), {"", "", "", "no_typical_camera"});
   for (const FleetGroup& group : fleet.groups)
-    for (std::size_t i = 0; i < group.differences.size(); ++i)
-      places[group.units[i]] = differenceFields(group.differences[i], "deviates", "typical");
+    for (const UnitDifference& difference : group.differences)
+      places[difference.unit] = differenceFields(difference, "deviates", "typical");
   std::vector<std::vector<std::string>> drifts(rows.size(), {"", "", "", "", ""});
-  for (const UnitDrift& drift : fleet.drifts) {
-    drifts[drift.unit] = differenceFields(drift.difference, "drifted", "unchanged");
+  for (const UnitDifference& drift : fleet.drifts) {
+    drifts[drift.unit] = differenceFields(drift, "drifted", "unchanged");
     drifts[drift.unit].insert(drifts[drift.unit].begin(), drift.previous);
   }
   std::string text =

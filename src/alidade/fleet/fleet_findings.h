@@ -13,10 +13,8 @@ namespace alidade {
 /// read, groups that do not form a population.
 [[nodiscard]] std::vector<Diagnosis> fleetFindings(const Fleet& fleet);
 
-/// The units of a group that deviate, the largest difference first; indices into FleetGroup::units.
-[[nodiscard]] std::vector<std::size_t> deviatingUnits(const FleetGroup& group);
-/// The drifts that are significant, the largest first; indices into Fleet::drifts.
-[[nodiscard]] std::vector<std::size_t> driftedUnits(const Fleet& fleet);
+/// The differences that are significant, the largest first.
+[[nodiscard]] std::vector<UnitDifference> significantOnes(std::vector<UnitDifference> differences);
 
 /// One CSV record per unit, with a header: values from its file, its difference from the typical camera and
 /// from its previous calibration. Unknown fields are empty.

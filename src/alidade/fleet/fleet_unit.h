@@ -70,4 +70,10 @@ struct FleetOptions {
 [[nodiscard]] FleetFiles readFleetFiles(std::span<const std::string> inputs,
                                         const FleetOptions& options = {});
 
+/// For each unit the index of the previous unit that is the same camera: with the same serial number, else
+/// the same name, else the same place in its folder, else the same file name. A key that occurs twice on one
+/// side pairs nothing, and neither do different serial numbers. No previous unit is paired twice.
+[[nodiscard]] std::vector<std::optional<std::size_t>> pairedUnits(std::span<const FleetUnit> units,
+                                                                  std::span<const FleetUnit> previous);
+
 }  // namespace alidade

@@ -123,15 +123,6 @@ void measureCells(const AnyCamera& camera, const CellGrid& grid, CoverageReport&
   }
 }
 
-void countTilt(const BoardTilt& tilt, CoverageReport& report) {
-  if (tilt.total() > kTiltedRad) ++report.num_tilted;
-  if (tilt.total() > kSteepRad) ++report.num_steep;
-  if (tilt.right_rad > kTiltedRad) ++report.tilts.right;
-  if (tilt.right_rad < -kTiltedRad) ++report.tilts.left;
-  if (tilt.lower_rad > kTiltedRad) ++report.tilts.lower;
-  if (tilt.lower_rad < -kTiltedRad) ++report.tilts.upper;
-}
-
 // Names as a list in a sentence: "the upper left corner, the left border and the centre".
 std::string regionNames(const std::vector<ImageRegion>& regions) {
   std::string text;
@@ -142,19 +133,15 @@ std::string regionNames(const std::vector<ImageRegion>& regions) {
   return text;
 }
 
-std::string sidesWithoutTilt(const TiltCounts& tilts) {
-  std::vector<const char*> sides;
-  if (tilts.left == 0) sides.push_back("left");
-  if (tilts.right == 0) sides.push_back("right");
-  if (tilts.upper == 0) sides.push_back("upper");
-  if (tilts.lower == 0) sides.push_back("lower");
-  return fmt::format("{}", fmt::join(sides, ", "));
-}
-
 }  // namespace
 
 double BoardTilt::total() const {
   return std::atan(std::hypot(std::tan(right_rad), std::tan(lower_rad)));
+}
+
+std::ptrdiff_t CoverageReport::numTilted(double angle_rad) const {
+  return std::ranges::count_if(
+      views, [&](const ViewCoverage& view) { return view.sighting.tilt.total() > angle_rad; });
 }
 
 std::optional<SO3> squarePose(const AnyCamera& camera, const Eigen::Vector2d& pixel) {
@@ -280,7 +267,11 @@ CoverageReport coverageOf(const Calibration& calibration, std::span<const View> 
          .board = boardIndex(fit, view),
          .sighting = sightBoard(camera, boardOf(fit, view).target, cameraFromBoard(fit, view)),
          .fill = fillOf(box, grid.size)});
-    countTilt(report.views.back().sighting.tilt, report);
+    const BoardTilt& tilt = report.views.back().sighting.tilt;
+    const std::array<double, 4> nearer_rad = {-tilt.right_rad, tilt.right_rad, -tilt.lower_rad,
+                                              tilt.lower_rad};
+    for (std::size_t side = 0; side < nearer_rad.size(); ++side)
+      report.num_tilted_to[side] += nearer_rad[side] > kTiltedRad ? 1 : 0;
   }
   measureCells(camera, grid, report);
   if (report.views.empty()) return report;
@@ -288,9 +279,6 @@ CoverageReport coverageOf(const Calibration& calibration, std::span<const View> 
       mapped(report.views, [](const ViewCoverage& view) { return view.sighting.distance_m; }));
   report.nearest_m = distances.min;
   report.farthest_m = distances.max;
-  const auto fills = std::ranges::minmax(mapped(report.views, &ViewCoverage::fill));
-  report.smallest_fill = fills.min;
-  report.largest_fill = fills.max;
   return report;
 }
 
@@ -298,14 +286,17 @@ std::string coverageText(const CoverageReport& report) {
   std::string text = fmt::format(
       "board corners in {:.0f} % of the image and in {} of the 4 image corners; {} of {} views tilted by "
       "more than 15 degrees, {} by more than 30; distances {:.3g} to {:.3g} m\n",
-      100 * report.share, report.num_image_corners, report.num_tilted, report.views.size(), report.num_steep,
-      report.nearest_m, report.farthest_m);
+      100 * report.share, report.num_image_corners, report.numTilted(kTiltedRad), report.views.size(),
+      report.numTilted(kSteepRad), report.nearest_m, report.farthest_m);
   if (!report.empty_regions.empty())
     text += "almost no board corners in " + regionNames(report.empty_regions) + " of the image\n";
-  if (const std::string sides = sidesWithoutTilt(report.tilts); !sides.empty())
-    text +=
-        "sides of the board that no view has turned towards the camera by more than 15 degrees: " + sides +
-        "\n";
+  std::vector<const char*> sides;
+  for (std::size_t side = 0; side < kSideNames.size(); ++side)
+    if (report.num_tilted_to[side] == 0) sides.push_back(kSideNames[side]);
+  if (!sides.empty())
+    text += fmt::format(
+        "sides of the board that no view has turned towards the camera by more than 15 degrees: {}\n",
+        fmt::join(sides, ", "));
   return text;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -74,16 +76,11 @@ struct ViewCoverage {
   double fill = 0;  ///< fillOf() the view's corners
 };
 
-/// Numbers of views whose side, or end, is nearer to the camera by more than kTiltedRad.
-struct TiltCounts {
-  int left = 0;
-  int right = 0;
-  int upper = 0;
-  int lower = 0;
-};
-
 inline constexpr double kTiltedRad = 0.26179938779914941;  ///< 15 degrees
 inline constexpr double kSteepRad = 0.52359877559829882;   ///< 30 degrees
+
+/// Sides of a board, as the image shows it.
+inline constexpr std::array<const char*, 4> kSideNames = {"left", "right", "upper", "lower"};
 
 /// Coverage of the image, of tilts and of distances by the views of a calibration.
 struct CoverageReport {
@@ -100,13 +97,14 @@ struct CoverageReport {
   std::vector<ImageRegion> empty_regions;
 
   std::vector<ViewCoverage> views;  ///< in the result's order
-  int num_tilted = 0;               ///< views tilted by more than kTiltedRad
-  int num_steep = 0;                ///< by more than kSteepRad
-  TiltCounts tilts;                 ///< directions in which views are tilted
-  double nearest_m = 0;             ///< smallest and largest distance of the board's centre
+  /// Numbers of views in which a side (kSideNames) is nearer to the camera than the opposite one by more than
+  /// kTiltedRad.
+  std::array<int, 4> num_tilted_to{};
+  double nearest_m = 0;  ///< smallest and largest distance of the board's centre
   double farthest_m = 0;
-  double smallest_fill = 0;  ///< smallest and largest ViewCoverage::fill
-  double largest_fill = 0;
+
+  /// Views tilted by more than this in all.
+  [[nodiscard]] std::ptrdiff_t numTilted(double angle_rad) const;
 };
 
 /// Pixels of the corners that a result used, one list for each of its views.

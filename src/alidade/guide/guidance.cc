@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <fmt/format.h>
 #include <Eigen/Cholesky>
@@ -271,11 +272,9 @@ double inflationOf(const AnyCamera& camera, ImageSize size, const Uncertainty& k
 }
 
 TargetReport forecast(NextViewSearch search, const Guidance& guidance, double target_px) {
-  TargetReport report{.target_px = target_px,
-                      .is_reached = guidance.worst_px <= target_px,
-                      .num_more_views = std::nullopt,
-                      .forecast_px = guidance.worst_px};
-  if (report.is_reached) report.num_more_views = 0;
+  TargetReport report{
+      .target_px = target_px, .num_more_views = std::nullopt, .forecast_px = guidance.worst_px};
+  if (guidance.worst_px <= target_px) report.num_more_views = 0;
   for (int i = 1; i <= kMaxForecast && !report.num_more_views; ++i) {
     const auto view = search.best();
     if (!view) return report;
@@ -383,8 +382,7 @@ std::optional<NextView> NextViewSearch::best() const {
                   .candidate = *chosen};
 }
 
-Guidance guide(const Calibration& calibration, const CoverageReport& coverage,
-               std::optional<double> target_px) {
+Guidance guide(const Calibration& calibration, std::span<const View> views, std::optional<double> target_px) {
   const Fit& fit = calibration.fit;
   const std::size_t board = mostSeenBoard(fit);
   const Uncertainty& known = calibration.uncertainty;
@@ -393,6 +391,7 @@ Guidance guide(const Calibration& calibration, const CoverageReport& coverage,
                                   .information = known.information,
                                   .directions = known.free_directions,
                                   .variance = known.coordinate_sigma_px * known.coordinate_sigma_px};
+  CoverageReport coverage = coverageOf(calibration, views);
   double nearest_m = kInfinity;
   double farthest_m = 0;
   for (const ViewCoverage& view : coverage.views) {
@@ -404,7 +403,8 @@ Guidance guide(const Calibration& calibration, const CoverageReport& coverage,
                               {.nearest_m = nearest_m / kReach,
                                .farthest_m = farthest_m * kReach,
                                .is_upright = isHeldUpright(fit, board)});
-  Guidance guidance{.board = fit.boards[board].target, .is_chosen = fit.boards.size() > 1};
+  Guidance guidance{
+      .coverage = std::move(coverage), .board = fit.boards[board].target, .is_chosen = fit.boards.size() > 1};
   guidance.is_determined = search.isDetermined();
   guidance.inflation = inflationOf(knowledge.camera, knowledge.size, known);
   guidance.worst_px =
@@ -445,7 +445,7 @@ std::string targetText(const Guidance& guidance) {
   if (!guidance.target) return "";
   const TargetReport& target = *guidance.target;
   const std::string now = guidance.is_determined ? fmt::format("{:.2g} px", guidance.worst_px) : "unknown";
-  if (target.is_reached)
+  if (target.isReached())
     return fmt::format("{:.3g} px: reached; the worst projection uncertainty is {}\n", target.target_px, now);
   const std::string text =
       fmt::format("{:.3g} px: not reached; the worst projection uncertainty is {}; ", target.target_px, now);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/guide/coverage.h"
 #include "alidade/target/board.h"
+#include "alidade/target/view.h"
 
 namespace alidade {
 
@@ -111,15 +113,17 @@ inline constexpr int kMaxForecast = 20;
 /// Distance of a calibration from the required uncertainty.
 struct TargetReport {
   double target_px = 0;
-  bool is_reached = false;
   /// Number of views still needed, each the best one after the previous ones: 0 if the target is reached,
   /// empty if kMaxForecast are not enough or no further view can be suggested.
   std::optional<int> num_more_views;
   double forecast_px = 0;  ///< worst uncertainty after those views, or after as many as were tried
+
+  [[nodiscard]] bool isReached() const { return num_more_views == 0; }
 };
 
-/// Advice on what to do next.
+/// The coverage of the photographs, and advice on what to do next.
 struct Guidance {
+  CoverageReport coverage = {};
   Board board;             ///< the board of `next`; if there are several, the one with the most views
   bool is_chosen = false;  ///< several boards exist, so texts name this one
   /// False if the views leave a direction of the parameters undetermined: `next` is then the view that gives
@@ -134,8 +138,9 @@ struct Guidance {
   std::optional<TargetReport> target = {};  ///< if a target was given
 };
 
+/// @param views  those that were given to the calibration
 /// @param target_px  positive
-[[nodiscard]] Guidance guide(const Calibration& calibration, const CoverageReport& coverage,
+[[nodiscard]] Guidance guide(const Calibration& calibration, std::span<const View> views,
                              std::optional<double> target_px = std::nullopt);
 
 /// Text for users: where to put the board, and the gain. Lines are not indented and end with a newline.

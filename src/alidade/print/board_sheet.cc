@@ -30,12 +30,8 @@ constexpr double kWhiteMm = 6;          // around the pattern
 constexpr double kFooterMm = 12;
 constexpr double kLeastWidthMm = 110;  // for the footer
 
-struct Freed {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-  void operator()(cairo_t* context) const { cairo_destroy(context); }
-};
-using Surface = std::unique_ptr<cairo_surface_t, Freed>;
-using Context = std::unique_ptr<cairo_t, Freed>;
+using Surface = std::shared_ptr<cairo_surface_t>;
+using Context = std::shared_ptr<cairo_t>;
 
 void checkStatus(cairo_status_t status) {
   if (status == CAIRO_STATUS_SUCCESS) return;
@@ -53,96 +49,75 @@ Vector2d extentMm(const BoardInk& ink) {
 }
 
 // All lengths are in millimetres from the top left corner of the drawing.
-class SheetPen {
- public:
-  SheetPen(cairo_t* context, const BoardSheet& sheet) : context_(context), sheet_(sheet) {}
+void drawText(cairo_t* context, double x, double y, double height_mm, const std::string& text) {
+  cairo_set_font_size(context, height_mm);
+  cairo_move_to(context, x, y);
+  cairo_show_text(context, text.c_str());
+}
 
-  void drawAll() const {
-    drawInk();
-    drawAxes();
-    drawRuler();
-    drawText();
-  }
+void drawLine(cairo_t* context, double x0, double y0, double x1, double y1) {
+  cairo_move_to(context, x0, y0);
+  cairo_line_to(context, x1, y1);
+  cairo_stroke(context);
+}
 
-  void text(double x, double y, double height_mm, const std::string& text) const {
-    cairo_set_font_size(context_, height_mm);
-    cairo_move_to(context_, x, y);
-    cairo_show_text(context_, text.c_str());
-  }
-  void line(double x0, double y0, double x1, double y1) const {
-    cairo_move_to(context_, x0, y0);
-    cairo_line_to(context_, x1, y1);
-    cairo_stroke(context_);
-  }
+// Top left corner of the pattern.
+Vector2d origin(const BoardSheet& sheet) {
+  return {0.5 * (sheet.drawing_mm.x() - extentMm(sheet.ink).x()), kWhiteMm};
+}
 
- private:
-  // Top left corner of the pattern.
-  [[nodiscard]] Vector2d origin() const {
-    return {0.5 * (sheet_.drawing_mm.x() - extentMm(sheet_.ink).x()), kWhiteMm};
+void drawInk(cairo_t* context, const BoardSheet& sheet) {
+  const Vector2d shift = origin(sheet) - 1000 * sheet.ink.extent.min();
+  for (const auto& box : sheet.ink.boxes) {
+    const Vector2d at = 1000 * box.min() + shift;
+    const Vector2d size = 1000 * box.sizes();
+    cairo_rectangle(context, at.x(), at.y(), size.x(), size.y());
   }
-
-  void drawInk() const {
-    const Vector2d shift = origin() - 1000 * sheet_.ink.extent.min();
-    for (const auto& box : sheet_.ink.boxes) {
-      const Vector2d at = 1000 * box.min() + shift;
-      const Vector2d size = 1000 * box.sizes();
-      cairo_rectangle(context_, at.x(), at.y(), size.x(), size.y());
-    }
-    for (const auto& disc : sheet_.ink.discs) {
-      const Vector2d middle = 1000 * disc.center() + shift;
-      cairo_new_sub_path(context_);
-      cairo_arc(context_, middle.x(), middle.y(), 500 * disc.sizes().x(), 0, 2 * std::numbers::pi);
-    }
-    cairo_fill(context_);
+  for (const auto& disc : sheet.ink.discs) {
+    const Vector2d middle = 1000 * disc.center() + shift;
+    cairo_new_sub_path(context);
+    cairo_arc(context, middle.x(), middle.y(), 500 * disc.sizes().x(), 0, 2 * std::numbers::pi);
   }
+  cairo_fill(context);
+}
 
-  // Draws the axes, which show the corner where ids start.
-  void drawAxes() const {
-    constexpr double kLength = 8;
-    const Vector2d corner = origin() - Vector2d(2.5, 2.5);
-    cairo_set_line_width(context_, 0.3);
-    line(corner.x(), corner.y(), corner.x() + kLength, corner.y());
-    line(corner.x(), corner.y(), corner.x(), corner.y() + kLength);
-    text(corner.x() + kLength + 1, corner.y() + 0.8, 2.5, "x");
-    text(corner.x() - 0.6, corner.y() + kLength + 2.5, 2.5, "y");
+// Draws the axes, which show the corner where ids start.
+void drawAxes(cairo_t* context, const BoardSheet& sheet) {
+  constexpr double kLength = 8;
+  const Vector2d corner = origin(sheet) - Vector2d(2.5, 2.5);
+  cairo_set_line_width(context, 0.3);
+  drawLine(context, corner.x(), corner.y(), corner.x() + kLength, corner.y());
+  drawLine(context, corner.x(), corner.y(), corner.x(), corner.y() + kLength);
+  drawText(context, corner.x() + kLength + 1, corner.y() + 0.8, 2.5, "x");
+  drawText(context, corner.x() - 0.6, corner.y() + kLength + 2.5, 2.5, "y");
+}
+
+void drawRuler(cairo_t* context, const BoardSheet& sheet) {
+  constexpr int kNumTicks = 10;
+  constexpr double kTickMm = 10;
+  const double y = sheet.drawing_mm.y() - 7;
+  cairo_set_line_width(context, 0.2);
+  drawLine(context, kWhiteMm, y, kWhiteMm + kNumTicks * kTickMm, y);
+  for (int i = 0; i <= kNumTicks; ++i) {
+    const double x = kWhiteMm + i * kTickMm;
+    drawLine(context, x, y, x, y - (i % 5 == 0 ? 3 : 1.5));
   }
-
-  void drawRuler() const {
-    constexpr int kNumTicks = 10;
-    constexpr double kTickMm = 10;
-    const double y = sheet_.drawing_mm.y() - 7;
-    cairo_set_line_width(context_, 0.2);
-    line(kWhiteMm, y, kWhiteMm + kNumTicks * kTickMm, y);
-    for (int i = 0; i <= kNumTicks; ++i) {
-      const double x = kWhiteMm + i * kTickMm;
-      line(x, y, x, y - (i % 5 == 0 ? 3 : 1.5));
-    }
-  }
-
-  void drawText() const {
-    const double y = sheet_.drawing_mm.y() - 3;
-    text(kWhiteMm, y, 2.6, "100 mm: print at 100 % and measure.   " + sheet_.spec);
-  }
-
-  cairo_t* context_;
-  const BoardSheet& sheet_;
-};
+}
 
 // Draws cut marks and the position of the piece. The top left corner of the piece is at (0, 0).
 void drawCutMarks(cairo_t* context, const BoardSheet& sheet, int column, int row) {
-  const SheetPen pen(context, sheet);
   const Vector2d size = sheet.piece_mm;
   constexpr double kGapMm = 0.5;
   cairo_set_line_width(context, 0.1);
   for (const double x : {0.0, size.x()}) {
-    pen.line(x, -kCutMarkMm, x, -kGapMm);
-    pen.line(x, size.y() + kGapMm, x, size.y() + kCutMarkMm);
+    drawLine(context, x, -kCutMarkMm, x, -kGapMm);
+    drawLine(context, x, size.y() + kGapMm, x, size.y() + kCutMarkMm);
   }
   for (const double y : {0.0, size.y()}) {
-    pen.line(-kCutMarkMm, y, -kGapMm, y);
-    pen.line(size.x() + kGapMm, y, size.x() + kCutMarkMm, y);
+    drawLine(context, -kCutMarkMm, y, -kGapMm, y);
+    drawLine(context, size.x() + kGapMm, y, size.x() + kCutMarkMm, y);
   }
-  pen.text(kCutMarkMm, size.y() + 3.5, 2.6,
+  drawText(context, kCutMarkMm, size.y() + 3.5, 2.6,
            fmt::format("column {} of {}, row {} of {}: cut at the marks and join on a flat plate", column + 1,
                        sheet.columns, row + 1, sheet.rows));
 }
@@ -160,13 +135,17 @@ void drawPage(cairo_t* context, const BoardSheet& sheet, int column, int row) {
     cairo_clip(context);
     cairo_translate(context, -column * sheet.piece_mm.x(), -row * sheet.piece_mm.y());
   }
-  SheetPen(context, sheet).drawAll();
+  drawInk(context, sheet);
+  drawAxes(context, sheet);
+  drawRuler(context, sheet);
+  drawText(context, kWhiteMm, sheet.drawing_mm.y() - 3, 2.6,
+           "100 mm: print at 100 % and measure.   " + sheet.spec);
   cairo_restore(context);
 }
 
 // Context of a surface with `per_mm` units per millimetre.
 Context makeContext(cairo_surface_t* surface, double per_mm) {
-  Context context(cairo_create(surface));
+  Context context(cairo_create(surface), cairo_destroy);
   checkStatus(cairo_status(context.get()));
   cairo_scale(context.get(), per_mm, per_mm);
   cairo_select_font_face(context.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
@@ -178,7 +157,7 @@ template <class MakeSurface>
 std::string vectorFile(const BoardSheet& sheet, const MakeSurface& make_surface) {
   std::string file;
   const Vector2d size = kPointsPerInch / kMmPerInch * sheet.paper.size_mm;
-  const Surface surface(make_surface(append, &file, size.x(), size.y()));
+  const Surface surface(make_surface(append, &file, size.x(), size.y()), cairo_surface_destroy);
   checkStatus(cairo_surface_status(surface.get()));
   {
     const Context context = makeContext(surface.get(), kPointsPerInch / kMmPerInch);
@@ -200,10 +179,6 @@ cairo_surface_t* makePdf(cairo_write_func_t write, void* file, double width, dou
   cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATE_DATE, "");  // so that the same board
                                                                                 // gives the same bytes
   return surface;
-}
-
-cairo_surface_t* makeSvg(cairo_write_func_t write, void* file, double width, double height) {
-  return cairo_svg_surface_create_for_stream(write, file, width, height);
 }
 
 std::string bigEndian(std::uint32_t value) {
@@ -234,7 +209,8 @@ std::string pngFile(const BoardSheet& sheet, double dpi) {
                       .next_step = "use a PDF file, or another --dpi, such as 300"});
   }
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(pixels.x()),
-                                                   static_cast<int>(pixels.y())));
+                                                   static_cast<int>(pixels.y())),
+                        cairo_surface_destroy);
   checkStatus(cairo_surface_status(surface.get()));
   const Context context = makeContext(surface.get(), dpi / kMmPerInch);
   cairo_set_source_rgb(context.get(), 1, 1, 1);
@@ -246,6 +222,15 @@ std::string pngFile(const BoardSheet& sheet, double dpi) {
   checkStatus(cairo_surface_write_to_png_stream(surface.get(), append, &file));
   stateResolution(file, dpi);
   return file;
+}
+
+Error tooLarge(const BoardSheet& sheet, const std::string& expected, const char* next_step) {
+  return usageError(
+      {.where = "board " + sheet.spec,
+       .found = fmt::format("{:.0f}x{:.0f} mm, which takes {} pages of {}", sheet.drawing_mm.x(),
+                            sheet.drawing_mm.y(), sheet.numPages(), sheet.paper.name),
+       .expected = expected,
+       .next_step = next_step});
 }
 
 BoardSheet onPaper(const BoardInk& ink, const std::string& spec, const Paper& paper, bool is_turned) {
@@ -286,28 +271,18 @@ BoardSheet layOutBoard(const BoardInk& ink, const std::string& spec, const std::
       *std::min_element(sheets.end() - 2, sheets.end(),
                         [](const BoardSheet& a, const BoardSheet& b) { return a.numPages() < b.numPages(); });
   constexpr int kMaxPages = 100;
-  if (best.numPages() > kMaxPages) {
-    throw usageError(
-        {.where = "board " + spec,
-         .found = fmt::format("{:.0f}x{:.0f} mm, which takes {} pages of {}", best.drawing_mm.x(),
-                              best.drawing_mm.y(), best.numPages(), best.paper.name),
-         .expected = fmt::format("at most {} pages", kMaxPages),
-         .next_step = "use a larger --paper, or make the squares smaller"});
-  }
+  if (best.numPages() > kMaxPages)
+    throw tooLarge(best, fmt::format("at most {} pages", kMaxPages),
+                   "use a larger --paper, or make the squares smaller");
   return best;
 }
 
 std::string sheetFile(const BoardSheet& sheet, SheetFormat format, double dpi) {
   if (format == SheetFormat::kPdf) return vectorFile(sheet, makePdf);
-  if (sheet.numPages() > 1) {
-    throw usageError(
-        {.where = "board " + sheet.spec,
-         .found = fmt::format("{:.0f}x{:.0f} mm, which takes {} pages of {}", sheet.drawing_mm.x(),
-                              sheet.drawing_mm.y(), sheet.numPages(), sheet.paper.name),
-         .expected = "one page in an SVG or PNG file",
-         .next_step = "use a PDF file, or a larger --paper"});
-  }
-  return format == SheetFormat::kSvg ? vectorFile(sheet, makeSvg) : pngFile(sheet, dpi);
+  if (sheet.numPages() > 1)
+    throw tooLarge(sheet, "one page in an SVG or PNG file", "use a PDF file, or a larger --paper");
+  return format == SheetFormat::kSvg ? vectorFile(sheet, cairo_svg_surface_create_for_stream)
+                                     : pngFile(sheet, dpi);
 }
 
 }  // namespace alidade

@@ -69,9 +69,9 @@ class CalibrateCommand final : public Command {
     const GivenViews given = readViews(given_, common_, options_.cancel);
     requireViews(given);
     const Calibration result = calibrate(given.boards, given.views, options_);
-    const Advice advice = adviceOn(result, given.views, parsePixels(target_sigma_));
-    write(result, given, advice, flags);
-    print(result, given, advice);
+    const Guidance guidance = guide(result, given.views, parsePixels(target_sigma_));
+    write(result, given, guidance, flags);
+    print(result, given, guidance);
     return tell(result);
   }
 
@@ -233,13 +233,12 @@ class CalibrateCommand final : public Command {
   }
 
   // Writes all requested files.
-  void write(const Calibration& result, const GivenViews& given, const Advice& advice,
+  void write(const Calibration& result, const GivenViews& given, const Guidance& guidance,
              const Flags& flags) const {
-    if (!next_view_.empty())
-      writeFileAtomically(next_view_, nextViewSvg(result, given.views, advice.guidance));
+    if (!next_view_.empty()) writeFileAtomically(next_view_, nextViewSvg(result, given.views, guidance));
     if (!evidence_.empty() || !report_.empty()) {
       const nlohmann::json evidence = evidenceDocument(
-          result, imagesOf(given), given.views, advice,
+          result, imagesOf(given), given.views, guidance,
           {.settings = flags.settings(), .tolerance_px = options_.tolerance_px, .created_by = programName()});
       if (!evidence_.empty()) writeFileAtomically(evidence_, jsonText(evidence));
       if (!report_.empty())
@@ -250,15 +249,15 @@ class CalibrateCommand final : public Command {
     if (!output_.empty() && output_ != "-" && isKept(result)) saveCamera(output_, recordOf(result), format_);
   }
 
-  void print(const Calibration& result, const GivenViews& given, const Advice& advice) const {
+  void print(const Calibration& result, const GivenViews& given, const Guidance& guidance) const {
     const auto summary = [&](bool is_terminal) {
       const bool is_coloured = is_terminal && std::getenv("NO_COLOR") == nullptr;
-      return summaryText(result, given, advice, options_.tolerance_px, is_coloured) +
-             (is_terminal ? coveragePicture(advice.coverage) : "") +
-             (is_verbose_ ? "\n" + detailsText(result, given, advice) : "");
+      return summaryText(result, given, guidance, options_.tolerance_px, is_coloured) +
+             (is_terminal ? coveragePicture(guidance.coverage) : "") +
+             (is_verbose_ ? "\n" + detailsText(result, given, guidance) : "");
     };
     if (common_.json) {
-      printResult(summaryJson(result, imagesOf(given), given.views, advice));
+      printResult(summaryJson(result, imagesOf(given), given.views, guidance));
     } else if (output_ == "-") {
       if (isKept(result)) printResult(cameraText(recordOf(result), format_));
       if (!common_.quiet) printHelp(summary(false));

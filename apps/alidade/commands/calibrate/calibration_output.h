@@ -14,10 +14,10 @@ namespace alidade {
 /// accuracy first.
 /// @param is_coloured  true for a terminal
 [[nodiscard]] std::string summaryText(const Calibration& result, const GivenViews& given,
-                                      const Advice& advice, double tolerance_px, bool is_coloured);
+                                      const Guidance& guidance, double tolerance_px, bool is_coloured);
 
 /// The details that --verbose adds to the summary.
 [[nodiscard]] std::string detailsText(const Calibration& result, const GivenViews& given,
-                                      const Advice& advice);
+                                      const Guidance& guidance);
 
 }  // namespace alidade

@@ -48,7 +48,7 @@ std::string fitText(const Calibration& result, const GivenViews& given) {
 std::string viewsText(const CoverageReport& coverage) {
   return fmt::format(
       "{} of {} tilted by more than 15 degrees; {:.2g} to {:.2g} m away; {} of 4 image corners covered",
-      coverage.num_tilted, coverage.views.size(), coverage.nearest_m, coverage.farthest_m,
+      coverage.numTilted(kTiltedRad), coverage.views.size(), coverage.nearest_m, coverage.farthest_m,
       coverage.num_image_corners);
 }
 
@@ -205,7 +205,7 @@ Lines toldShortly(const Diagnosis& diagnosis) {
 
 }  // namespace
 
-std::string summaryText(const Calibration& result, const GivenViews& given, const Advice& advice,
+std::string summaryText(const Calibration& result, const GivenViews& given, const Guidance& guidance,
                         double tolerance_px, bool is_coloured) {
   Lines lines = wrapped("Verdict", verdictText(result.verdict(), "camera", is_coloured));
   append(lines, accuracyLines(result, tolerance_px));
@@ -214,18 +214,18 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
                                     result.choice.model ? ", model chosen by cross-validation" : ""));
   append(rest, parameterLines(result));
   append(rest, wrapped("Fit", fitText(result, given)));
-  Lines last = wrapped("Views", viewsText(advice.coverage));
-  append(last, wrapped("Next", shortNextViewText(advice.guidance, result.imageSize())));
+  Lines last = wrapped("Views", viewsText(guidance.coverage));
+  append(last, wrapped("Next", shortNextViewText(guidance, result.imageSize())));
   // The reason for a rejection is always shown.
   const bool is_rejected =
       !result.diagnoses.empty() && result.diagnoses.front().severity == Severity::kFailure;
-  const std::size_t num_others = lines.size() + rest.size() + last.size() + (advice.guidance.target ? 3 : 1) +
+  const std::size_t num_others = lines.size() + rest.size() + last.size() + (guidance.target ? 3 : 1) +
                                  (is_rejected ? toldShortly(result.diagnoses.front()).size() : 0);
   append(rest, boardLines(result.fit, std::clamp<std::size_t>(kMaxLines - std::min(num_others, kMaxLines), 1,
                                                               kMaxBoardLines)));
   append(rest, last);
   // The diagnoses get the remaining lines; those that do not fit are counted.
-  const std::size_t num_reserved = lines.size() + rest.size() + (advice.guidance.target ? 3 : 1);
+  const std::size_t num_reserved = lines.size() + rest.size() + (guidance.target ? 3 : 1);
   std::size_t room = kMaxLines - std::min(num_reserved, kMaxLines);
   std::size_t num_untold = 0;
   std::size_t num_notes = 0;
@@ -244,15 +244,15 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
     append(lines, told);
   }
   append(lines, rest);
-  if (advice.guidance.target) {
-    const std::string target = targetText(advice.guidance);
+  if (guidance.target) {
+    const std::string target = targetText(guidance);
     append(lines, wrapped("Target", target.substr(0, target.find('\n'))));
   }
   append(lines, moreLines(num_untold, num_notes));
   return join(lines, "\n") + "\n";
 }
 
-std::string detailsText(const Calibration& result, const GivenViews& given, const Advice& advice) {
+std::string detailsText(const Calibration& result, const GivenViews& given, const Guidance& guidance) {
   const Uncertainty& known = result.uncertainty;
   const SolveSummary& solver = result.fit.summary;
   std::string text =
@@ -272,9 +272,9 @@ std::string detailsText(const Calibration& result, const GivenViews& given, cons
           outliersText(result) + startText(result.choice.start);
   text += fmt::format("Solver   {} after {} iterations: {}\n", terminationName(solver.termination),
                       solver.num_iterations, solver.reason);
-  text += labelled("Coverage", coverageText(advice.coverage)) +
-          labelled("Next", nextViewText(advice.guidance, result.imageSize())) +
-          labelled("Target", targetText(advice.guidance));
+  text += labelled("Coverage", coverageText(guidance.coverage)) +
+          labelled("Next", nextViewText(guidance, result.imageSize())) +
+          labelled("Target", targetText(guidance));
   for (const std::string& note : given.notes) text += "Note     " + note + "\n";
   return text + diagnosesText(result.diagnoses);
 }

@@ -29,17 +29,9 @@ json checksJson(const std::vector<FileCheck>& list) {
   return checks;
 }
 
-json cornersJson(const HeldOutView& view) {
-  json corners = json::array();
-  for (const HeldOutCorner& corner : view.corners) {
-    corners.push_back(cornerJson(corner.id, corner.pixel, corner.error_px));
-  }
-  return corners;
-}
-
 json heldOutViewJson(const HeldOutView& view, const std::vector<Board>& boards, bool has_corners) {
   double largest_px = view.corners.empty() ? std::numeric_limits<double>::quiet_NaN() : 0;
-  for (const HeldOutCorner& corner : view.corners) largest_px = std::max(largest_px, corner.error_px.norm());
+  for (const CornerError& corner : view.corners) largest_px = std::max(largest_px, corner.error_px.norm());
   json document = {{"image", view.image},
                    {"num_corners", view.num_corners},
                    {"num_unseen", view.num_unseen},
@@ -49,7 +41,7 @@ json heldOutViewJson(const HeldOutView& view, const std::vector<Board>& boards, 
                    {"freed_rms_px", view.freed_rms_px}};
   if (boards.size() > 1) document["board"] = boards[view.board].spec();
   if (!view.corners.empty()) document["camera_from_board"] = view.camera_from_board;
-  if (has_corners) document["corners"] = cornersJson(view);
+  if (has_corners) document["corners"] = view.corners;
   return document;
 }
 

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/report/canvas/report_assets.h"
 
@@ -23,6 +24,12 @@ constexpr double kLetterWidth = 7.2;  // average for a sans-serif font at the si
 std::string tickText(double value, double step) {
   const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
   return fmt::format("{:.{}f}", value == 0 ? 0.0 : value, decimals);
+}
+
+// Names of classes as an attribute; attributes as they stand.
+std::string attributesOf(std::string_view given) {
+  const bool is_class = !given.empty() && given.find('=') == std::string_view::npos;
+  return is_class ? fmt::format("class=\"{}\"", given) : std::string(given);
 }
 
 // Truncates to at most this many bytes, in whole UTF-8 characters.
@@ -61,31 +68,17 @@ Figure withPrefix(Figure figure, const std::string& prefix) {
 }
 
 std::string escapedMarkup(std::string_view text) {
+  constexpr std::string_view kMarkup = "<>&\"'";
+  constexpr std::array<const char*, 5> kWritten = {"&lt;", "&gt;", "&amp;", "&quot;", "&#39;"};
   std::string escaped;
   for (const char c : text) {
-    switch (c) {
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      case '\'':
-        escaped += "&#39;";
-        break;
-      default:
-        // Control characters are not allowed in XML.
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) {
-          escaped += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-        } else {
-          escaped += c;
-        }
+    if (const std::size_t at = kMarkup.find(c); at != std::string_view::npos) {
+      escaped += kWritten[at];
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) {
+      // Control characters are not allowed in XML.
+      escaped += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    } else {
+      escaped += c;
     }
   }
   return escaped;
@@ -106,6 +99,10 @@ std::string pathThrough(const std::vector<Vector2d>& points, bool is_closed) {
   std::string d;
   for (const Vector2d& point : points) d += (d.empty() ? "M" : "L") + pointText(point);
   return is_closed && !d.empty() ? d + "Z" : d;
+}
+
+std::vector<Vector2d> cornersOf(const Eigen::AlignedBox2d& box) {
+  return {box.min(), {box.max().x(), box.min().y()}, box.max(), {box.min().x(), box.max().y()}};
 }
 
 std::string rampColour(double share) {
@@ -199,8 +196,34 @@ Vector2d PlotArea::at(double x, double y) const {
   return {box.min().x() + share.x() * box.sizes().x(), box.min().y() + down * box.sizes().y()};
 }
 
+PlotArea imageArea(const ImageSize& size, double width) {
+  constexpr double kLeft = 36;
+  constexpr double kRight = 10;
+  constexpr double kTop = 8;
+  const double most_width = width - kLeft - kRight;
+  const double scale = std::min(most_width / size.width, 0.75 * width / size.height);
+  const Vector2d sides(scale * size.width, scale * size.height);
+  const double left = kLeft + 0.5 * (most_width - sides.x());
+  return {.box = {Vector2d(left, kTop), Vector2d(left + sides.x(), kTop + sides.y())},
+          .low = {-0.5, -0.5},
+          .high = {size.width - 0.5, size.height - 0.5},
+          .is_upward = false};
+}
+
+FigureCanvas::FigureCanvas(const ImageSize& size, std::string_view ground)
+    : FigureCanvas(imageArea(size, kWidth)) {
+  addArea(ground);
+}
+
+FigureCanvas::FigureCanvas(const Vector2d& low, const Vector2d& high)
+    : FigureCanvas({.box = {Vector2d(44, 24), Vector2d(430, 250)}, .low = low, .high = high}, 38) {}
+
+std::vector<Vector2d> FigureCanvas::at(const std::vector<Vector2d>& values) const {
+  return mapped(values, [&](const Vector2d& value) { return area_.at(value); });
+}
+
 void FigureCanvas::open(std::string_view attributes) {
-  svg_ += fmt::format("<g {}>", attributes);
+  svg_ += fmt::format("<g {}>", attributesOf(attributes));
 }
 
 void FigureCanvas::close() {
@@ -208,7 +231,7 @@ void FigureCanvas::close() {
 }
 
 void FigureCanvas::addPath(const std::string& d, std::string_view attributes) {
-  if (!d.empty()) svg_ += fmt::format("<path {} d=\"{}\"/>\n", attributes, d);
+  if (!d.empty()) svg_ += fmt::format("<path {} d=\"{}\"/>\n", attributesOf(attributes), d);
 }
 
 void FigureCanvas::addLine(const Vector2d& from, const Vector2d& to, std::string_view attributes) {
@@ -218,100 +241,104 @@ void FigureCanvas::addLine(const Vector2d& from, const Vector2d& to, std::string
 void FigureCanvas::addRect(const Vector2d& low, const Vector2d& high, std::string_view attributes) {
   svg_ += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" {}/>\n", coordinate(low.x()),
                       coordinate(low.y()), coordinate(high.x() - low.x()), coordinate(high.y() - low.y()),
-                      attributes);
+                      attributesOf(attributes));
 }
 
 void FigureCanvas::addCircle(const Vector2d& at, double radius, std::string_view attributes) {
   svg_ += fmt::format("<circle cx=\"{}\" cy=\"{}\" r=\"{}\" {}/>\n", coordinate(at.x()), coordinate(at.y()),
-                      coordinate(radius), attributes);
+                      coordinate(radius), attributesOf(attributes));
 }
 
 void FigureCanvas::addText(const Vector2d& at, std::string_view text, std::string_view anchor,
                            std::string_view attributes) {
-  svg_ +=
-      fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"{}\"{}{}>{}</text>\n", coordinate(at.x()),
-                  coordinate(at.y()), anchor, attributes.empty() ? "" : " ", attributes, escapedMarkup(text));
+  svg_ += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"{}\"{}{}>{}</text>\n", coordinate(at.x()),
+                      coordinate(at.y()), anchor, attributes.empty() ? "" : " ", attributesOf(attributes),
+                      escapedMarkup(text));
 }
 
-void FigureCanvas::addAxes(const PlotArea& area, std::string_view x_name, std::string_view y_name) {
-  const Vector2d low = area.box.min();
-  const Vector2d high = area.box.max();
+void FigureCanvas::addAxes(std::string_view x_name, std::string_view y_name) {
+  const Vector2d low = area_.box.min();
+  const Vector2d high = area_.box.max();
   const std::vector<double> xs =
-      roundTicks(area.low.x(), area.high.x(), std::max(2, static_cast<int>((high.x() - low.x()) / 50)));
+      roundTicks(area_.low.x(), area_.high.x(), std::max(2, static_cast<int>((high.x() - low.x()) / 50)));
   for (const double x : xs) {
-    const double at = area.at(x, area.low.y()).x();
-    addLine({at, low.y()}, {at, high.y()}, "class=\"grid\"");
-    addText({at, high.y() + 14}, tickText(x, xs.size() > 1 ? xs[1] - xs[0] : 1), "middle", "class=\"tick\"");
+    const double at = area_.at(x, area_.low.y()).x();
+    addLine({at, low.y()}, {at, high.y()}, "grid");
+    addText({at, high.y() + 14}, tickText(x, xs.size() > 1 ? xs[1] - xs[0] : 1), "middle", "tick");
   }
-  addText({area.box.center().x(), high.y() + 29}, x_name, "middle", "class=\"axis\"");
-  addValues(area, y_name);
+  addText({area_.box.center().x(), high.y() + 29}, x_name, "middle", "axis");
+  addValues(y_name);
 }
 
-void FigureCanvas::addNamedAxes(const PlotArea& area, const std::vector<std::string>& names,
-                                std::string_view x_name, std::string_view y_name) {
-  addNames(area, names, x_name);
-  addValues(area, y_name);
+void FigureCanvas::addNamedAxes(const std::vector<std::string>& names, std::string_view x_name,
+                                std::string_view y_name) {
+  addNames(names, x_name);
+  addValues(y_name);
 }
 
-void FigureCanvas::addNames(const PlotArea& area, const std::vector<std::string>& names,
-                            std::string_view x_name) {
+void FigureCanvas::addNames(const std::vector<std::string>& names, std::string_view x_name) {
   constexpr std::size_t kMostLetters = 12;
   std::size_t longest = 1;
   for (const std::string& name : names) longest = std::max(longest, std::min(name.size(), kMostLetters));
-  const double room = area.box.sizes().x() / static_cast<double>(std::max<std::size_t>(1, names.size()));
+  const double room = area_.box.sizes().x() / static_cast<double>(std::max<std::size_t>(1, names.size()));
   const double width = kLetterWidth * static_cast<double>(longest) + 6;
   const auto step = static_cast<std::size_t>(std::max(1.0, std::ceil(width / room)));
   for (std::size_t i = 0; i < names.size(); i += step) {
-    const Vector2d at(area.at(static_cast<double>(i) + 1, area.low.y()).x(), area.box.max().y());
+    const Vector2d at(area_.at(static_cast<double>(i) + 1, area_.low.y()).x(), area_.box.max().y());
     const double half = 0.5 * kLetterWidth * static_cast<double>(std::min(names[i].size(), kMostLetters));
     if (at.x() + half > width_) break;
-    addLine(at, at + Vector2d(0, 3), "class=\"mark\"");
-    addText(at + Vector2d(0, 14), clippedText(names[i], kMostLetters), "middle", "class=\"tick\"");
+    addLine(at, at + Vector2d(0, 3), "mark");
+    addText(at + Vector2d(0, 14), clippedText(names[i], kMostLetters), "middle", "tick");
   }
-  addText({area.box.center().x(), area.box.max().y() + 29}, x_name, "middle", "class=\"axis\"");
+  addText({area_.box.center().x(), area_.box.max().y() + 29}, x_name, "middle", "axis");
 }
 
-void FigureCanvas::addValues(const PlotArea& area, std::string_view y_name) {
-  const Vector2d low = area.box.min();
-  const Vector2d high = area.box.max();
+void FigureCanvas::addValues(std::string_view y_name) {
+  const Vector2d low = area_.box.min();
+  const Vector2d high = area_.box.max();
   const std::vector<double> ys =
-      roundTicks(area.low.y(), area.high.y(), std::max(2, static_cast<int>((high.y() - low.y()) / 32)));
+      roundTicks(area_.low.y(), area_.high.y(), std::max(2, static_cast<int>((high.y() - low.y()) / 32)));
   for (const double y : ys) {
-    const double at = area.at(area.low.x(), y).y();
-    addLine({low.x(), at}, {high.x(), at}, "class=\"grid\"");
-    addText({low.x() - 5, at + 4}, tickText(y, ys.size() > 1 ? ys[1] - ys[0] : 1), "end", "class=\"tick\"");
+    const double at = area_.at(area_.low.x(), y).y();
+    addLine({low.x(), at}, {high.x(), at}, "grid");
+    addText({low.x() - 5, at + 4}, tickText(y, ys.size() > 1 ? ys[1] - ys[0] : 1), "end", "tick");
   }
-  addRect(low, high, "class=\"frame\"");
-  addText({low.x(), low.y() - 6}, y_name, "start", "class=\"axis\"");
+  addRect(low, high, "frame");
+  addText({low.x(), low.y() - 6}, y_name, "start", "axis");
 }
 
-void FigureCanvas::addImageFrame(const PlotArea& area) {
-  const Vector2d low = area.box.min();
-  const Vector2d high = area.box.max();
+void FigureCanvas::addImageFrame() {
+  const Vector2d low = area_.box.min();
+  const Vector2d high = area_.box.max();
   // A mark at 0 is at the centre of the first pixel.
-  for (const double x : roundTicks(0, area.high.x(), std::max(2, static_cast<int>((high - low).x() / 55)))) {
-    const double at = area.at(x, 0).x();
-    addLine({at, high.y()}, {at, high.y() + 3}, "class=\"mark\"");
-    addText({at, high.y() + 14}, fmt::format("{:.0f}", x), "middle", "class=\"tick\"");
+  for (const double x : roundTicks(0, area_.high.x(), std::max(2, static_cast<int>((high - low).x() / 55)))) {
+    const double at = area_.at(x, 0).x();
+    addLine({at, high.y()}, {at, high.y() + 3}, "mark");
+    addText({at, high.y() + 14}, fmt::format("{:.0f}", x), "middle", "tick");
   }
-  for (const double y : roundTicks(0, area.high.y(), std::max(2, static_cast<int>((high - low).y() / 45)))) {
-    const double at = area.at(0, y).y();
-    addLine({low.x() - 3, at}, {low.x(), at}, "class=\"mark\"");
-    addText({low.x() - 5, at + 4}, fmt::format("{:.0f}", y), "end", "class=\"tick\"");
+  for (const double y : roundTicks(0, area_.high.y(), std::max(2, static_cast<int>((high - low).y() / 45)))) {
+    const double at = area_.at(0, y).y();
+    addLine({low.x() - 3, at}, {low.x(), at}, "mark");
+    addText({low.x() - 5, at + 4}, fmt::format("{:.0f}", y), "end", "tick");
   }
-  addText({low.x() - 8, high.y() + 14}, "px", "end", "class=\"axis\"");
-  addRect(low, high, "class=\"frame\"");
+  addText({low.x() - 8, high.y() + 14}, "px", "end", "axis");
+  addRect(low, high, "frame");
 }
 
 void FigureCanvas::addMeanArrows(const std::string& d) {
-  addPath(d, "class=\"mean halo-line\"");
-  addPath(d, "class=\"mean\"");
+  addPath(d, "mean halo-line");
+  addPath(d, "mean");
 }
 
-void FigureCanvas::addClip(std::string_view id, const PlotArea& area) {
+void FigureCanvas::addClip(std::string_view id) {
   addRaw(fmt::format("<clipPath id=\"{}\">", id));
-  addRect(area.box.min(), area.box.max(), "");
+  addArea("");
   addRaw("</clipPath>\n");
+}
+
+void FigureCanvas::addRing(const Vector2d& at, double radius) {
+  addCircle(at, radius, "worst worst-halo");
+  addCircle(at, radius, "worst");
 }
 
 void FigureCanvas::addLegend(const Vector2d& at, const Legend& legend) {
@@ -325,17 +352,15 @@ void FigureCanvas::addLegend(const Vector2d& at, const Legend& legend) {
     if (place.x() > at.x() && place.x() + length > width_) place = {at.x(), place.y() + kLegendRow};
     const Vector2d middle = place + Vector2d(0.5 * kSwatch, 0.5 * kSwatch);
     if (end_of_length > 0) {
-      addPath(arrowPath({place.x(), middle.y()}, {swatch, 0}),
-              fmt::format("class=\"{}\"", shape.substr(end_of_length + 1)));
+      addPath(arrowPath({place.x(), middle.y()}, {swatch, 0}), shape.substr(end_of_length + 1));
     } else if (shape.starts_with("line")) {
-      addLine(middle - Vector2d(0.5 * kSwatch, 0), middle + Vector2d(0.5 * kSwatch, 0),
-              fmt::format("class=\"{}\"", shape.substr(5)));
+      addLine(middle - Vector2d(0.5 * kSwatch, 0), middle + Vector2d(0.5 * kSwatch, 0), shape.substr(5));
     } else if (shape.starts_with("star")) {
-      addPath(starPath(middle, 7), fmt::format("class=\"{}\"", shape.substr(5)));
+      addPath(starPath(middle, 7), shape.substr(5));
     } else if (shape.starts_with("dot")) {
-      addCircle(middle, 3, fmt::format("class=\"{}\"", shape.substr(4)));
+      addCircle(middle, 3, shape.substr(4));
     } else {
-      addRect(place, place + Vector2d(kSwatch, kSwatch), fmt::format("class=\"{}\"", shape));
+      addRect(place, place + Vector2d(kSwatch, kSwatch), shape);
     }
     addText(place + Vector2d(swatch + 5, kSwatch - 2), words, "start");
     place.x() += length;
@@ -379,16 +404,15 @@ void FigureCanvas::addCaption(std::string_view text) {
   }
 }
 
-std::string FigureCanvas::addErrorCells(const PlotArea& area, int columns, int rows,
-                                        const std::vector<ErrorCell>& cells) {
+std::string FigureCanvas::addErrorCells(int columns, int rows, const std::vector<ErrorCell>& cells) {
   const double most = std::ranges::max_element(cells, {}, &ErrorCell::rms_px)->rms_px;
-  const Vector2d sides = area.box.sizes().cwiseQuotient(Vector2d(columns, rows));
+  const Vector2d sides = area_.box.sizes().cwiseQuotient(Vector2d(columns, rows));
   std::string arrows;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const ErrorCell& cell = cells[i];
     if (cell.count == 0) continue;
     const int index = static_cast<int>(i);
-    const Vector2d low = area.box.min() + sides.cwiseProduct(Vector2d(index % columns, index / columns));
+    const Vector2d low = area_.box.min() + sides.cwiseProduct(Vector2d(index % columns, index / columns));
     addRect(low, low + sides,
             fmt::format("class=\"warmth\" fill-opacity=\"{:.2f}\" data-count=\"{}\" data-rms=\"{:.9g}\"",
                         0.1 + 0.5 * (most > 0 ? cell.rms_px / most : 0), cell.count, cell.rms_px));
@@ -404,28 +428,10 @@ std::string FigureCanvas::svg(std::string_view alt, std::string_view attributes)
       svg_);
 }
 
-Figure FigureCanvas::drawn(Figure words, std::string_view attributes) const {
+Figure FigureCanvas::drawn(Figure words, const Legend& legend, std::string_view attributes) {
+  if (!legend.empty()) addLegend(legend);
   words.svg = svg(words.alt, attributes);
   return words;
-}
-
-ImagePlot imagePlot(const ImageSize& size, double width) {
-  constexpr double kLeft = 36;
-  constexpr double kRight = 10;
-  constexpr double kTop = 8;
-  constexpr double kMarks = 22;
-  const double most_height = 0.75 * width;
-  const double most_width = width - kLeft - kRight;
-  const double scale = std::min(most_width / size.width, most_height / size.height);
-  const Vector2d sides(scale * size.width, scale * size.height);
-  const double left = kLeft + 0.5 * (most_width - sides.x());
-  ImagePlot plot;
-  plot.area = {.box = {Vector2d(left, kTop), Vector2d(left + sides.x(), kTop + sides.y())},
-               .low = {-0.5, -0.5},
-               .high = {size.width - 0.5, size.height - 0.5},
-               .is_upward = false};
-  plot.legend_top = kTop + sides.y() + kMarks;
-  return plot;
 }
 
 }  // namespace alidade

@@ -36,6 +36,9 @@ struct Figure {
 /// A path through the points: "M0,0 L1,2 ".
 [[nodiscard]] std::string pathThrough(const std::vector<Eigen::Vector2d>& points, bool is_closed = false);
 
+/// The corners of a box in turn, beginning with the least values.
+[[nodiscard]] std::vector<Eigen::Vector2d> cornersOf(const Eigen::AlignedBox2d& box);
+
 /// An arrow; a short one has no head, and an invisibly short one is omitted.
 [[nodiscard]] std::string arrowPath(const Eigen::Vector2d& from, const Eigen::Vector2d& along);
 /// A star with five points.
@@ -77,6 +80,9 @@ using Legend = std::vector<std::pair<std::string, std::string>>;
 /// The entries for the colours of cells, up to the largest RMS.
 [[nodiscard]] Legend warmthLegend(double most_px);
 
+/// The largest area with an image's aspect ratio in a drawing of this width, with room for marks.
+[[nodiscard]] PlotArea imageArea(const ImageSize& size, double width);
+
 /// Errors in a part of an image.
 struct ErrorCell {
   int count = 0;
@@ -91,13 +97,26 @@ class FigureCanvas {
   static constexpr double kWidth = 440;
   static constexpr double kFileWidth = 660;  ///< width of figure files, so that paths fit under them
   static constexpr double kTextSize = 11;
+  static constexpr double kMarks = 22;  ///< room for the marks under an image
 
   explicit FigureCanvas(double height, double width = kWidth) : width_(width), height_(height) {}
+  /// A drawing around an area. It ends `below` under the area, where a legend begins.
+  explicit FigureCanvas(const PlotArea& area, double below = kMarks, double width = kWidth)
+      : area_(area), width_(width), height_(area.box.max().y() + below) {}
+  /// A drawing over an image. @param ground  class of the background
+  FigureCanvas(const ImageSize& size, std::string_view ground);
+  /// A chart without axes, of values from `low` to `high`.
+  FigureCanvas(const Eigen::Vector2d& low, const Eigen::Vector2d& high);
 
   [[nodiscard]] double width() const { return width_; }
   [[nodiscard]] double height() const { return height_; }
+  [[nodiscard]] const PlotArea& area() const { return area_; }
+  /// The place in the drawing of a value in the area.
+  [[nodiscard]] Eigen::Vector2d at(const Eigen::Vector2d& value) const { return area_.at(value); }
+  [[nodiscard]] Eigen::Vector2d at(double x, double y) const { return area_.at(x, y); }
+  [[nodiscard]] std::vector<Eigen::Vector2d> at(const std::vector<Eigen::Vector2d>& values) const;
 
-  /// @param attributes  literal text in the element: class="dots"
+  /// @param attributes  names of classes, or literal attributes: class="dots" rx="4"
   void open(std::string_view attributes);
   void close();
   void addPath(const std::string& d, std::string_view attributes);
@@ -107,25 +126,30 @@ class FigureCanvas {
   /// @param anchor  start, middle or end
   void addText(const Eigen::Vector2d& at, std::string_view text, std::string_view anchor = "middle",
                std::string_view attributes = "");
+  /// A rectangle over the whole area.
+  void addArea(std::string_view attributes) { addRect(area_.box.min(), area_.box.max(), attributes); }
   /// A clip path with this id around the area.
-  void addClip(std::string_view id, const PlotArea& area);
+  void addClip(std::string_view id);
+  /// A ring with contrast to what lies below.
+  void addRing(const Eigen::Vector2d& at, double radius);
   /// Arrows with contrast to what lies below. @param d  see arrowPath()
   void addMeanArrows(const std::string& d);
   /// Inserts SVG unchanged.
   void addRaw(std::string_view svg) { svg_ += svg; }
 
   /// Frame, marks with their values, and the names of both axes.
-  void addAxes(const PlotArea& area, std::string_view x_name, std::string_view y_name);
+  void addAxes(std::string_view x_name, std::string_view y_name);
   /// The same with names at x = 1, 2, 3 and so on; if there are many, only every n-th.
-  void addNamedAxes(const PlotArea& area, const std::vector<std::string>& names, std::string_view x_name,
-                    std::string_view y_name);
+  void addNamedAxes(const std::vector<std::string>& names, std::string_view x_name, std::string_view y_name);
   /// Only the names.
-  void addNames(const PlotArea& area, const std::vector<std::string>& names, std::string_view x_name);
+  void addNames(const std::vector<std::string>& names, std::string_view x_name);
   /// Frame and marks in pixels of an image.
-  void addImageFrame(const PlotArea& area);
+  void addImageFrame();
   /// Rows of swatches with labels; the drawing grows to fit them. The first word of a class may be "line",
   /// "dot", "star" or, with the length before the class, "arrow 25"; otherwise it is a filled square.
   void addLegend(const Eigen::Vector2d& at, const Legend& legend);
+  /// The same under the area.
+  void addLegend(const Legend& legend) { addLegend({area_.box.min().x(), height_}, legend); }
 
   /// A row below the drawing with a bar of the ramp's colours between labels for its ends.
   void addRamp(std::string_view least, std::string_view most);
@@ -133,29 +157,21 @@ class FigureCanvas {
   void addCaption(std::string_view text);
   /// Draws cells over an image row by row, coloured by RMS, with RMS and count as data-rms and data-count.
   /// @returns a path of their arrows
-  std::string addErrorCells(const PlotArea& area, int columns, int rows, const std::vector<ErrorCell>& cells);
+  std::string addErrorCells(int columns, int rows, const std::vector<ErrorCell>& cells);
 
   /// The complete element. @param alt  description for readers who cannot see it
   [[nodiscard]] std::string svg(std::string_view alt, std::string_view attributes = "") const;
-  /// The figure including the element.
-  [[nodiscard]] Figure drawn(Figure words, std::string_view attributes = "") const;
+  /// The figure with the element, after the legend under the area.
+  [[nodiscard]] Figure drawn(Figure words, const Legend& legend = {}, std::string_view attributes = "");
 
  private:
   // Frame, and marks of y.
-  void addValues(const PlotArea& area, std::string_view y_name);
+  void addValues(std::string_view y_name);
 
+  PlotArea area_;
   double width_;
   double height_;
   std::string svg_;
 };
-
-/// The largest area with an image's aspect ratio in a drawing, with room for marks, and the start of a
-/// legend.
-struct ImagePlot {
-  PlotArea area;
-  double legend_top = 0;
-};
-/// @param width  of the drawing
-[[nodiscard]] ImagePlot imagePlot(const ImageSize& size, double width = FigureCanvas::kWidth);
 
 }  // namespace alidade

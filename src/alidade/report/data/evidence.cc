@@ -2,18 +2,21 @@
 #include "alidade/report/data/evidence.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
+#include <utility>
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/core/mapped.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/report/data/json_output.h"
-#include "alidade/report/data/shape_json.h"
+#include "alidade/rig/rig_calibrator.h"
 
 namespace alidade {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(StartReport, num_tried, num_solved, num_agreed, num_optima)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TiltCounts, left, right, upper, lower)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ExcludedView, image, reason)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RepeatedView, image, same_as)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewInfluence, move_sigmas, surprise_sigmas)
 
 void to_json(json& j, const ModelCandidate& c) {
@@ -29,14 +32,6 @@ void to_json(json& j, const ModelChoice& choice) {
        {"reference", choice.reference},
        {"field_rad", choice.field_rad},
        {"fisheye_models_considered", choice.is_wide}};
-}
-
-void to_json(json& j, const ExcludedView& view) {
-  j = {{"image", view.image}, {"reason", view.reason}};
-}
-
-void to_json(json& j, const RepeatedView& view) {
-  j = {{"image", view.image}, {"same_as", view.same_as}};
 }
 
 void to_json(json& j, const Outlier& o) {
@@ -91,23 +86,67 @@ void to_json(json& j, const ViewCoverage& view) {
 }
 
 void to_json(json& j, const CoverageReport& coverage) {
+  const std::vector<double> fills = mapped(coverage.views, &ViewCoverage::fill);
   j = {{"grid",
         {{"columns", coverage.columns}, {"rows", coverage.rows}, {"num_corners", coverage.num_corners}}},
        {"share", coverage.share},
        {"border_share", coverage.border_share},
        {"num_image_corners", coverage.num_image_corners},
        {"empty_regions", coverage.empty_regions},
-       {"num_tilted_15_degrees", coverage.num_tilted},
-       {"num_tilted_30_degrees", coverage.num_steep},
-       {"num_tilted_to", coverage.tilts},
+       {"num_tilted_15_degrees", coverage.numTilted(kTiltedRad)},
+       {"num_tilted_30_degrees", coverage.numTilted(kSteepRad)},
+       {"num_tilted_to", json::object()},
        {"nearest_m", coverage.nearest_m},
        {"farthest_m", coverage.farthest_m},
-       {"smallest_fill", coverage.smallest_fill},
-       {"largest_fill", coverage.largest_fill},
+       {"smallest_fill", fills.empty() ? 0 : std::ranges::min(fills)},
+       {"largest_fill", fills.empty() ? 0 : std::ranges::max(fills)},
        {"views", coverage.views}};
+  for (std::size_t side = 0; side < kSideNames.size(); ++side)
+    j["num_tilted_to"][kSideNames[side]] = coverage.num_tilted_to[side];
 }
 
 namespace {
+
+// A single value for the only board of a fit, or a list with one value per board.
+template <class ValueOf>
+json ofEachBoard(const Fit& fit, const ValueOf& valueOf) {
+  if (fit.boards.size() == 1) return valueOf(std::size_t{0});
+  json list = json::array();
+  for (std::size_t board = 0; board < fit.boards.size(); ++board) list.push_back(valueOf(board));
+  return list;
+}
+
+// The bend of a board (m), 0 if it is not estimated, and for an uneven board the offsets of its points, m, in
+// the board's frame. If there are several boards, each has its SPEC and the number of its views.
+json fittedShapeJson(const Fit& fit, std::size_t board) {
+  const FitBoard& of_board = fit.boards[board];
+  const bool is_estimated = !of_board.is_shape_fixed;
+  const BoardShape bend = is_estimated ? of_board.shape : BoardShape{};
+  json document = {{"estimated", is_estimated},
+                   {"bend_x_m", bend.bend_x_m},
+                   {"bend_y_m", bend.bend_y_m},
+                   {"uneven", of_board.isUneven()}};
+  if (of_board.isUneven()) {
+    const Eigen::Vector2d rms_m = offsetRms(of_board.shape);
+    document["offsets_m"] =
+        mapped(of_board.shape.offsets_m, [](const Eigen::Vector3d& offset) { return vectorJson(offset); });
+    document["offset_rms_in_plane_m"] = rms_m.x();
+    document["offset_rms_across_m"] = rms_m.y();
+  }
+  if (fit.boards.size() > 1) {
+    document["board"] = of_board.target.spec();
+    document["num_views"] = numViews(fit, board);
+  }
+  return document;
+}
+
+json cornersJson(const FitView& view) {
+  json corners = json::array();
+  for (std::size_t i = 0; i < view.corners.size(); ++i)
+    corners.push_back(
+        CornerError{.id = view.corners[i].id, .pixel = view.corners[i].pixel, .error_px = view.errors[i]});
+  return corners;
+}
 
 // Documents of one board keep their original form: with several boards, lists replace single values, and
 // entries that belong to a view name its board.
@@ -242,7 +281,7 @@ json targetJson(const Guidance& guidance) {
   const TargetReport& target = *guidance.target;
   return {{"target_px", target.target_px},
           {"worst_px", guidance.worst_px},
-          {"reached", target.is_reached},
+          {"reached", target.isReached()},
           {"num_more_views", orNull(target.num_more_views)},
           {"forecast_px", target.forecast_px}};
 }
@@ -256,44 +295,34 @@ json uncertaintyJson(const Calibration& result) {
     for (std::size_t i = 0; i < names.size(); ++i) values.push_back(valueOf(static_cast<int>(i)));
     return parametersJson(names, values);
   };
-  json document = {
+  const auto strongest = known.strongestCorrelation();
+  return {
       {"parameters", parametersJson(names, onlyCamera(result.fit).params)},
       {"parameter_order", names},  // order of the covariances, because JSON objects are unordered
       {"parameter_std", byName([&](int i) { return known.parameterStd(i); })},
       {"parameter_std_by_noise", byName([&](int i) { return known.parameterStdByNoise(i); })},
-      {"parameter_std_by_view", nullptr},
-      {"view_excess", nullptr},
-      {"covariance", nullptr},
-      {"covariance_by_noise", nullptr},
-      {"strongest_correlation", nullptr},
-      {"projection_std", nullptr},
+      {"parameter_std_by_view",
+       known.by_views ? byName([&](int i) { return known.by_views->effectiveStd(i); }) : json()},
+      {"view_excess", known.by_views ? json{{"variance_ratio", known.by_views->excess},
+                                            {"sigmas", known.by_views->excess_sigmas},
+                                            {"exceeded", known.isNoiseExceeded()}}
+                                     : json()},
+      {"covariance", known.covariance ? json(lowerTriangle(known.statedCovariance())) : json()},
+      {"covariance_by_noise", known.covariance ? json(lowerTriangle(*known.covariance)) : json()},
+      {"strongest_correlation", strongest ? json{{"parameters",
+                                                  {names[static_cast<std::size_t>(strongest->first)],
+                                                   names[static_cast<std::size_t>(strongest->second)]}},
+                                                 {"value", strongest->value}}
+                                          : json()},
+      {"projection_std", known.projection_far ? json{{"infinity", *known.projection_far},
+                                                     {"board_distance", *known.projection_near},
+                                                     {"board_distance_m", known.board_distance_m}}
+                                              : json()},
   };
-  if (known.by_views) {
-    document["parameter_std_by_view"] = byName([&](int i) { return known.by_views->effectiveStd(i); });
-    document["view_excess"] = {{"variance_ratio", known.by_views->excess},
-                               {"sigmas", known.by_views->excess_sigmas},
-                               {"exceeded", known.isNoiseExceeded()}};
-  }
-  if (known.covariance) {
-    document["covariance"] = lowerTriangle(known.statedCovariance());
-    document["covariance_by_noise"] = lowerTriangle(*known.covariance);
-  }
-  if (const auto strongest = known.strongestCorrelation()) {
-    document["strongest_correlation"] = {{"parameters",
-                                          {names[static_cast<std::size_t>(strongest->first)],
-                                           names[static_cast<std::size_t>(strongest->second)]}},
-                                         {"value", strongest->value}};
-  }
-  if (known.projection_far) {
-    document["projection_std"] = {{"infinity", *known.projection_far},
-                                  {"board_distance", *known.projection_near},
-                                  {"board_distance_m", known.board_distance_m}};
-  }
-  return document;
 }
 
 json documentOf(const Calibration& result, const GivenImages& given, std::span<const View> views,
-                const Advice& advice) {
+                const Guidance& guidance) {
   const Uncertainty& known = result.uncertainty;
   const SolveSummary& solver = result.fit.summary;
   json document = uncertaintyJson(result);
@@ -348,21 +377,67 @@ json documentOf(const Calibration& result, const GivenImages& given, std::span<c
         {"focal_share", known.variations.focal_share}}},
       {"views", viewsJson(result)},
       {"notes", given.notes},
-      {"coverage", advice.coverage},
-      {"next_view", nextViewJson(advice.guidance, result.imageSize())},
-      {"target", targetJson(advice.guidance)},
+      {"coverage", guidance.coverage},
+      {"next_view", nextViewJson(guidance, result.imageSize())},
+      {"target", targetJson(guidance)},
   });
-  document["coverage"]["views"] = withBoards(result, advice.coverage.views);
+  document["coverage"]["views"] = withBoards(result, guidance.coverage.views);
   return document;
 }
 
-}  // namespace
-
-Advice adviceOn(const Calibration& result, const std::vector<View>& views, std::optional<double> target_px) {
-  Advice advice{.coverage = coverageOf(result, views), .guidance = {}};
-  advice.guidance = guide(result, advice.coverage, target_px);
-  return advice;
+json imagesJson(const RigCalibration& rig, const std::vector<RigImage>& images) {
+  json list = json::array();
+  for (const RigImage& image : images) {
+    list.push_back(
+        {{"camera", rig.cameras[image.camera].name}, {"image", image.image}, {"frame", image.frame}});
+  }
+  return list;
 }
+
+// The frames are those in which two or more cameras saw a board, as in the rig file.
+json documentOfRig(const RigCalibration& rig) {
+  json cameras = json::array();
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const RigCamera& camera = rig.cameras[c];
+    const FitCamera& fitted = rig.fit.cameras[c];
+    cameras.push_back({{"name", camera.name},
+                       {"model", fitted.model},
+                       {"image_size", fitted.size},
+                       {"parameters", parametersJson(parameterNames(fitted.model), fitted.params)},
+                       {"camera_from_rig", fitted.camera_from_rig},
+                       {"translation_std_m", vectorJson(camera.link.translation_std_m)},
+                       {"rotation_std_rad", vectorJson(camera.link.rotation_std_rad)},
+                       {"position_std_m", vectorJson(camera.link.position_std_m)},
+                       {"distance_std_m", camera.link.distance_std_m},
+                       {"rms_px", camera.rms_px},
+                       {"alone_rms_px", camera.alone_rms_px},
+                       {"transfer_px", camera.link.transfer_px}});
+  }
+  json motions = json::array();
+  for (const CameraMotion& motion : rig.motions) {
+    motions.push_back({{"camera", rig.cameras[motion.camera].name},
+                       {"from_frame", motion.from_frame},
+                       {"after_from_before", motion.after_from_before},
+                       {"effect_px", motion.effect_px},
+                       {"num_views_after", motion.num_after}});
+  }
+  return {{"verdict", verdictName(rig.verdict())},
+          {"rms_px", rms(rig.fit)},
+          {"num_frames", numLinkedFrames(rig)},
+          {"num_linked", rig.links.num_linked},
+          {"num_renumbered", rig.links.num_renumbered},
+          {"holdout_rms_px", rig.holdout.rms_px},
+          {"time_spread", rig.frames.time_spread},
+          {"unlinked", imagesJson(rig, rig.links.unlinked)},
+          {"unmatched", imagesJson(rig, rig.frames.unmatched)},
+          {"motions", std::move(motions)},
+          {"cameras", std::move(cameras)},
+          {"board_shape",
+           ofEachBoard(rig.fit, [&](std::size_t board) { return fittedShapeJson(rig.fit, board); })},
+          {"diagnoses", rig.diagnoses}};
+}
+
+}  // namespace
 
 std::size_t numImagesUsed(const Calibration& result) {
   const std::vector<FitView>& views = result.fit.views;
@@ -375,24 +450,51 @@ std::size_t numImagesUsed(const Calibration& result) {
 }
 
 std::string summaryJson(const Calibration& result, const GivenImages& given, std::span<const View> views,
-                        const Advice& advice) {
-  return jsonText(documentOf(result, given, views, advice));
+                        const Guidance& guidance) {
+  return jsonText(documentOf(result, given, views, guidance));
 }
 
 json evidenceDocument(const Calibration& result, const GivenImages& given, std::span<const View> views,
-                      const Advice& advice, const EvidenceOrigin& origin) {
-  json document = documentOf(result, given, views, advice);
-  for (std::size_t v = 0; v < result.fit.views.size(); ++v) {
-    const FitView& view = result.fit.views[v];
-    json& corners = document["views"][v]["corners"] = json::array();
-    for (std::size_t i = 0; i < view.corners.size(); ++i) {
-      corners.push_back(cornerJson(view.corners[i].id, view.corners[i].pixel, view.errors[i]));
-    }
-  }
+                      const Guidance& guidance, const EvidenceOrigin& origin) {
+  json document = documentOf(result, given, views, guidance);
+  for (std::size_t v = 0; v < result.fit.views.size(); ++v)
+    document["views"][v]["corners"] = cornersJson(result.fit.views[v]);
   document["settings"] = json::object();
   for (const auto& [name, values] : origin.settings) document["settings"][name] = values;
   document["tolerance_px"] = origin.tolerance_px;
   document["created_by"] = origin.created_by;
+  return document;
+}
+
+std::string rigSummaryJson(const RigCalibration& rig) {
+  return jsonText(documentOfRig(rig));
+}
+
+json rigEvidenceDocument(const RigCalibration& rig, double tolerance_px, const std::string& created_by) {
+  json document = documentOfRig(rig);
+  document["kind"] = "rig";
+  document["tolerance_px"] = tolerance_px;
+  document["created_by"] = created_by;
+  document["frames"] = rig.frames.names;
+  json& boards = document["boards"] = json::array();
+  for (const FitBoard& board : rig.fit.boards) boards.push_back(board.target.spec());
+  json& placements = document["placements"] = json::array();
+  for (const FitPlacement& placement : rig.fit.placements) {
+    placements.push_back({{"frame", placement.frame},
+                          {"board", placement.board},
+                          {"rig_from_board", placement.rig_from_board}});
+  }
+  json& views = document["views"] = json::array();
+  for (const FitView& view : rig.fit.views) {
+    double sum = 0;
+    for (const Eigen::Vector2d& error : view.errors) sum += error.squaredNorm();
+    const auto count = static_cast<double>(std::max<std::size_t>(1, view.corners.size()));
+    views.push_back({{"camera", view.camera},
+                     {"placement", view.placement},
+                     {"image", view.image},
+                     {"rms_px", std::sqrt(sum / count)},
+                     {"corners", cornersJson(view)}});
+  }
   return document;
 }
 

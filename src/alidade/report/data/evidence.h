@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -11,8 +10,8 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/guide/coverage.h"
 #include "alidade/guide/guidance.h"
+#include "alidade/rig/rig_calibration.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -25,23 +24,13 @@ struct GivenImages {
   std::vector<std::string> notes;
 };
 
-/// Advice on the photographs: those that were taken, and the next one.
-struct Advice {
-  CoverageReport coverage;
-  Guidance guidance;
-};
-
-/// @param target_px  see guide()
-[[nodiscard]] Advice adviceOn(const Calibration& result, const std::vector<View>& views,
-                              std::optional<double> target_px = std::nullopt);
-
 /// The number of images with a view in the fit.
 [[nodiscard]] std::size_t numImagesUsed(const Calibration& result);
 
 /// All results of a calibration, for programs: one JSON document.
 /// @param views  as given to calibrate()
 [[nodiscard]] std::string summaryJson(const Calibration& result, const GivenImages& given,
-                                      std::span<const View> views, const Advice& advice);
+                                      std::span<const View> views, const Guidance& guidance);
 
 /// Origin of the evidence.
 struct EvidenceOrigin {
@@ -52,7 +41,16 @@ struct EvidenceOrigin {
 
 /// The same with the settings and the errors of all corners; input of reportPage().
 [[nodiscard]] nlohmann::json evidenceDocument(const Calibration& result, const GivenImages& given,
-                                              std::span<const View> views, const Advice& advice,
+                                              std::span<const View> views, const Guidance& guidance,
                                               const EvidenceOrigin& origin);
+
+/// All results of the calibration of a rig, for programs: one JSON document.
+[[nodiscard]] std::string rigSummaryJson(const RigCalibration& rig);
+
+/// The same with boards, frames and the errors of all corners; input of reportPage().
+/// @param tolerance_px  see CalibratorOptions
+/// @param created_by    program and version
+[[nodiscard]] nlohmann::json rigEvidenceDocument(const RigCalibration& rig, double tolerance_px,
+                                                 const std::string& created_by);
 
 }  // namespace alidade

@@ -69,11 +69,11 @@ json unitsJson(const Fleet& fleet) {
                     {"drift", nullptr}});
   }
   for (const FleetGroup& group : fleet.groups)
-    for (std::size_t i = 0; i < group.differences.size(); ++i)
-      list[group.units[i]]["from_typical"] = differenceFields(group.differences[i]);
-  for (const UnitDrift& drift : fleet.drifts) {
+    for (const UnitDifference& difference : group.differences)
+      list[difference.unit]["from_typical"] = differenceFields(difference);
+  for (const UnitDifference& drift : fleet.drifts) {
     list[drift.unit]["previous"] = drift.previous;
-    list[drift.unit]["drift"] = differenceFields(drift.difference);
+    list[drift.unit]["drift"] = differenceFields(drift);
   }
   return list;
 }

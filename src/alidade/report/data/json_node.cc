@@ -27,13 +27,8 @@ ImageSize readSize(const JsonNode& node) {
 
 SE3 readPose(const JsonNode& node) {
   const JsonNode quaternion = node["quaternion_xyzw"];
-  const JsonNode translation = node["translation_m"];
-  quaternion.requireSize(4);
-  translation.requireSize(3);
-  const Eigen::Quaterniond q(quaternion.at(3).finite(), quaternion.at(0).finite(), quaternion.at(1).finite(),
-                             quaternion.at(2).finite());
-  return {quaternion.made([&] { return SO3::fromQuaternion(q); }),
-          {translation.at(0).finite(), translation.at(1).finite(), translation.at(2).finite()}};
+  const Eigen::Quaterniond q(readVector<4>(quaternion));
+  return {quaternion.made([&] { return SO3::fromQuaternion(q); }), readVector<3>(node["translation_m"])};
 }
 
 Severity readSeverity(const JsonNode& node) {

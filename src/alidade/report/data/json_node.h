@@ -29,10 +29,8 @@ class JsonNode {
     if (!value_->is_object()) refuse("an object");
     const auto found = value_->find(key);
     if (found == value_->end())
-      throw inputError({.where = *file_ + ": " + (place().empty() ? "" : place() + ".") + key,
-                        .found = "missing",
-                        .expected = "the evidence of a calibration of one camera",
-                        .next_step = "write it again with alidade calibrate --evidence"});
+      throw errorAt((place().empty() ? "" : place() + ".") + key, "missing",
+                    "the evidence of a calibration of one camera");
     return {*found, *this, key, 0};
   }
   [[nodiscard]] JsonNode at(std::size_t i) const { return {(*value_)[i], *this, nullptr, i}; }
@@ -90,22 +88,24 @@ class JsonNode {
       return make();
     } catch (const Error& error) {
       const std::string complaint = error.what();
-      throw inputError({.where = *file_ + ": " + place(),
-                        .found = complaint.substr(0, complaint.find('\n')),
-                        .next_step = "write it again with alidade calibrate --evidence"});
+      throw errorAt(place(), complaint.substr(0, complaint.find('\n')), "");
     }
   }
   [[noreturn]] void refuse(const std::string& expected) const {
-    throw inputError({.where = *file_ + (place().empty() ? "" : ": " + place()),
-                      .found = value_->is_structured() ? "a value of another kind" : value_->dump(),
-                      .expected = expected,
-                      .next_step = "write it again with alidade calibrate --evidence"});
+    throw errorAt(place(), value_->is_structured() ? "a value of another kind" : value_->dump(), expected);
   }
 
  private:
   JsonNode(const nlohmann::json& value, const JsonNode& parent, const char* key, std::size_t index)
       : value_(&value), file_(parent.file_), parent_(&parent), key_(key), index_(index) {}
 
+  [[nodiscard]] Error errorAt(const std::string& at, const std::string& found,
+                              const std::string& expected) const {
+    return inputError({.where = *file_ + (at.empty() ? "" : ": " + at),
+                       .found = found,
+                       .expected = expected,
+                       .next_step = "write it again with alidade calibrate --evidence"});
+  }
   [[nodiscard]] std::string place() const {
     if (parent_ == nullptr) return "";
     const std::string before = parent_->place();
@@ -123,6 +123,14 @@ class JsonNode {
 // Readers of values that occur in several documents.
 
 [[nodiscard]] std::string textOf(const JsonNode& node);
+/// A list of so many finite numbers.
+template <int kSize>
+[[nodiscard]] Eigen::Vector<double, kSize> readVector(const JsonNode& node) {
+  node.requireSize(kSize);
+  Eigen::Vector<double, kSize> vector;
+  for (std::size_t i = 0; i < kSize; ++i) vector(static_cast<Eigen::Index>(i)) = node.at(i).finite();
+  return vector;
+}
 [[nodiscard]] ImageSize readSize(const JsonNode& node);
 [[nodiscard]] SE3 readPose(const JsonNode& node);
 [[nodiscard]] std::vector<Diagnosis> readFindings(const JsonNode& node);

@@ -13,6 +13,7 @@
 #include "alidade/core/diagnosis.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/target/corner_error.h"
 
 // JSON output of the program. Numbers that are not finite become null, because JSON has none.
 
@@ -35,11 +36,6 @@ template <class T>
 }
 [[nodiscard]] inline json vectorJson(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
-}
-
-/// A corner of a view. @param error_px  projected minus observed
-[[nodiscard]] inline json cornerJson(int id, const Eigen::Vector2d& pixel, const Eigen::Vector2d& error_px) {
-  return {{"id", id}, {"u", pixel.x()}, {"v", pixel.y()}, {"dx", error_px.x()}, {"dy", error_px.y()}};
 }
 
 /// The parameters by name.
@@ -67,6 +63,13 @@ template <class ValueAt>
 // Conversions that nlohmann-json finds automatically.
 inline void to_json(json& j, const ImageSize& size) {
   j = {{"width", size.width}, {"height", size.height}};
+}
+inline void to_json(json& j, const CornerError& corner) {
+  j = {{"id", corner.id},
+       {"u", corner.pixel.x()},
+       {"v", corner.pixel.y()},
+       {"dx", corner.error_px.x()},
+       {"dy", corner.error_px.y()}};
 }
 inline void to_json(json& j, const Diagnosis& diagnosis) {
   j = {{"id", diagnosis.id},

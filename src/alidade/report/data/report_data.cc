@@ -27,11 +27,7 @@ BoardShape readShape(const JsonNode& node, const Board& target) {
   if (!node.has("offsets_m")) return shape;
   const JsonNode offsets = node["offsets_m"];
   offsets.requireSize(static_cast<std::size_t>(target.numCorners()));
-  for (std::size_t i = 0; i < offsets.size(); ++i) {
-    const JsonNode offset = offsets.at(i);
-    offset.requireSize(3);
-    shape.offsets_m.emplace_back(offset.at(0).finite(), offset.at(1).finite(), offset.at(2).finite());
-  }
+  shape.offsets_m = offsets.list(readVector<3>);
   return shape;
 }
 
@@ -44,10 +40,10 @@ std::vector<FitBoard> readBoards(const JsonNode& root) {
     return board;
   };
   if (!spec.isArray()) return {readOne(spec, shape)};
-  std::vector<FitBoard> boards;
+  if (spec.size() == 0) spec.refuse("at least one board");
   shape.requireSize(spec.size());
+  std::vector<FitBoard> boards;
   for (std::size_t i = 0; i < spec.size(); ++i) boards.push_back(readOne(spec.at(i), shape.at(i)));
-  if (boards.empty()) spec.refuse("at least one board");
   return boards;
 }
 
@@ -83,8 +79,11 @@ void addOutliers(const JsonNode& root, const ReportData& data, std::vector<Repor
   }
 }
 
-BoardTilt readTilt(const JsonNode& node) {
-  return {.right_rad = node["right_nearer_rad"].number(), .lower_rad = node["lower_nearer_rad"].number()};
+void addSighting(const JsonNode& node, ReportedView& view) {
+  view.distance_m = node["distance_m"].finite();
+  const JsonNode tilt = node["tilt"];
+  view.tilt = {.right_rad = tilt["right_nearer_rad"].number(),
+               .lower_rad = tilt["lower_nearer_rad"].number()};
 }
 
 void addCoverage(const JsonNode& root, CalibrationEvidence& data) {
@@ -99,11 +98,7 @@ void addCoverage(const JsonNode& root, CalibrationEvidence& data) {
       counts.list([](const JsonNode& n) { return n.whole(-1, std::numeric_limits<int>::max()); });
   const JsonNode views = coverage["views"];
   views.requireSize(data.views.size());
-  for (std::size_t v = 0; v < data.views.size(); ++v) {
-    const JsonNode view = views.at(v);
-    data.views[v].distance_m = view["distance_m"].finite();
-    data.views[v].tilt = readTilt(view["tilt"]);
-  }
+  for (std::size_t v = 0; v < data.views.size(); ++v) addSighting(views.at(v), data.views[v]);
 }
 
 std::optional<Accuracy> readAccuracy(const JsonNode& node) {
@@ -123,9 +118,7 @@ std::optional<Accuracy> readAccuracy(const JsonNode& node) {
   accuracy.covered_px = node["covered_px"].number();
   accuracy.covered_share = node["covered_share"].number();
   accuracy.worst_px = node["worst_px"].number();
-  const JsonNode worst = node["worst_pixel"];
-  worst.requireSize(2);
-  accuracy.worst_pixel = {worst.at(0).finite(), worst.at(1).finite()};
+  accuracy.worst_pixel = readVector<2>(node["worst_pixel"]);
   return accuracy;
 }
 
@@ -141,14 +134,12 @@ std::vector<ModelCandidate> readModels(const JsonNode& choice) {
   });
 }
 
-std::optional<ReportedNextView> readNextView(const JsonNode& node, const std::vector<FitBoard>& boards) {
-  if (node.isNull()) return std::nullopt;
-  ReportedNextView next{.board = readBoardIndex(node, boards),
-                        .camera_from_board = readPose(node["camera_from_board"])};
-  next.text = node["text"].text();
-  next.distance_m = node["distance_m"].finite();
-  next.tilt = readTilt(node["tilt"]);
-  return next;
+void addNextView(const JsonNode& node, CalibrationEvidence& data) {
+  if (node.isNull()) return;
+  data.next_view = {.board = readBoardIndex(node, data.boards),
+                    .camera_from_board = readPose(node["camera_from_board"])};
+  data.next_text = node["text"].text();
+  addSighting(node, *data.next_view);
 }
 
 std::vector<std::string> readSettings(const json& evidence) {
@@ -174,7 +165,7 @@ std::size_t readBoardIndex(const JsonNode& node, const std::vector<FitBoard>& bo
   return static_cast<std::size_t>(at - boards.begin());
 }
 
-ReportedCorner readCorner(const JsonNode& node, const Board& board) {
+CornerError readCorner(const JsonNode& node, const Board& board) {
   return {.id = node["id"].whole(0, board.numCorners() - 1),
           .pixel = {node["u"].finite(), node["v"].finite()},
           .error_px = {node["dx"].finite(), node["dy"].finite()}};
@@ -192,10 +183,11 @@ std::optional<Eigen::MatrixXd> readCovariance(const JsonNode& node, int n) {
   return covariance;
 }
 
-std::size_t numCorners(const ReportData& data) {
-  std::size_t count = 0;
-  for (const ReportedView& view : data.views) count += view.corners.size();
-  return count;
+std::vector<CornerError> allCorners(const ReportData& data) {
+  std::vector<CornerError> corners;
+  for (const ReportedView& view : data.views)
+    corners.insert(corners.end(), view.corners.begin(), view.corners.end());
+  return corners;
 }
 
 bool hasBlindPixels(const Accuracy& accuracy) {
@@ -234,8 +226,8 @@ CalibrationEvidence readCalibration(const nlohmann::json& evidence, const std::s
     data.parameter_std.push_back(stds[std::string(name).c_str()].number());
   data.covariance = readCovariance(root["covariance"], static_cast<int>(data.parameter_std.size()));
   data.models = readModels(root["model_choice"]);
-  data.next_view = readNextView(root["next_view"], data.boards);
-  data.created_by = root["created_by"].text();
+  addNextView(root["next_view"], data);
+  static_cast<void>(root["created_by"].text());  // on the page
   return data;
 }
 

@@ -19,41 +19,26 @@
 #include "alidade/geometry/se3.h"
 #include "alidade/guide/coverage.h"
 #include "alidade/target/board.h"
+#include "alidade/target/corner_error.h"
 
 namespace alidade {
 
 // Data of the report page, read from the evidence of a calibration (JSON, see docs/report.md). Numbers that
 // are null in the evidence are NaN here.
 
-/// A corner of a view.
-struct ReportedCorner {
-  int id = 0;
-  Eigen::Vector2d pixel{0, 0};     ///< observed position
-  Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
-
-  [[nodiscard]] Eigen::Vector2d projected() const { return pixel + error_px; }
-};
-
-/// A view of the fit, with its coverage.
+/// A view of the fit, with its coverage; or the photograph to take next, without errors.
 struct ReportedView {
   std::string image = {};
   std::size_t board = 0;  ///< index into ReportData::boards
   double rms_px = 0;
   double max_error_px = 0;
   SE3 camera_from_board = {};
-  std::vector<ReportedCorner> corners = {};   ///< used by the fit
-  std::vector<ReportedCorner> outliers = {};  ///< not used
+  std::vector<CornerError> corners = {};   ///< used by the fit
+  std::vector<CornerError> outliers = {};  ///< not used
   double distance_m = 0;
   BoardTilt tilt = {};
-};
-
-/// The photograph to take next.
-struct ReportedNextView {
-  std::size_t board = 0;
-  SE3 camera_from_board = {};
-  std::string text = {};  ///< description in words
-  double distance_m = 0;
-  BoardTilt tilt = {};
+  std::size_t camera = 0;     ///< of a rig: index into ReportedRig::cameras
+  std::size_t placement = 0;  ///< of a rig: index into ReportedRig::placements
 };
 
 /// A camera and views of boards, as input of figures.
@@ -81,15 +66,15 @@ struct CalibrationEvidence : ReportData {
   int num_images_given = 0;
   int num_images_used = 0;
   std::vector<ModelCandidate> models = {};
-  std::optional<ReportedNextView> next_view = {};
-  std::vector<std::string> reasons = {};  ///< one line for each image without a usable board
+  std::optional<ReportedView> next_view = {};  ///< the photograph to take next
+  std::string next_text = {};                  ///< the same in words
+  std::vector<std::string> reasons = {};       ///< one line for each image without a usable board
   std::vector<std::string> notes = {};
   std::vector<std::string> settings = {};  ///< as flags: "--tolerance 1px"
-  std::string created_by = {};             ///< program and version
 };
 
-/// The number of corners in all views.
-[[nodiscard]] std::size_t numCorners(const ReportData& data);
+/// The corners in all views.
+[[nodiscard]] std::vector<CornerError> allCorners(const ReportData& data);
 /// True if some pixels of the image have no ray, and so no error.
 [[nodiscard]] bool hasBlindPixels(const Accuracy& accuracy);
 /// The whole that shares refer to: "the image", or "the pixels with a ray" if some have none.
@@ -109,7 +94,7 @@ class JsonNode;
 
 /// The index of the board with the SPEC under "board", or of the only board.
 [[nodiscard]] std::size_t readBoardIndex(const JsonNode& node, const std::vector<FitBoard>& boards);
-[[nodiscard]] ReportedCorner readCorner(const JsonNode& node, const Board& board);
+[[nodiscard]] CornerError readCorner(const JsonNode& node, const Board& board);
 /// A matrix for N parameters, from the lower triangle row by row; nothing for null.
 [[nodiscard]] std::optional<Eigen::MatrixXd> readCovariance(const JsonNode& node, int n);
 

@@ -41,10 +41,11 @@ ReportedRigCamera readRigCamera(const JsonNode& node) {
   return camera;
 }
 
-ReportedRigView readRigView(const JsonNode& node, const ReportedRig& rig) {
-  ReportedRigView view{.camera = readIndex(node["camera"], rig.cameras.size()),
-                       .placement = readIndex(node["placement"], rig.placements.size()),
-                       .image = node["image"].text()};
+ReportedView readRigView(const JsonNode& node, const ReportedRig& rig) {
+  ReportedView view;
+  view.camera = readIndex(node["camera"], rig.cameras.size());
+  view.placement = readIndex(node["placement"], rig.placements.size());
+  view.image = node["image"].text();
   view.rms_px = node["rms_px"].number();
   const Board& board = rig.boards[rig.placements[view.placement].board];
   view.corners = node["corners"].list([&](const JsonNode& corner) { return readCorner(corner, board); });
@@ -97,20 +98,20 @@ ReportedRig readRig(const nlohmann::json& evidence, const std::string& file) {
   rig.views = root["views"].list([&](const JsonNode& node) { return readRigView(node, rig); });
   rig.findings = readFindings(root["diagnoses"]);
   sortDiagnoses(rig.findings);
-  rig.created_by = root["created_by"].text();
+  static_cast<void>(root["created_by"].text());  // on the page
   return rig;
 }
 
 std::vector<EpipolarPair> epipolarPairs(const ReportedRig& rig) {
   // Views by placement, then by camera.
-  std::map<std::size_t, std::vector<const ReportedRigView*>> by_placement;
-  for (const ReportedRigView& view : rig.views) by_placement[view.placement].push_back(&view);
+  std::map<std::size_t, std::vector<const ReportedView*>> by_placement;
+  for (const ReportedView& view : rig.views) by_placement[view.placement].push_back(&view);
   std::map<std::pair<std::size_t, std::size_t>, std::map<std::size_t, SquareSum>> sums;
   for (auto& [placement, views] : by_placement) {
-    std::ranges::stable_sort(views, {}, &ReportedRigView::camera);
+    std::ranges::stable_sort(views, {}, &ReportedView::camera);
     for (std::size_t i = 0; i < views.size(); ++i) {
       std::map<int, Vector2d> pixel_of;
-      for (const ReportedCorner& corner : views[i]->corners) pixel_of[corner.id] = corner.pixel;
+      for (const CornerError& corner : views[i]->corners) pixel_of[corner.id] = corner.pixel;
       for (std::size_t k = i + 1; k < views.size(); ++k) {
         const std::size_t first = views[i]->camera;
         const std::size_t second = views[k]->camera;
@@ -118,7 +119,7 @@ std::vector<EpipolarPair> epipolarPairs(const ReportedRig& rig) {
         const SE3 b_from_a =
             rig.cameras[second].camera_from_rig * rig.cameras[first].camera_from_rig.inverse();
         SquareSum& sum = sums[{first, second}][rig.placements[placement].frame];
-        for (const ReportedCorner& corner : views[k]->corners) {
+        for (const CornerError& corner : views[k]->corners) {
           const auto other = pixel_of.find(corner.id);
           if (other == pixel_of.end()) continue;
           const auto distance = epipolarDistance(rig.cameras[first], rig.cameras[second], b_from_a,

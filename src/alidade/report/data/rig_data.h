@@ -31,15 +31,6 @@ struct ReportedRigCamera {
   double transfer_px = 0;   ///< see RigCamera
 };
 
-/// A board in an image of a camera.
-struct ReportedRigView {
-  std::size_t camera = 0;
-  std::size_t placement = 0;
-  std::string image;
-  double rms_px = 0;
-  std::vector<ReportedCorner> corners = {};
-};
-
 struct ReportedRig {
   Verdict verdict = Verdict::kNo;
   double tolerance_px = 1;
@@ -50,9 +41,8 @@ struct ReportedRig {
   std::vector<Board> boards = {};
   std::vector<std::string> frames = {};
   std::vector<FitPlacement> placements = {};
-  std::vector<ReportedRigView> views = {};
+  std::vector<ReportedView> views = {};
   std::vector<Diagnosis> findings = {};
-  std::string created_by = {};
 };
 
 /// Sum for a root mean square.

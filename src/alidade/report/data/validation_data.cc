@@ -77,10 +77,9 @@ void addHeldOutViews(const HeldOutJudgement& held_out, const std::vector<Board>&
       continue;
     }
     view.camera_from_board = tested.camera_from_board;
-    for (const HeldOutCorner& corner : tested.corners) {
-      view.corners.push_back({.id = corner.id, .pixel = corner.pixel, .error_px = corner.error_px});
+    view.corners = tested.corners;
+    for (const CornerError& corner : view.corners)
       view.max_error_px = std::max(view.max_error_px, corner.error_px.norm());
-    }
     camera.tested.push_back(&tested);
     data.views.push_back(std::move(view));
   }

@@ -136,15 +136,14 @@ std::string fillOf(const Cell& cell, double scale_end) {
   return length > scale_end ? kBeyondColour : rampColour(length / scale_end);
 }
 
-void addCells(const CellGrid& grid, const ImageSize& size, double scale_end, const PlotArea& area,
-              FigureCanvas& canvas) {
+void addCells(const CellGrid& grid, const ImageSize& size, double scale_end, FigureCanvas& canvas) {
   canvas.open("shape-rendering=\"crispEdges\"");
   // Each overlaps the next slightly, as gaps between rounded edges would show.
   const Eigen::Vector2d border(size.width - 0.5, size.height - 0.5);
   for (const Cell& cell : grid.cells) {
     const Eigen::Vector2d overlap = 0.05 * (cell.high - cell.low);
     const Eigen::Vector2d high = (cell.high + overlap).cwiseMin(border);
-    canvas.addRect(area.at(cell.low), area.at(high), fmt::format("fill=\"{}\"", fillOf(cell, scale_end)));
+    canvas.addRect(canvas.at(cell.low), canvas.at(high), fmt::format("fill=\"{}\"", fillOf(cell, scale_end)));
   }
   canvas.close();
 }
@@ -174,17 +173,15 @@ std::string arrowsPath(const CellGrid& grid, double scale_end, double longest, c
   return d;
 }
 
-void addWorst(const ProjectionDifference& difference, const PlotArea& area, FigureCanvas& canvas) {
+void addWorst(const ProjectionDifference& difference, FigureCanvas& canvas) {
   constexpr double kRoundingPx = 1e-6;
   if (difference.max_px < kRoundingPx) return;
-  const Eigen::Vector2d at = area.at(difference.worst_pixel);
-  canvas.addCircle(at, 6, "class=\"worst worst-halo\"");
-  canvas.addCircle(at, 6, "class=\"worst\"");
-  const bool is_right = at.x() > area.box.center().x();
-  const bool is_top = at.y() < area.box.min().y() + 24;
+  const Eigen::Vector2d at = canvas.at(difference.worst_pixel);
+  canvas.addRing(at, 6);
+  const bool is_right = at.x() > canvas.area().box.center().x();
+  const bool is_top = at.y() < canvas.area().box.min().y() + 24;
   canvas.addText(at + Eigen::Vector2d(is_right ? -11 : 11, is_top ? 17 : -8),
-                 fmt::format("at most {:.4g} px", difference.max_px), is_right ? "end" : "start",
-                 "class=\"halo\"");
+                 fmt::format("at most {:.4g} px", difference.max_px), is_right ? "end" : "start", "halo");
 }
 
 Legend legendOf(const CellGrid& grid, const ProjectionDifference& difference, double scale_end,
@@ -206,19 +203,19 @@ std::string differenceSvg(const ComparedCamera& a, const ComparedCamera& b,
   expect(
       difference.columns > 0 && difference.rows > 0 && difference.is_converged && difference.num_compared > 0,
       "a grid of pixels that were compared");
-  const ImagePlot plot = imagePlot(a.size, FigureCanvas::kFileWidth);
-  const PlotArea& area = plot.area;
-  FigureCanvas canvas(plot.legend_top, FigureCanvas::kFileWidth);
+  FigureCanvas canvas(imageArea(a.size, FigureCanvas::kFileWidth), FigureCanvas::kMarks,
+                      FigureCanvas::kFileWidth);
+  const PlotArea& area = canvas.area();
   const CellGrid grid = cellsOf(a, b, difference);
   const double scale_end = scaleEnd(difference);
   const double longest_arrow = 0.8 * area.box.sizes().maxCoeff() / kArrows;
   addPatterns(canvas);
-  addCells(grid, a.size, scale_end, area, canvas);
-  canvas.open("class=\"arrows\"");
-  canvas.addPath(arrowsPath(grid, scale_end, longest_arrow, area), "class=\"shaft\"");
+  addCells(grid, a.size, scale_end, canvas);
+  canvas.open("arrows");
+  canvas.addPath(arrowsPath(grid, scale_end, longest_arrow, area), "shaft");
   canvas.close();
-  canvas.addImageFrame(area);
-  addWorst(difference, area, canvas);
+  canvas.addImageFrame();
+  addWorst(difference, canvas);
   canvas.addRamp("0 px", fmt::format("{:g} px", scale_end));
   canvas.addLegend({8, canvas.height()}, legendOf(grid, difference, scale_end, longest_arrow));
   if (grid.pixels_a_side > 1)

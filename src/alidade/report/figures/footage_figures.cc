@@ -56,9 +56,8 @@ std::optional<Figure> footageErrorsFigure(const FootageJudgement& footage) {
   const bool is_edited = !footage.edits.empty();
   const FootageCheck& check = is_edited ? footage.edits.front().check : footage.check;
   if (footage.isOtherSize() != is_edited || check.cells.empty()) return std::nullopt;
-  const ImagePlot plot = imagePlot(footage.image_size);
-  const PlotArea& area = plot.area;
-  FigureCanvas canvas(plot.legend_top);
+  FigureCanvas canvas(footage.image_size, "paper");
+  const PlotArea& area = canvas.area();
   double most = 0;
   double longest = 0;
   for (const FootageCell& cell : check.cells) {
@@ -68,9 +67,8 @@ std::optional<Figure> footageErrorsFigure(const FootageJudgement& footage) {
   }
   const double length = 0.9 * area.box.sizes().x() / FootageCheck::kColumns;
   const double times = longest > 0 ? roundBelow(length / (longest * area.scale())) : 1;
-  canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
   const std::string means = canvas.addErrorCells(
-      area, FootageCheck::kColumns, FootageCheck::kRows, mapped(check.cells, [&](const FootageCell& cell) {
+      FootageCheck::kColumns, FootageCheck::kRows, mapped(check.cells, [&](const FootageCell& cell) {
         return cell.num_pixels == 0 ? ErrorCell{}
                                     : ErrorCell{.count = cell.num_pixels,
                                                 .rms_px = cell.rms_px,
@@ -79,22 +77,23 @@ std::optional<Figure> footageErrorsFigure(const FootageJudgement& footage) {
   const auto num_seen =
       std::ranges::count_if(check.cells, [](const FootageCell& cell) { return cell.num_pixels > 0; });
   canvas.addMeanArrows(means);
-  canvas.addImageFrame(area);
+  canvas.addImageFrame();
   Legend legend = warmthLegend(most);
   legend.insert(legend.begin(), {"line mean", fmt::format("mean of a cell ({})", timesLonger(times))});
-  canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
-  Figure figure{.id = "footage-errors", .title = "Errors on the footage over the image"};
-  figure.reading = fmt::format(
-      "Errors of pixels that had no part in finding their point{}. Noise makes all cells alike and the "
-      "arrows point in all directions; arrows that form a pattern show what the camera file does not "
-      "describe.",
-      is_edited ? ", with the camera after " + editFlags(footage.edits.front().request) : "");
-  figure.alt = fmt::format(
-      "Errors of {} pixels in {} of {} cells of the image, with an RMS of {} px; the largest RMS of a cell "
-      "is {} px.",
-      check.num_pixels, num_seen, check.cells.size(),
-      check.num_windows > 0 ? shortNumber(check.holdout_rms_px) : "unknown", shortNumber(most));
-  return canvas.drawn(std::move(figure));
+  return canvas.drawn(
+      {.id = "footage-errors",
+       .title = "Errors on the footage over the image",
+       .reading = fmt::format(
+           "Errors of pixels that had no part in finding their point{}. Noise makes all cells alike and the "
+           "arrows point in all directions; arrows that form a pattern show what the camera file does not "
+           "describe.",
+           is_edited ? ", with the camera after " + editFlags(footage.edits.front().request) : ""),
+       .alt = fmt::format(
+           "Errors of {} pixels in {} of {} cells of the image, with an RMS of {} px; the largest RMS of a "
+           "cell is {} px.",
+           check.num_pixels, num_seen, check.cells.size(),
+           check.num_windows > 0 ? shortNumber(check.holdout_rms_px) : "unknown", shortNumber(most))},
+      legend);
 }
 
 std::string footageTables(const FootageJudgement& footage, const std::string& prefix) {

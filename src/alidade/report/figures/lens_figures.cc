@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/figures/lens_figures.h"
+#include "alidade/report/figures/camera_figures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,67 +45,56 @@ Vector2d principalPoint(const AnyCamera& camera) {
   return {camera.parameter("cx"), camera.parameter("cy")};
 }
 
-// The image of a straight line of the scene, in pieces.
-template <class RayAt>
-std::string curvePath(const AnyCamera& camera, const PlotArea& area, const Eigen::AlignedBox2d& shown,
-                      RayAt ray_at) {
-  constexpr int kSteps = 180;
+std::optional<Vector2d> pixelOf(const AnyCamera& camera, const Vector3d& ray) {
+  const Projection seen = camera.project(ray);
+  return seen.ok() ? std::optional(seen.pixel) : std::nullopt;
+}
+
+// A line through the pixels 0 to `num_steps` that the image shows, in pieces.
+template <class PixelAt>
+std::string shownLine(const FigureCanvas& canvas, int num_steps, const PixelAt& pixel_at) {
+  const Eigen::AlignedBox2d shown(canvas.area().low, canvas.area().high);
   std::string d;
   std::vector<Vector2d> piece;
-  const auto flush = [&] {
+  for (int i = 0; i <= num_steps; ++i) {
+    const std::optional<Vector2d> pixel = pixel_at(i);
+    const bool is_shown = pixel && shown.contains(*pixel);
+    if (is_shown) piece.push_back(canvas.at(*pixel));
+    if (is_shown && i < num_steps) continue;
     if (piece.size() > 1) d += pathThrough(piece);
     piece.clear();
-  };
-  for (int i = 0; i <= kSteps; ++i) {
-    const Projection seen =
-        camera.project(ray_at(std::numbers::pi * (static_cast<double>(i) / kSteps - 0.5)));
-    if (!seen.ok() || !shown.contains(seen.pixel)) {
-      flush();
-      continue;
-    }
-    piece.push_back(area.at(seen.pixel));
   }
-  flush();
   return d;
 }
 
 // Planes through the camera's x or y axis: each meets the scene in a straight line, and together they form a
 // grid of squares on a wall in front of the camera.
-std::string gridPath(const AnyCamera& camera, const PlotArea& area, const Eigen::AlignedBox2d& shown,
-                     double step_rad, double end_rad) {
+std::string gridPath(const AnyCamera& camera, const FigureCanvas& canvas, double step_rad, double end_rad) {
+  constexpr int kSteps = 180;
   std::string d;
   const int count = static_cast<int>(end_rad / step_rad);
   for (int k = -count; k <= count; ++k) {
     const double a = k * step_rad;
-    d += curvePath(camera, area, shown, [&](double b) {
-      return Vector3d(std::sin(a) * std::cos(b), std::sin(b), std::cos(a) * std::cos(b));
-    });
-    d += curvePath(camera, area, shown, [&](double b) {
-      return Vector3d(std::sin(b), std::sin(a) * std::cos(b), std::cos(a) * std::cos(b));
-    });
+    for (const bool is_upright : {true, false}) {
+      d += shownLine(canvas, kSteps, [&](int i) {
+        const double b = std::numbers::pi * (static_cast<double>(i) / kSteps - 0.5);
+        const Vector2d side(std::sin(a) * std::cos(b), std::sin(b));
+        return pixelOf(camera,
+                       {side(is_upright ? 0 : 1), side(is_upright ? 1 : 0), std::cos(a) * std::cos(b)});
+      });
+    }
   }
   return d;
 }
 
 // Circles of equal angle from the axis, every `step_rad`, inside the image.
-template <class RadiusOf>
-std::string ringsPath(const PlotArea& area, const Eigen::AlignedBox2d& shown, double step_rad, double end_rad,
-                      RadiusOf pixel_at) {
+template <class PixelAt>
+std::string ringsPath(const FigureCanvas& canvas, double step_rad, double end_rad, const PixelAt& pixel_at) {
   constexpr int kSteps = 120;
   std::string d;
-  for (int k = 1; k * step_rad <= end_rad + 1e-9; ++k) {
-    std::vector<Vector2d> piece;
-    for (int i = 0; i <= kSteps; ++i) {
-      const std::optional<Vector2d> pixel = pixel_at(k * step_rad, 2 * std::numbers::pi * i / kSteps);
-      if (pixel && shown.contains(*pixel)) {
-        piece.push_back(area.at(*pixel));
-        continue;
-      }
-      if (piece.size() > 1) d += pathThrough(piece);
-      piece.clear();
-    }
-    if (piece.size() > 1) d += pathThrough(piece);
-  }
+  for (int k = 1; k * step_rad <= end_rad + 1e-9; ++k)
+    d += shownLine(canvas, kSteps,
+                   [&](int i) { return pixel_at(k * step_rad, 2 * std::numbers::pi * i / kSteps); });
   return d;
 }
 
@@ -162,18 +151,14 @@ std::string radialReading(bool are_boards_seen, bool have_rays) {
 }
 
 // A vertical line in a chart at an angle, with a legend entry.
-void addAngleLimit(FigureCanvas& canvas, const PlotArea& area, double angle_rad, const std::string& words,
-                   const char* kind, Legend& legend) {
+void addAngleLimit(FigureCanvas& canvas, double angle_rad, const std::string& words, const char* kind,
+                   Legend& legend) {
+  const PlotArea& area = canvas.area();
   const double x = angle_rad / kRadPerDeg;
   if (!(x > area.low.x() && x <= area.high.x())) return;
   canvas.addLine(area.at(x, area.low.y()), area.at(x, area.high.y()),
                  fmt::format("class=\"limit {}\" data-angle=\"{:.6g}\"", kind, x));
   legend.emplace_back(fmt::format("line limit {}", kind), fmt::format("{} {:.1f}°", words, x));
-}
-
-std::vector<Vector2d> cornerPixels(const ImageSize& size) {
-  const Vector2d high(size.width - 1.0, size.height - 1.0);
-  return {{0, 0}, {high.x(), 0}, high, {0, high.y()}};
 }
 
 // The largest distance of these pixels from the principal point.
@@ -183,69 +168,52 @@ double largestRadius(const AnyCamera& camera, const std::vector<Vector2d>& pixel
   return radius;
 }
 
-bool hasRay(const AnyCamera& camera, const Vector2d& pixel) {
-  return camera.unproject(pixel).has_value();
-}
-
 // Largest angle at which boards were seen; 0 without views.
 double coveredAngle(const ReportData& data) {
   double angle = 0;
   for (const ReportedView& view : data.views) {
     std::vector<Vector2d> pixels;
-    for (const ReportedCorner& corner : view.corners) pixels.push_back(corner.pixel);
+    for (const CornerError& corner : view.corners) pixels.push_back(corner.pixel);
     angle = std::max(angle, largestAngle(data.camera, pixels));
   }
   return angle;
 }
 
-void addPrincipalPoint(const ReportData& data, const PlotArea& area, FigureCanvas& canvas) {
-  const Vector2d axis = area.at(principalPoint(data.camera));
-  canvas.addPath(pathThrough({axis - Vector2d(6, 0), axis + Vector2d(6, 0)}) +
-                     pathThrough({axis - Vector2d(0, 6), axis + Vector2d(0, 6)}),
-                 "class=\"cross\"");
-}
-
 // Rings of equal angle; a grid of straight lines would converge in the image of a wide lens.
-Figure wideDistortionFigure(const ReportData& data, double end) {
-  const ImagePlot plot = imagePlot(data.size);
-  const PlotArea& area = plot.area;
-  FigureCanvas canvas(plot.legend_top);
-  const Eigen::AlignedBox2d shown(area.low, area.high);
+Legend addRings(const ReportData& data, double end_rad, FigureCanvas& canvas) {
   constexpr double kStep = 10 * kRadPerDeg;
-  canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
   const Vector2d centre = principalPoint(data.camera);
   const double focal = axisFocal(data.camera);
   const double aspect = data.camera.parameter("fy") / data.camera.parameter("fx");
   const auto direction = [](double phi) { return Vector2d(std::cos(phi), std::sin(phi)); };
-  canvas.addPath(ringsPath(area, shown, kStep, end,
-                           [&](double angle, double phi) -> std::optional<Vector2d> {
+  canvas.addPath(ringsPath(canvas, kStep, end_rad,
+                           [&](double angle, double phi) -> Vector2d {
                              return centre + focal * angle * direction(phi).cwiseProduct(Vector2d(1, aspect));
                            }),
-                 "class=\"straight\"");
-  const auto seenAt = [&](double angle, double phi) -> std::optional<Vector2d> {
+                 "straight");
+  const auto seenAt = [&](double angle, double phi) {
     const Vector2d side = std::sin(angle) * direction(phi);
-    const Projection seen = data.camera.project({side.x(), side.y(), std::cos(angle)});
-    return seen.ok() ? std::optional(seen.pixel) : std::nullopt;
+    return pixelOf(data.camera, {side.x(), side.y(), std::cos(angle)});
   };
-  canvas.addPath(ringsPath(area, shown, kStep, end, seenAt), "class=\"bent\"");
-  for (int k = 3; k * kStep <= end; k += 3) {
+  canvas.addPath(ringsPath(canvas, kStep, end_rad, seenAt), "bent");
+  const Eigen::AlignedBox2d shown(canvas.area().low, canvas.area().high);
+  for (int k = 3; k * kStep <= end_rad; k += 3) {
     const auto pixel = seenAt(k * kStep, -0.25 * std::numbers::pi);
     if (pixel && shown.contains(*pixel))
-      canvas.addText(area.at(*pixel) + Vector2d(0, 4), fmt::format("{}°", 10 * k), "middle",
-                     "class=\"tick halo\"");
+      canvas.addText(canvas.at(*pixel) + Vector2d(0, 4), fmt::format("{}°", 10 * k), "middle", "tick halo");
   }
-  addPrincipalPoint(data, area, canvas);
-  canvas.addImageFrame(area);
-  canvas.addLegend({area.box.min().x(), plot.legend_top}, {{"line bent", "every 10° from the axis"},
-                                                           {"line straight", "equidistant fisheye"},
-                                                           {"line cross", "principal point"}});
-  Figure figure{.id = "distortion-grid", .title = "Distortion"};
-  figure.reading =
-      "The rings show directions 10, 20, 30 degrees and so on from the optical axis; they should be smooth, "
-      "evenly changing circles up to the corners of the image.";
-  figure.alt = fmt::format("Rings of equal angle of the {} lens, up to {:.0f} degrees from the axis.",
-                           data.camera.modelId(), end / kRadPerDeg);
-  return canvas.drawn(std::move(figure));
+  return {{"line bent", "every 10° from the axis"}, {"line straight", "equidistant fisheye"}};
+}
+
+Legend addStraightLines(const ReportData& data, double end_rad, double focal, FigureCanvas& canvas) {
+  const double step = kRadPerDeg * (end_rad > 0.9 ? 10 : end_rad > 0.35 ? 5 : end_rad > 0.15 ? 2 : 1);
+  const AnyCamera pinhole = AnyCamera::make(
+      "pinhole", std::vector<double>{focal, focal * data.camera.parameter("fy") / data.camera.parameter("fx"),
+                                     principalPoint(data.camera).x(), principalPoint(data.camera).y()});
+  canvas.addPath(gridPath(pinhole, canvas, step, end_rad), "straight");
+  canvas.addPath(gridPath(data.camera, canvas, step, end_rad), "bent");
+  return {{"line bent", fmt::format("straight lines every {:.0f}°", step / kRadPerDeg)},
+          {"line straight", "without distortion"}};
 }
 
 }  // namespace
@@ -254,39 +222,35 @@ Figure distortionGridFigure(const ReportData& data) {
   constexpr double kWide = 62 * kRadPerDeg;
   const double end = largestAngle(data.camera, borderPixels(data.size));
   const double focal = axisFocal(data.camera);
-  if (end > kWide || !(focal > 0)) return wideDistortionFigure(data, end);
-  const ImagePlot plot = imagePlot(data.size);
-  const PlotArea& area = plot.area;
-  FigureCanvas canvas(plot.legend_top);
-  const Eigen::AlignedBox2d shown(area.low, area.high);
-  const double step = kRadPerDeg * (end > 0.9 ? 10 : end > 0.35 ? 5 : end > 0.15 ? 2 : 1);
-  canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
-  const AnyCamera pinhole = AnyCamera::make(
-      "pinhole", std::vector<double>{focal, focal * data.camera.parameter("fy") / data.camera.parameter("fx"),
-                                     principalPoint(data.camera).x(), principalPoint(data.camera).y()});
-  canvas.addPath(gridPath(pinhole, area, shown, step, end), "class=\"straight\"");
-  canvas.addPath(gridPath(data.camera, area, shown, step, end), "class=\"bent\"");
-  addPrincipalPoint(data, area, canvas);
-  canvas.addImageFrame(area);
-  canvas.addLegend({area.box.min().x(), plot.legend_top},
-                   {{"line bent", fmt::format("straight lines every {:.0f}°", step / kRadPerDeg)},
-                    {"line straight", "without distortion"},
-                    {"line cross", "principal point"}});
-  Figure figure{.id = "distortion-grid", .title = "Distortion"};
-  figure.reading =
-      "These curves are straight lines in the scene; the more they bend, the stronger the distortion, and "
-      "they should bend smoothly up to the corners of the image.";
-  figure.alt = fmt::format(
-      "Straight lines of the scene as the {} lens shows them, up to {:.0f} degrees from the axis.",
-      data.camera.modelId(), end / kRadPerDeg);
-  return canvas.drawn(std::move(figure));
+  const bool is_wide = end > kWide || !(focal > 0);
+  FigureCanvas canvas(data.size, "paper");
+  Legend legend = is_wide ? addRings(data, end, canvas) : addStraightLines(data, end, focal, canvas);
+  legend.emplace_back("line cross", "principal point");
+  const Vector2d axis = canvas.at(principalPoint(data.camera));
+  canvas.addPath(pathThrough({axis - Vector2d(6, 0), axis + Vector2d(6, 0)}) +
+                     pathThrough({axis - Vector2d(0, 6), axis + Vector2d(0, 6)}),
+                 "cross");
+  canvas.addImageFrame();
+  return canvas.drawn(
+      {.id = "distortion-grid",
+       .title = "Distortion",
+       .reading = is_wide
+                      ? "The rings show directions 10, 20, 30 degrees and so on from the optical axis; they "
+                        "should be smooth, evenly changing circles up to the corners of the image."
+                      : "These curves are straight lines in the scene; the more they bend, the stronger the "
+                        "distortion, and they should bend smoothly up to the corners of the image.",
+       .alt = fmt::format("{} {} lens{}, up to {:.0f} degrees from the axis.",
+                          is_wide ? "Rings of equal angle of the" : "Straight lines of the scene as the",
+                          data.camera.modelId(), is_wide ? "" : " shows them", end / kRadPerDeg)},
+      legend);
 }
 
 Figure radialFigure(const ReportData& data) {
   // Dark corners of a fisheye have no ray, so their angle is undefined.
-  const std::vector<Vector2d> corners = cornerPixels(data.size);
-  const bool have_rays =
-      std::ranges::all_of(corners, [&](const Vector2d& corner) { return hasRay(data.camera, corner); });
+  const std::vector<Vector2d> corners =
+      cornersOf({Vector2d(0, 0), Vector2d(data.size.width - 1.0, data.size.height - 1.0)});
+  const bool have_rays = std::ranges::all_of(
+      corners, [&](const Vector2d& corner) { return data.camera.unproject(corner).has_value(); });
   const double image_end = largestAngle(data.camera, have_rays ? corners : borderPixels(data.size));
   const double corner_px = largestRadius(data.camera, corners);
   const double covered_end = coveredAngle(data);
@@ -297,11 +261,9 @@ Figure radialFigure(const ReportData& data) {
   for (const Vector2d& point : lens) most = std::max(most, point.y());
   most = std::clamp(most, 1.0, Vector2d(data.size.width, data.size.height).norm());
   if (!have_rays) most = std::max(most, corner_px);
-  const PlotArea area{.box = {Vector2d(44, 24), Vector2d(430, 250)},
-                      .low = {0, 0},
-                      .high = {end > 0 ? end / kRadPerDeg : 90, 1.1 * most}};
-  FigureCanvas canvas(288);
-  canvas.addAxes(area, "angle from the optical axis, degrees", "distance from the principal point, px");
+  FigureCanvas canvas(Vector2d(0, 0), Vector2d(end > 0 ? end / kRadPerDeg : 90, 1.1 * most));
+  const PlotArea& area = canvas.area();
+  canvas.addAxes("angle from the optical axis, degrees", "distance from the principal point, px");
   const double focal = axisFocal(data.camera);
   std::vector<Vector2d> pinhole;
   std::vector<Vector2d> even;
@@ -314,33 +276,31 @@ Figure radialFigure(const ReportData& data) {
   std::vector<Vector2d> curve;
   for (const Vector2d& point : lens)
     if (point.y() <= area.high.y()) curve.push_back(area.at(point));
-  canvas.addPath(pathThrough(pinhole), "class=\"straight\"");
+  canvas.addPath(pathThrough(pinhole), "straight");
   const bool is_wide = image_end > 0.9;
-  if (is_wide) canvas.addPath(pathThrough(even), "class=\"straight dotted\"");
-  canvas.addPath(pathThrough(curve), "class=\"curve\"");
+  if (is_wide) canvas.addPath(pathThrough(even), "straight dotted");
+  canvas.addPath(pathThrough(curve), "curve");
   Legend legend = {{"line curve", "this lens"}, {"line straight", "no distortion"}};
   if (is_wide) legend.emplace_back("line straight dotted", "equidistant fisheye");
-  addAngleLimit(canvas, area, covered_end, "boards seen up to", "covered", legend);
-  addAngleLimit(canvas, area, image_end, have_rays ? "image corner at" : "last border pixel with a ray at",
-                "image", legend);
-  addAngleLimit(canvas, area, domain_end, "the model ends at", "domain", legend);
+  addAngleLimit(canvas, covered_end, "boards seen up to", "covered", legend);
+  addAngleLimit(canvas, image_end, have_rays ? "image corner at" : "last border pixel with a ray at", "image",
+                legend);
+  addAngleLimit(canvas, domain_end, "the model ends at", "domain", legend);
   if (!have_rays && corner_px <= area.high.y()) {
     canvas.addLine(area.at(area.low.x(), corner_px), area.at(area.high.x(), corner_px),
                    fmt::format("class=\"limit blind-corner\" data-radius=\"{:.6g}\"", corner_px));
     legend.emplace_back("line limit blind-corner", fmt::format("image corner, {:.0f} px: no ray", corner_px));
   }
-  canvas.addLegend({area.box.min().x(), 288}, legend);
-  Figure figure{.id = "radial", .title = "Radial curve"};
-  figure.reading = radialReading(covered_end > 0, have_rays);
+  std::string reading = radialReading(covered_end > 0, have_rays);
   if (domain_end >= end)
-    figure.reading += fmt::format(" The model ends at {:.1f}°, beyond this figure.", domain_end / kRadPerDeg);
-  figure.alt = fmt::format(
+    reading += fmt::format(" The model ends at {:.1f}°, beyond this figure.", domain_end / kRadPerDeg);
+  const std::string alt = fmt::format(
       "Radius over angle: {}{} {:.1f} degrees, and the model goes up to {:.1f} degrees from the axis.",
       covered_end > 0 ? fmt::format("boards were seen up to {:.1f} degrees, ", covered_end / kRadPerDeg) : "",
       have_rays ? "the image corner is at"
                 : "the image corners have no ray, the last border pixel with one is at",
       image_end / kRadPerDeg, domain_end / kRadPerDeg);
-  return canvas.drawn(std::move(figure));
+  return canvas.drawn({.id = "radial", .title = "Radial curve", .reading = reading, .alt = alt}, legend);
 }
 
 Figure correlationFigure(const ReportData& data) {
@@ -359,15 +319,15 @@ Figure correlationFigure(const ReportData& data) {
   for (std::size_t r = 0; r < estimated.size(); ++r) {
     const auto name = [&](std::size_t i) { return names[static_cast<std::size_t>(estimated[i])]; };
     const double y = kTop + static_cast<double>(r) * cell;
-    canvas.addText({kLeft - 6, y + 0.5 * cell + 4}, name(r), "end", "class=\"tick\"");
+    canvas.addText({kLeft - 6, y + 0.5 * cell + 4}, name(r), "end", "tick");
     canvas.addText({kLeft + (static_cast<double>(r) + 0.5) * cell, kTop + count * cell + 15}, name(r),
-                   "middle", "class=\"tick\"");
+                   "middle", "tick");
     for (std::size_t c = 0; c <= r; ++c) {
       const double value =
           covariance(estimated[r], estimated[c]) /
           std::sqrt(covariance(estimated[r], estimated[r]) * covariance(estimated[c], estimated[c]));
       const Vector2d low(kLeft + static_cast<double>(c) * cell, y);
-      canvas.addRect(low, low + Vector2d(cell, cell), "class=\"cell\"");
+      canvas.addRect(low, low + Vector2d(cell, cell), "cell");
       canvas.addRect(low + Vector2d(1, 1), low + Vector2d(cell - 1, cell - 1),
                      fmt::format("class=\"{}\" fill-opacity=\"{:.2f}\"",
                                  c == r      ? "empty"
@@ -381,14 +341,14 @@ Figure correlationFigure(const ReportData& data) {
       pair = fmt::format("{} and {}", name(c), name(r));
     }
   }
-  Figure figure{.id = "correlations", .title = "Correlations of the parameters"};
-  figure.reading =
-      "Strong colours are pairs whose errors go together: near 1 or -1 the photographs do not separate the "
-      "two. fx with fy, and k1, k2, k3 with each other, are always strongly related. Look at cx or cy with "
-      "p1 or p2: if strong, tilt the board more.";
-  figure.alt = fmt::format("Correlations of {} parameters; the strongest is {:.3f}, between {}.",
-                           estimated.size(), strongest, pair);
-  return canvas.drawn(std::move(figure));
+  return canvas.drawn(
+      {.id = "correlations",
+       .title = "Correlations of the parameters",
+       .reading = "Strong colours are pairs whose errors go together: near 1 or -1 the photographs do not "
+                  "separate the two. fx with fy, and k1, k2, k3 with each other, are always strongly "
+                  "related. Look at cx or cy with p1 or p2: if strong, tilt the board more.",
+       .alt = fmt::format("Correlations of {} parameters; the strongest is {:.3f}, between {}.",
+                          estimated.size(), strongest, pair)});
 }
 
 }  // namespace alidade

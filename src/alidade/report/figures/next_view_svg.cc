@@ -2,7 +2,6 @@
 #include "alidade/report/figures/next_view_svg.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -11,7 +10,6 @@
 #include <fmt/format.h>
 
 #include "alidade/camera/projection_uncertainty.h"
-#include "alidade/core/mapped.h"
 #include "alidade/guide/coverage.h"
 #include "alidade/report/canvas/figure_canvas.h"
 
@@ -23,8 +21,7 @@ using Eigen::Vector2d;
 constexpr double kMarked = 0.087;  // sides are marked for tilts from 5 degrees, as in tiltText()
 
 // Colours are logarithmic, because uncertainty rises steeply towards the image's corners.
-void addMap(const UncertaintyGrid& grid, double inflation, const ImageSize& size, const PlotArea& area,
-            FigureCanvas& canvas) {
+void addMap(const UncertaintyGrid& grid, double inflation, const ImageSize& size, FigureCanvas& canvas) {
   double least = std::numeric_limits<double>::infinity();
   for (const double std : grid.std_px) {
     if (std > 0) least = std::min(least, std);  // false for NaN
@@ -38,7 +35,7 @@ void addMap(const UncertaintyGrid& grid, double inflation, const ImageSize& size
     if (!std::isfinite(grid.std_px[i])) continue;
     const Vector2d low = (grid.pixels[i] - half).cwiseMax(-0.5);
     const Vector2d high = (grid.pixels[i] + half).cwiseMin(border);
-    canvas.addRect(area.at(low), area.at(high),
+    canvas.addRect(canvas.at(low), canvas.at(high),
                    fmt::format("fill=\"{}\"", rampColour(std::log(grid.std_px[i] / least) / range)));
   }
   canvas.close();
@@ -47,68 +44,59 @@ void addMap(const UncertaintyGrid& grid, double inflation, const ImageSize& size
       fmt::format("{:.2g} px projection uncertainty (one standard deviation)", inflation * grid.worst_px));
 }
 
-struct BoardSide {
-  std::vector<Vector2d> pixels;
-  Vector2d middle{0, 0};
-};
-
-// The visible parts of the four sides of the squares.
-std::vector<BoardSide> boardSides(const AnyCamera& camera, const Board& board, const SE3& camera_from_board) {
-  const auto corner = [&](Eigen::AlignedBox2d::CornerType which) { return board.printed().corner(which); };
-  const std::array<Vector2d, 4> corners = {
-      corner(Eigen::AlignedBox2d::BottomLeft), corner(Eigen::AlignedBox2d::BottomRight),
-      corner(Eigen::AlignedBox2d::TopRight), corner(Eigen::AlignedBox2d::TopLeft)};
-  std::vector<BoardSide> sides;
+// Pixels along the visible parts of the four sides of the squares.
+std::vector<std::vector<Vector2d>> boardSides(const AnyCamera& camera, const Board& board,
+                                              const SE3& camera_from_board) {
+  const std::vector<Vector2d> corners = cornersOf(board.printed());
+  std::vector<std::vector<Vector2d>> sides;
   for (std::size_t k = 0; k < corners.size(); ++k) {
     constexpr int kSteps = 24;
-    BoardSide side;
+    std::vector<Vector2d> side;
     for (int i = 0; i <= kSteps; ++i) {
       const double t = static_cast<double>(i) / kSteps;
       const Vector2d point = (1 - t) * corners[k] + t * corners[(k + 1) % corners.size()];
       const Projection projection =
           camera.project(camera_from_board * Eigen::Vector3d(point.x(), point.y(), 0));
-      if (!projection.ok()) continue;
-      side.pixels.push_back(projection.pixel);
-      side.middle += projection.pixel;
+      if (projection.ok()) side.push_back(projection.pixel);
     }
-    if (side.pixels.empty()) continue;
-    side.middle /= static_cast<double>(side.pixels.size());
-    sides.push_back(std::move(side));
+    if (!side.empty()) sides.push_back(std::move(side));
   }
   return sides;
 }
 
-void addDots(const std::vector<Vector2d>& pixels, double radius, const char* attributes, const PlotArea& area,
+Vector2d meanOf(const std::vector<Vector2d>& pixels) {
+  Vector2d sum(0, 0);
+  for (const Vector2d& pixel : pixels) sum += pixel;
+  return sum / static_cast<double>(pixels.size());
+}
+
+void addDots(const std::vector<Vector2d>& pixels, double radius, const char* attributes,
              FigureCanvas& canvas) {
   canvas.open(attributes);
-  for (const Vector2d& pixel : pixels) canvas.addCircle(area.at(pixel), radius, "");
+  for (const Vector2d& pixel : pixels) canvas.addCircle(canvas.at(pixel), radius, "");
   canvas.close();
 }
 
-void addNextView(const AnyCamera& camera, const Board& board, const NextView& next, const PlotArea& area,
-                 FigureCanvas& canvas) {
-  const std::vector<BoardSide> sides = boardSides(camera, board, next.camera_from_board);
-  const auto addSide = [&](const BoardSide& side, const char* attributes) {
-    canvas.addPath(pathThrough(mapped(side.pixels, [&](const Vector2d& pixel) { return area.at(pixel); })),
-                   attributes);
-  };
-  for (const BoardSide& side : sides) addSide(side, "stroke=\"#0b5d1e\" stroke-width=\"2\"");
+void addNextView(const AnyCamera& camera, const Board& board, const NextView& next, FigureCanvas& canvas) {
+  const auto sides = boardSides(camera, board, next.camera_from_board);
+  for (const auto& side : sides)
+    canvas.addPath(pathThrough(canvas.at(side)), "stroke=\"#0b5d1e\" stroke-width=\"2\"");
   std::vector<Vector2d> corners;
   for (const Eigen::Vector3d& point : board.corners()) {
     const Projection projection = camera.project(next.camera_from_board * point);
     if (projection.ok()) corners.push_back(projection.pixel);
   }
-  addDots(corners, 2.2, "fill=\"#0b5d1e\"", area, canvas);
+  addDots(corners, 2.2, "fill=\"#0b5d1e\"", canvas);
   const auto mark = [&](const Vector2d& direction) {
-    const auto side =
-        std::ranges::max_element(sides, {}, [&](const BoardSide& s) { return s.middle.dot(direction); });
+    const auto side = std::ranges::max_element(
+        sides, {}, [&](const auto& pixels) { return meanOf(pixels).dot(direction); });
     if (side == sides.end()) return;
-    addSide(*side, "class=\"nearer\"");
+    canvas.addPath(pathThrough(canvas.at(*side)), "nearer");
     constexpr double kEdge = 24;  // so that the whole label is readable
-    const Vector2d place = (area.at(side->middle) + 18 * direction)
+    const Vector2d place = (canvas.at(meanOf(*side)) + 18 * direction)
                                .cwiseMax(Vector2d(kEdge, 12))
-                               .cwiseMin(Vector2d(canvas.width() - kEdge, area.box.max().y() - 4));
-    canvas.addText(place, "nearer", "middle", "class=\"nearer-words halo\"");
+                               .cwiseMin(Vector2d(canvas.width() - kEdge, canvas.area().box.max().y() - 4));
+    canvas.addText(place, "nearer", "middle", "nearer-words halo");
   };
   const BoardTilt& tilt = next.sighting.tilt;
   if (std::abs(tilt.right_rad) > kMarked) mark({tilt.right_rad > 0 ? 1 : -1, 0});
@@ -118,9 +106,8 @@ void addNextView(const AnyCamera& camera, const Board& board, const NextView& ne
 // The image with a margin for a board that extends beyond it.
 PlotArea areaAround(const ImageSize& size) {
   const int margin = std::max(size.width, size.height) / 10;
-  PlotArea area = imagePlot({.width = size.width + 2 * margin, .height = size.height + 2 * margin},
-                            FigureCanvas::kFileWidth)
-                      .area;
+  PlotArea area = imageArea({.width = size.width + 2 * margin, .height = size.height + 2 * margin},
+                            FigureCanvas::kFileWidth);
   area.low -= Vector2d::Constant(margin);
   area.high -= Vector2d::Constant(margin);
   return area;
@@ -132,16 +119,15 @@ std::string nextViewSvg(const Calibration& calibration, std::span<const View> vi
                         const Guidance& guidance) {
   const AnyCamera camera = calibration.camera();
   const ImageSize size = calibration.imageSize();
-  const PlotArea area = areaAround(size);
-  FigureCanvas canvas(area.box.max().y() + 6, FigureCanvas::kFileWidth);
+  FigureCanvas canvas(areaAround(size), 6, FigureCanvas::kFileWidth);
   if (guidance.is_determined && calibration.uncertainty.covariance) {
     const ProjectionUncertainty uncertainty(camera, size, std::numeric_limits<double>::infinity());
-    addMap(uncertainty.grid(*calibration.uncertainty.covariance), guidance.inflation, size, area, canvas);
+    addMap(uncertainty.grid(*calibration.uncertainty.covariance), guidance.inflation, size, canvas);
   }
-  canvas.addRect(area.at(-0.5, -0.5), area.at(size.width - 0.5, size.height - 0.5), "class=\"frame\"");
+  canvas.addRect(canvas.at(-0.5, -0.5), canvas.at(size.width - 0.5, size.height - 0.5), "frame");
   for (const auto& corners : usedCorners(calibration, views))
-    addDots(corners, 1.4, "fill=\"#34568b\"", area, canvas);
-  if (guidance.next) addNextView(camera, guidance.board, *guidance.next, area, canvas);
+    addDots(corners, 1.4, "fill=\"#34568b\"", canvas);
+  if (guidance.next) addNextView(camera, guidance.board, *guidance.next, canvas);
   const std::string words = "Next: " + nextViewText(guidance, size);
   canvas.addCaption(words);
   return standaloneSvg(canvas.svg(words));

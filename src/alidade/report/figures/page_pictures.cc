@@ -2,12 +2,13 @@
 #include "alidade/report/figures/page_pictures.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
 #include <utility>
 
+#include <boost/archive/iterators/base64_from_binary.hpp>
+#include <boost/archive/iterators/transform_width.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -18,16 +19,10 @@ namespace alidade {
 namespace {
 
 std::string base64(const std::vector<std::uint8_t>& bytes) {
-  static constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = (group << 8U) | (i + k < bytes.size() ? bytes[i + k] : 0U);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k > bytes.size() ? '=' : kDigits[(group >> (6U * (3U - static_cast<unsigned>(k)))) & 63U];
-  }
+  using Digits = boost::archive::iterators::base64_from_binary<
+      boost::archive::iterators::transform_width<std::vector<std::uint8_t>::const_iterator, 6, 8>>;
+  std::string text(Digits(bytes.begin()), Digits(bytes.end()));
+  text.append((3 - bytes.size() % 3) % 3, '=');
   return text;
 }
 
@@ -102,16 +97,8 @@ std::optional<GrayImage> PassingPictures::imageOf(const std::string& name) const
 
 ImageOfView keepingOne(const ImageOfView& image_of, const std::string& name) {
   if (!image_of) return {};
-  struct Kept {
-    std::mutex mutex;
-    std::optional<GrayImage> image;
-  };
-  return [image_of, name, kept = std::make_shared<Kept>()](const std::string& asked) {
-    if (asked != name) return image_of(asked);
-    const std::lock_guard lock(kept->mutex);
-    if (!kept->image) kept->image = image_of(asked);
-    return kept->image;
-  };
+  const auto kept = std::make_shared<const std::optional<GrayImage>>(image_of(name));
+  return [image_of, name, kept](const std::string& asked) { return asked == name ? *kept : image_of(asked); };
 }
 
 std::vector<std::string> viewPictures(const ReportData& data, int num_images, const PictureSource& source,

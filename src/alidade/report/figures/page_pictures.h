@@ -56,7 +56,7 @@ struct PictureSource {
   std::function<std::optional<ViewPicture>(const std::string& image)> picture_of = {};
 };
 
-/// Caches one image after its first use, so that it is not read again: in a video, that may take a second
+/// Reads one image at once and keeps it, so that it is not read again: of a video, that may take another
 /// pass.
 [[nodiscard]] ImageOfView keepingOne(const ImageOfView& image_of, const std::string& name);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/figures/residual_figures.h"
+#include "alidade/report/figures/camera_figures.h"
 
 #include <algorithm>
 #include <array>
@@ -24,13 +24,9 @@ using Eigen::Vector2d;
 // All errors along x and y of the image, sorted.
 std::vector<double> sortedComponents(const ReportData& data) {
   std::vector<double> components;
-  for (const ReportedView& view : data.views) {
-    for (const ReportedCorner& corner : view.corners) {
-      components.push_back(corner.error_px.x());
-      components.push_back(corner.error_px.y());
-    }
-  }
-  std::sort(components.begin(), components.end());
+  for (const CornerError& corner : allCorners(data))
+    components.insert(components.end(), {corner.error_px.x(), corner.error_px.y()});
+  std::ranges::sort(components);
   return components;
 }
 
@@ -67,7 +63,7 @@ std::vector<PointDisplacement> displacements(const ReportData& data, std::size_t
   for (const ReportedView& view : data.views) {
     if (view.board != board) continue;
     const Eigen::Matrix<double, 3, 2> along = view.camera_from_board.rotation.matrix().leftCols<2>();
-    for (const ReportedCorner& corner : view.corners) {
+    for (const CornerError& corner : view.corners) {
       const Eigen::Vector3d point = view.camera_from_board * pointOn(on.target, on.shape, corner.id);
       Eigen::Matrix<double, 2, 3, Eigen::RowMajor> of_point;
       if (!data.camera.project(point, of_point.data()).ok()) continue;
@@ -81,15 +77,15 @@ std::vector<PointDisplacement> displacements(const ReportData& data, std::size_t
   return points;
 }
 
-// The area of a board in a drawing, and the drawing's height.
-ImagePlot boardPlot(const BoardInk& ink) {
+// The area of a board in a drawing.
+PlotArea boardArea(const BoardInk& ink) {
   const Vector2d size_mm = 1e3 * ink.extent.sizes();
-  ImagePlot plot = imagePlot({.width = static_cast<int>(std::lround(10 * size_mm.x())),
-                              .height = static_cast<int>(std::lround(10 * size_mm.y()))});
-  plot.area.low = ink.extent.min();
-  plot.area.high = ink.extent.max();
-  plot.legend_top -= 12;  // no marks here
-  return plot;
+  PlotArea area = imageArea({.width = static_cast<int>(std::lround(10 * size_mm.x())),
+                             .height = static_cast<int>(std::lround(10 * size_mm.y()))},
+                            FigureCanvas::kWidth);
+  area.low = ink.extent.min();
+  area.high = ink.extent.max();
+  return area;
 }
 
 std::string circlePath(const Vector2d& middle, double radius) {
@@ -98,16 +94,11 @@ std::string circlePath(const Vector2d& middle, double radius) {
                      coordinate(2 * radius));
 }
 
-std::string inkPath(const BoardInk& ink, const PlotArea& area) {
+std::string inkPath(const BoardInk& ink, const FigureCanvas& canvas) {
   std::string d;
-  for (const Eigen::AlignedBox2d& box : ink.boxes) {
-    d += pathThrough({area.at(box.min()), area.at(box.max().x(), box.min().y()), area.at(box.max()),
-                      area.at(box.min().x(), box.max().y())},
-                     true);
-  }
-  for (const Eigen::AlignedBox2d& disc : ink.discs) {
-    d += circlePath(area.at(disc.center()), 0.5 * disc.sizes().x() * area.scale());
-  }
+  for (const Eigen::AlignedBox2d& box : ink.boxes) d += pathThrough(canvas.at(cornersOf(box)), true);
+  for (const Eigen::AlignedBox2d& disc : ink.discs)
+    d += circlePath(canvas.at(disc.center()), 0.5 * disc.sizes().x() * canvas.area().scale());
   return d;
 }
 
@@ -118,12 +109,12 @@ double highestOf(const BoardShape& shape) {
 }
 
 // Squares coloured by the height of points above or below the board's plane.
-void addHeights(const Board& target, const BoardShape& shape, const PlotArea& area, FigureCanvas& canvas) {
+void addHeights(const Board& target, const BoardShape& shape, FigureCanvas& canvas) {
   const double highest_m = highestOf(shape);
   if (!(highest_m > 0)) return;
-  const Vector2d half = Vector2d::Constant(0.28 * target.spacing() * area.scale());
+  const Vector2d half = Vector2d::Constant(0.28 * target.spacing() * canvas.area().scale());
   for (std::size_t id = 0; id < shape.offsets_m.size(); ++id) {
-    const Vector2d at = area.at(target.corners()[id].head<2>());
+    const Vector2d at = canvas.at(target.corners()[id].head<2>());
     const double across_m = shape.offsets_m[id].z();
     canvas.addRect(
         at - half, at + half,
@@ -144,20 +135,15 @@ std::string displacementReading(const BoardShape& shape) {
       reading, twoDigits(1e3 * offsetRms(shape).y()));
 }
 
-double normalQuantile(double share) {
-  return boost::math::quantile(boost::math::normal(), share);
-}
-
 }  // namespace
 
 Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
   const Board& target = data.boards[board].target;
   const BoardInk ink = inkOf(target);
-  const ImagePlot plot = boardPlot(ink);
-  const PlotArea& area = plot.area;
-  FigureCanvas canvas(plot.legend_top);
-  canvas.addRect(area.box.min(), area.box.max(), "class=\"paper\"");
-  canvas.addPath(inkPath(ink, area), "class=\"ink\"");
+  FigureCanvas canvas(boardArea(ink), FigureCanvas::kMarks - 12);  // there are no marks
+  const PlotArea& area = canvas.area();
+  canvas.addArea("paper");
+  canvas.addPath(inkPath(ink, canvas), "ink");
   const std::vector<PointDisplacement> points = displacements(data, board);
   std::vector<double> lengths;
   double noise_m = 0;
@@ -166,10 +152,7 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
     lengths.push_back(point.mean().norm());
     noise_m += point.std(data.coordinate_sigma_px);
   }
-  Figure figure{.id = "board-residuals" + (board == 0 ? "" : std::to_string(board + 1)),
-                .title = "Displacement of the board's points"};
   const BoardShape& shape = data.boards[board].shape;
-  figure.reading = displacementReading(shape);
   const double longest = lengths.empty() ? 0 : *std::ranges::max_element(lengths);
   if (!lengths.empty()) noise_m /= static_cast<double>(lengths.size());
   const double spacing = target.spacing() * area.scale();
@@ -182,10 +165,10 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
     circles += circlePath(at, std::max(noise_radius, 0.8));
     if (points[id].count >= 2) arrows += arrowPath(at, times * area.scale() * points[id].mean());
   }
-  addHeights(target, shape, area, canvas);
-  canvas.addPath(circles, "class=\"noise\"");
+  addHeights(target, shape, canvas);
+  canvas.addPath(circles, "noise");
   canvas.addMeanArrows(arrows);
-  canvas.addRect(area.box.min(), area.box.max(), "class=\"frame\"");
+  canvas.addArea("frame");
   Legend legend;
   if (longest > 0) {
     const double scale_m = roundBelow(longest);
@@ -199,10 +182,21 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
                         fmt::format("{} mm in front of the plane", twoDigits(1e3 * highest_m)));
     legend.emplace_back("cold strong-fill", "as far behind it");
   }
-  canvas.addLegend({area.box.min().x(), plot.legend_top}, legend);
-  figure.alt = fmt::format("Mean displacement of the points of {}: at most {} mm, with a noise of {} mm.",
-                           target.spec(), shortNumber(1e3 * longest), shortNumber(1e3 * noise_m));
-  return canvas.drawn(std::move(figure));
+  return canvas.drawn(
+      {.id = "board-residuals" + (board == 0 ? "" : std::to_string(board + 1)),
+       .title = "Displacement of the board's points",
+       .reading = displacementReading(shape),
+       .alt = fmt::format("Mean displacement of the points of {}: at most {} mm, with a noise of {} mm.",
+                          target.spec(), shortNumber(1e3 * longest), shortNumber(1e3 * noise_m))},
+      legend);
+}
+
+std::vector<Figure> boardResidualsFigures(const ReportData& data) {
+  std::vector<Figure> figures;
+  for (std::size_t b = 0; b < data.boards.size(); ++b)
+    if (std::ranges::find(data.views, b, &ReportedView::board) != data.views.end())
+      figures.push_back(boardResidualsFigure(data, b));
+  return figures;
 }
 
 Figure histogramFigure(const ReportData& data) {
@@ -226,33 +220,30 @@ Figure histogramFigure(const ReportData& data) {
                      : 0;
   };
   const double most = std::max<double>(*std::ranges::max_element(counts), normal(0));
-  const PlotArea area{
-      .box = {Vector2d(44, 24), Vector2d(430, 250)}, .low = {-end, 0}, .high = {end, 1.08 * most}};
-  FigureCanvas canvas(288);
-  canvas.addAxes(area, "error along x or y of the image, px", "number of errors");
+  FigureCanvas canvas(Vector2d(-end, 0), Vector2d(end, 1.08 * most));
+  canvas.addAxes("error along x or y of the image, px", "number of errors");
   for (int i = 0; i < kBars; ++i) {
     const double left = -end + i * step;
     const int count = counts[static_cast<std::size_t>(i)];
-    canvas.addRect(area.at(left, count) + Vector2d(0.5, 0), area.at(left + step, 0) - Vector2d(0.5, 0),
+    canvas.addRect(canvas.at(left, count) + Vector2d(0.5, 0), canvas.at(left + step, 0) - Vector2d(0.5, 0),
                    fmt::format("class=\"bar\" data-count=\"{}\"", count));
   }
   std::vector<Vector2d> curve;
   for (int i = 0; i <= 80; ++i) {
     const double x = -end + i * end / 40;
-    curve.push_back(area.at(x, normal(x)));
+    curve.push_back(canvas.at(x, normal(x)));
   }
-  canvas.addPath(pathThrough(curve), "class=\"reference\"");
-  canvas.addLegend({area.box.min().x(), 288}, {{"bar", "errors; the outer bars hold all beyond"},
-                                               {"line reference", "normal distribution"}});
-  Figure figure{.id = "histogram", .title = "Distribution of the errors"};
-  figure.reading =
-      "The bars should follow the curve: a sharper peak with long tails means that some corners or images "
-      "are much worse than the others.";
-  figure.alt = fmt::format(
-      "Histogram of {} errors with a standard deviation of {} px; {:.2f} percent lie beyond three standard "
-      "deviations, where a normal distribution has 0.27 percent.",
-      components.size(), shortNumber(sigma), 100 * num_beyond3 / total);
-  return canvas.drawn(std::move(figure));
+  canvas.addPath(pathThrough(curve), "reference");
+  return canvas.drawn(
+      {.id = "histogram",
+       .title = "Distribution of the errors",
+       .reading = "The bars should follow the curve: a sharper peak with long tails means that some corners "
+                  "or images are much worse than the others.",
+       .alt = fmt::format(
+           "Histogram of {} errors with a standard deviation of {} px; {:.2f} percent lie beyond three "
+           "standard deviations, where a normal distribution has 0.27 percent.",
+           components.size(), shortNumber(sigma), 100 * num_beyond3 / total)},
+      {{"bar", "errors; the outer bars hold all beyond"}, {"line reference", "normal distribution"}});
 }
 
 Figure normalPlotFigure(const ReportData& data) {
@@ -264,12 +255,9 @@ Figure normalPlotFigure(const ReportData& data) {
   double most = kRange * sigma;
   if (count > 0) most = std::max({most, std::abs(components.front()), std::abs(components.back())});
   if (!(most > 0)) most = 1;
-  const PlotArea area{.box = {Vector2d(44, 24), Vector2d(430, 250)},
-                      .low = {-kRange, -1.05 * most},
-                      .high = {kRange, 1.05 * most}};
-  FigureCanvas canvas(288);
-  canvas.addAxes(area, "standard deviations of a normal distribution", "error, px");
-  canvas.addLine(area.at(-kRange, -kRange * sigma), area.at(kRange, kRange * sigma), "class=\"reference\"");
+  FigureCanvas canvas(Vector2d(-kRange, -1.05 * most), Vector2d(kRange, 1.05 * most));
+  canvas.addAxes("standard deviations of a normal distribution", "error, px");
+  canvas.addLine(canvas.at(-kRange, -kRange * sigma), canvas.at(kRange, kRange * sigma), "reference");
   std::string dots;
   const std::size_t num_points = std::min(count, kMostPoints);
   double last = 0;
@@ -282,22 +270,22 @@ Figure normalPlotFigure(const ReportData& data) {
             : static_cast<std::size_t>(
                   std::lround(20 + (static_cast<double>(k) - 20) * (static_cast<double>(count) - 41) /
                                        (static_cast<double>(num_points) - 41)));
-    const double quantile = normalQuantile((static_cast<double>(inner) + 0.5) / static_cast<double>(count));
+    const double quantile = boost::math::quantile(
+        boost::math::normal(), (static_cast<double>(inner) + 0.5) / static_cast<double>(count));
     if (std::abs(quantile) > kRange) continue;
-    dots += "M" + pointText(area.at(quantile, components[inner])) + "h0";
+    dots += "M" + pointText(canvas.at(quantile, components[inner])) + "h0";
     last = components[inner];
   }
-  canvas.addPath(dots, "class=\"points\"");
-  canvas.addLegend({area.box.min().x(), 288},
-                   {{"dot point", "errors, sorted"}, {"line reference", "normal distribution"}});
-  Figure figure{.id = "normal-plot", .title = "Are the errors normal?"};
-  figure.reading =
-      "The dots should lie on the line; ends that turn away from it, upwards on the right and downwards on "
-      "the left, are more large errors than noise explains.";
-  figure.alt = fmt::format(
-      "Normal plot of {} errors; the largest drawn is {} px, and three standard deviations are {} px.", count,
-      shortNumber(last), shortNumber(3 * sigma));
-  return canvas.drawn(std::move(figure));
+  canvas.addPath(dots, "points");
+  return canvas.drawn(
+      {.id = "normal-plot",
+       .title = "Are the errors normal?",
+       .reading = "The dots should lie on the line; ends that turn away from it, upwards on the right and "
+                  "downwards on the left, are more large errors than noise explains.",
+       .alt = fmt::format(
+           "Normal plot of {} errors; the largest drawn is {} px, and three standard deviations are {} px.",
+           count, shortNumber(last), shortNumber(3 * sigma))},
+      {{"dot point", "errors, sorted"}, {"line reference", "normal distribution"}});
 }
 
 }  // namespace alidade

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/mapped.h"
 #include "alidade/report/data/distinct_parts.h"
 #include "alidade/report/figures/scene_figure.h"
 
@@ -30,21 +31,22 @@ const EpipolarPair& worstOf(const std::vector<EpipolarPair>& pairs) {
 }  // namespace
 
 Figure rigSceneFigure(const ReportedRig& rig) {
-  SceneContent content{.title = "Cameras and boards in space", .reading = {}};
-  content.reading =
-      "Drag the drawing, or select it and use the arrow keys, to turn it; the cameras should stand as they "
-      "do on your rig, and boards between two cameras link them.";
-  content.camera_share = 0.1;
-  for (const FitPlacement& placement : rig.placements)
-    content.boards.push_back({.target = &rig.boards[placement.board],
-                              .scene_from_board = placement.rig_from_board,
-                              .words = "frame " + rig.frames[placement.frame]});
+  const auto boardOf = [&](const FitPlacement& placement) {
+    return SceneBoard{.target = &rig.boards[placement.board],
+                      .scene_from_board = placement.rig_from_board,
+                      .words = "frame " + rig.frames[placement.frame]};
+  };
+  std::vector<SceneCamera> cameras;
   for (const ReportedRigCamera& camera : rig.cameras)
-    content.cameras.push_back({.camera = &camera.camera,
-                               .size = camera.size,
-                               .scene_from_camera = camera.camera_from_rig.inverse(),
-                               .name = camera.name});
-  return sceneFigure(content);
+    cameras.push_back({.camera = &camera.camera,
+                       .size = camera.size,
+                       .scene_from_camera = camera.camera_from_rig.inverse(),
+                       .name = camera.name});
+  return sceneFigure(
+      {.title = "Cameras and boards in space",
+       .reading = "Drag the drawing, or select it and use the arrow keys, to turn it; the cameras should "
+                  "stand as they do on your rig, and boards between two cameras link them."},
+      mapped(rig.placements, boardOf), cameras, 0.1);
 }
 
 Figure epipolarFigure(const ReportedRig& rig, const std::vector<EpipolarPair>& pairs) {
@@ -54,29 +56,30 @@ Figure epipolarFigure(const ReportedRig& rig, const std::vector<EpipolarPair>& p
   const EpipolarPair& worst = worstOf(pairs);
   const double most = worst.rms_px > 0 ? worst.rms_px : 1;
   const double bottom = 24 + kRow * static_cast<double>(pairs.size());
-  const PlotArea area{.box = {Vector2d(kNames, 14), Vector2d(360, bottom)}, .low = {0, 0}, .high = {most, 1}};
-  FigureCanvas canvas(bottom + 4);
+  FigureCanvas canvas(
+      {.box = {Vector2d(kNames, 14), Vector2d(360, bottom)}, .low = {0, 0}, .high = {most, 1}}, 4);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const EpipolarPair& pair = pairs[i];
     const double top = 14 + kRow * static_cast<double>(i);
     std::string name = pairName(rig, pair);
     if (name.size() > kMostLetters) name = fmt::format("{} – {}", pair.first + 1, pair.second + 1);
     canvas.addText({kNames - 8, top + 15}, name, "end");
-    const double end = area.at(pair.rms_px, 0).x();
+    const double end = canvas.at(pair.rms_px, 0).x();
     canvas.addRect(
         {kNames, top + 3}, {std::max(end, kNames + 1), top + kRow - 3},
         fmt::format("class=\"bar\" data-rms=\"{:.9g}\" data-tell=\"{}\"", pair.rms_px,
                     escapedMarkup(fmt::format("{}: {} corners", pairName(rig, pair), pair.num_corners))));
-    canvas.addText({end + 6, top + 15}, shortNumber(pair.rms_px) + " px", "start", "class=\"tick\"");
+    canvas.addText({end + 6, top + 15}, shortNumber(pair.rms_px) + " px", "start", "tick");
   }
-  canvas.addLine({kNames, 12}, {kNames, bottom}, "class=\"frame\"");
-  Figure figure{.id = "epipolar", .title = "Epipolar error by pair"};
-  figure.reading =
-      "Each bar is the RMS distance of corners from the epipolar lines of the same corners in the other "
-      "camera; a pair that stands out is not synchronised, or one of its lenses is wrong.";
-  figure.alt = fmt::format("Epipolar errors of {} pairs of cameras; the largest is {} px, of {}.",
-                           pairs.size(), shortNumber(worst.rms_px), pairName(rig, worst));
-  return canvas.drawn(std::move(figure));
+  canvas.addLine({kNames, 12}, {kNames, bottom}, "frame");
+  return canvas.drawn(
+      {.id = "epipolar",
+       .title = "Epipolar error by pair",
+       .reading =
+           "Each bar is the RMS distance of corners from the epipolar lines of the same corners in the "
+           "other camera; a pair that stands out is not synchronised, or one of its lenses is wrong.",
+       .alt = fmt::format("Epipolar errors of {} pairs of cameras; the largest is {} px, of {}.",
+                          pairs.size(), shortNumber(worst.rms_px), pairName(rig, worst))});
 }
 
 namespace {
@@ -110,7 +113,7 @@ std::string coursePath(const EpipolarPair& pair, const PlotArea& area) {
 // The names of the images that a camera took in a frame.
 std::string imagesIn(const ReportedRig& rig, std::size_t camera, std::size_t frame) {
   std::string names;
-  for (const ReportedRigView& view : rig.views) {
+  for (const ReportedView& view : rig.views) {
     if (view.camera != camera || rig.placements[view.placement].frame != frame) continue;
     if (names.find(view.image) == std::string::npos) names += (names.empty() ? "" : ", ") + view.image;
   }
@@ -128,21 +131,18 @@ Figure epipolarOverTimeFigure(const ReportedRig& rig, const std::vector<Epipolar
     num_dots += pair.by_frame.size();
   }
   if (!(most > 0)) most = 1;
-  const PlotArea area = timeArea(rig, 24, 190, 1.06 * most);
-  FigureCanvas canvas(229);
-  canvas.addNamedAxes(area, distinctParts(rig.frames), "frame", "epipolar error, px");
+  FigureCanvas canvas(timeArea(rig, 24, 190, 1.06 * most), 39);
+  const PlotArea& area = canvas.area();
+  canvas.addNamedAxes(distinctParts(rig.frames), "frame", "epipolar error, px");
   // The pairs with the largest errors have their own colours.
-  std::vector<std::size_t> order(pairs.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::ranges::stable_sort(order,
-                           [&](std::size_t a, std::size_t b) { return pairs[a].rms_px > pairs[b].rms_px; });
+  std::vector<EpipolarPair> order = pairs;
+  std::ranges::stable_sort(order, std::ranges::greater(), &EpipolarPair::rms_px);
   Legend legend;
   std::string others;
-  for (std::size_t rank = kNumHues; rank < order.size(); ++rank)
-    others += coursePath(pairs[order[rank]], area);
-  canvas.addPath(others, "class=\"residuals course\"");
+  for (std::size_t rank = kNumHues; rank < order.size(); ++rank) others += coursePath(order[rank], area);
+  canvas.addPath(others, "residuals course");
   for (std::size_t rank = 0; rank < std::min(kNumHues, order.size()); ++rank) {
-    const EpipolarPair& pair = pairs[order[rank]];
+    const EpipolarPair& pair = order[rank];
     canvas.addPath(coursePath(pair, area), fmt::format("class=\"hue{} course\"", rank));
     for (const auto& [frame, rms] : pair.by_frame) {
       const Vector2d at = area.at(middleOf(frame), rms);
@@ -157,21 +157,22 @@ Figure epipolarOverTimeFigure(const ReportedRig& rig, const std::vector<Epipolar
     legend.emplace_back(fmt::format("line hue{} course", rank), pairName(rig, pair));
   }
   if (!others.empty()) legend.emplace_back("line residuals", "other pairs");
-  canvas.addLegend({kTimeLeft, 229}, legend);
-  Figure figure{.id = "epipolar-time", .title = "Epipolar error over time"};
-  figure.reading =
-      "The lines should be level; a step means that a camera moved on the rig, and a single peak that a "
-      "frame was not taken at the same time. Lines are broken where a frame has no common board.";
-  figure.alt = fmt::format("Epipolar errors of {} pairs in {} frames, at most {} px.", pairs.size(),
-                           rig.frames.size(), shortNumber(most));
-  return canvas.drawn(std::move(figure));
+  return canvas.drawn(
+      {.id = "epipolar-time",
+       .title = "Epipolar error over time",
+       .reading = "The lines should be level; a step means that a camera moved on the rig, and a single peak "
+                  "that a frame was not taken at the same time. Lines are broken where a frame has no common "
+                  "board.",
+       .alt = fmt::format("Epipolar errors of {} pairs in {} frames, at most {} px.", pairs.size(),
+                          rig.frames.size(), shortNumber(most))},
+      legend);
 }
 
 Figure frameErrorsFigure(const ReportedRig& rig) {
   std::map<std::pair<std::size_t, std::size_t>, SquareSum> cells;
-  for (const ReportedRigView& view : rig.views) {
+  for (const ReportedView& view : rig.views) {
     SquareSum& cell = cells[{view.camera, rig.placements[view.placement].frame}];
-    for (const ReportedCorner& corner : view.corners) cell.sum += corner.error_px.squaredNorm();
+    for (const CornerError& corner : view.corners) cell.sum += corner.error_px.squaredNorm();
     cell.count += view.corners.size();
   }
   double most = 0;
@@ -179,18 +180,17 @@ Figure frameErrorsFigure(const ReportedRig& rig) {
   constexpr double kRow = 26;
   constexpr double kTop = 10;
   const double bottom = kTop + kRow * static_cast<double>(rig.cameras.size());
-  const PlotArea area = timeArea(rig, kTop, bottom, 1);
-  FigureCanvas canvas(bottom + 40);
+  FigureCanvas canvas(timeArea(rig, kTop, bottom, 1), 40);
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const double top = kTop + kRow * static_cast<double>(c);
     canvas.addText({kTimeLeft - 6, top + 17}, rig.cameras[c].name.substr(0, 13), "end");
-    canvas.addRect({kTimeLeft, top}, {kTimeRight, top + kRow}, "class=\"empty\"");
+    canvas.addRect({kTimeLeft, top}, {kTimeRight, top + kRow}, "empty");
   }
   for (const auto& [key, cell] : cells) {
     const auto& [camera, frame] = key;
     const double top = kTop + kRow * static_cast<double>(camera);
-    const double left = area.at(middleOf(frame) - 0.5, 0).x();
-    const double right = area.at(middleOf(frame) + 0.5, 0).x();
+    const double left = canvas.at(middleOf(frame) - 0.5, 0).x();
+    const double right = canvas.at(middleOf(frame) + 0.5, 0).x();
     const double gap = std::min(0.3, 0.1 * (right - left));
     const double rms = cell.rms();
     canvas.addRect({left + gap, top + 0.5}, {right - gap, top + kRow - 0.5},
@@ -201,18 +201,19 @@ Figure frameErrorsFigure(const ReportedRig& rig) {
                                                          rig.cameras[camera].name, rig.frames[frame],
                                                          shortNumber(rms), imagesIn(rig, camera, frame)))));
   }
-  canvas.addNames(area, distinctParts(rig.frames), "frame");
+  canvas.addNames(distinctParts(rig.frames), "frame");
   Legend legend = warmthLegend(most);
   legend.emplace_back("empty", "no board");
   canvas.addLegend({kTimeLeft, bottom + 38}, legend);
-  Figure figure{.id = "frame-errors", .title = "Error by camera and frame"};
-  figure.reading =
-      "Each cell is one image, and strong colours are large errors: a single strong cell is a bad image, a "
-      "strong column a frame that was not taken at the same time, and a strong row a camera with a wrong "
-      "lens.";
-  figure.alt = fmt::format("RMS of {} images of {} cameras in {} frames, at most {} px.", cells.size(),
-                           rig.cameras.size(), rig.frames.size(), shortNumber(most));
-  return canvas.drawn(std::move(figure));
+  return canvas.drawn(
+      {.id = "frame-errors",
+       .title = "Error by camera and frame",
+       .reading =
+           "Each cell is one image, and strong colours are large errors: a single strong cell is a bad "
+           "image, a strong column a frame that was not taken at the same time, and a strong row a "
+           "camera with a wrong lens.",
+       .alt = fmt::format("RMS of {} images of {} cameras in {} frames, at most {} px.", cells.size(),
+                          rig.cameras.size(), rig.frames.size(), shortNumber(most))});
 }
 
 }  // namespace alidade

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/degrees.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/print/ink_of_board.h"
 
@@ -50,23 +51,18 @@ struct SceneView {
 };
 
 std::vector<Vector3d> outlineOf(const Board& board, const SE3& camera_from_board) {
-  const Eigen::AlignedBox2d box = inkOf(board).extent;
-  std::vector<Vector3d> points;
-  for (const Vector2d& corner :
-       {box.min(), Vector2d(box.max().x(), box.min().y()), box.max(), Vector2d(box.min().x(), box.max().y())})
-    points.push_back(camera_from_board * Vector3d(corner.x(), corner.y(), 0));
-  return points;
+  return mapped(cornersOf(inkOf(board).extent), [&](const Vector2d& corner) -> Vector3d {
+    return camera_from_board * Vector3d(corner.x(), corner.y(), 0);
+  });
 }
 
 // A camera as a pyramid with the image as its base, and its name.
 void addCamera(const SceneCamera& camera, double length, std::vector<SceneShape>& shapes) {
   std::vector<Vector3d> base;
-  const double right = camera.size.width - 1;
-  const double low = camera.size.height - 1;
   const Vector3d eye = camera.scene_from_camera.translation;
-  const Vector2d middle(0.5 * right, 0.5 * low);
-  for (const Vector2d& corner :
-       {Vector2d(0, 0), Vector2d(right, 0), Vector2d(right, low), Vector2d(0, low)}) {
+  const Vector2d high(camera.size.width - 1, camera.size.height - 1);
+  const Vector2d middle = 0.5 * high;
+  for (const Vector2d& corner : cornersOf({Vector2d(0, 0), high})) {
     // Dark corners of a fisheye have no ray; the nearest pixel with one is used.
     for (double share = 1; share > 0; share -= 0.05) {
       const auto ray = camera.camera->unproject(middle + share * (corner - middle));
@@ -114,9 +110,9 @@ void addShape(const SceneShape& shape, const SceneView& view, FigureCanvas& canv
       fmt::format("{} data-points=\"{}\"", shape.attributes, pointsText(shape.points));
   if (!shape.words.empty())
     return canvas.addText(view.at(shape.points[0]), shape.words, "middle", attributes);
-  std::vector<Vector2d> points;
-  for (const Vector3d& point : shape.points) points.push_back(view.at(point));
-  canvas.addPath(pathThrough(points, shape.is_closed), attributes);
+  canvas.addPath(pathThrough(mapped(shape.points, [&](const Vector3d& point) { return view.at(point); }),
+                             shape.is_closed),
+                 attributes);
 }
 
 SceneView viewOf(const std::vector<SceneShape>& shapes) {
@@ -138,10 +134,11 @@ SceneView viewOf(const std::vector<SceneShape>& shapes) {
 
 }  // namespace
 
-Figure sceneFigure(const SceneContent& content) {
+Figure sceneFigure(Figure words, const std::vector<SceneBoard>& boards,
+                   const std::vector<SceneCamera>& cameras, double camera_share) {
   std::vector<SceneShape> shapes;
   double farthest = 0;
-  for (const SceneBoard& board : content.boards) {
+  for (const SceneBoard& board : boards) {
     shapes.push_back(
         {.attributes = board.is_next ? "class=\"board next\""
                        : board.view
@@ -154,7 +151,7 @@ Figure sceneFigure(const SceneContent& content) {
   }
   if (!(farthest > 0)) farthest = 1;
   std::vector<SceneShape> fixed;
-  for (const SceneCamera& camera : content.cameras) addCamera(camera, content.camera_share * farthest, fixed);
+  for (const SceneCamera& camera : cameras) addCamera(camera, camera_share * farthest, fixed);
   addAxis(farthest, fixed);
   std::vector<SceneShape> all = shapes;
   all.insert(all.end(), fixed.begin(), fixed.end());
@@ -169,14 +166,14 @@ Figure sceneFigure(const SceneContent& content) {
   canvas.close();
   for (const SceneShape& shape : fixed) addShape(shape, view, canvas);
   Legend legend = {{"board", "board"}, {"line pyramid", "camera"}};
-  if (std::ranges::any_of(content.boards, &SceneBoard::is_next))
+  if (std::ranges::any_of(boards, &SceneBoard::is_next))
     legend.emplace_back("board next", "suggested next view");
   canvas.addLegend({8, 320}, legend);
-  Figure figure{.id = "scene", .title = content.title, .reading = content.reading};
-  figure.alt = fmt::format("{} boards and {} in space, boards up to {} m away.", content.boards.size(),
-                           counted(content.cameras.size(), "camera"), shortNumber(farthest));
+  words.id = "scene";
+  words.alt = fmt::format("{} boards and {} in space, boards up to {} m away.", boards.size(),
+                          counted(cameras.size(), "camera"), shortNumber(farthest));
   return canvas.drawn(
-      std::move(figure),
+      std::move(words), {},
       fmt::format(
           "id=\"scene-drawing\" tabindex=\"0\" data-yaw=\"{}\" data-pitch=\"{}\" data-scale=\"{:.6g}\" "
           "data-middle=\"{}\" data-at=\"{} {}\"",
@@ -185,20 +182,20 @@ Figure sceneFigure(const SceneContent& content) {
 }
 
 Figure sceneFigure(const CalibrationEvidence& data) {
-  SceneContent content{.title = "Boards and camera in space", .reading = {}};
-  content.reading =
-      "Drag the drawing, or select it and use the arrow keys, to turn it; the boards should fill the space "
-      "that the camera sees, near and far, and face it from many sides.";
+  std::vector<SceneBoard> boards;
   for (std::size_t v = 0; v < data.views.size(); ++v)
-    content.boards.push_back({.target = &data.boards[data.views[v].board].target,
-                              .scene_from_board = data.views[v].camera_from_board,
-                              .view = v});
+    boards.push_back({.target = &data.boards[data.views[v].board].target,
+                      .scene_from_board = data.views[v].camera_from_board,
+                      .view = v});
   if (data.next_view)
-    content.boards.push_back({.target = &data.boards[data.next_view->board].target,
-                              .scene_from_board = data.next_view->camera_from_board,
-                              .is_next = true});
-  content.cameras.push_back({.camera = &data.camera, .size = data.size});
-  return sceneFigure(content);
+    boards.push_back({.target = &data.boards[data.next_view->board].target,
+                      .scene_from_board = data.next_view->camera_from_board,
+                      .is_next = true});
+  return sceneFigure(
+      {.title = "Boards and camera in space",
+       .reading = "Drag the drawing, or select it and use the arrow keys, to turn it; the boards should fill "
+                  "the space that the camera sees, near and far, and face it from many sides."},
+      boards, {{.camera = &data.camera, .size = data.size}}, 0.16);
 }
 
 }  // namespace alidade

@@ -29,19 +29,13 @@ struct SceneCamera {
   std::string name = {};
 };
 
-struct SceneContent {
-  std::string title;
-  std::string reading;
-  std::vector<SceneBoard> boards = {};
-  std::vector<SceneCamera> cameras = {};
-  double camera_share =
-      0.16;  ///< length of a camera's edges, as a share of the distance of the farthest board
-};
-
 /// Boards and cameras in space. Each shape carries its points in data-points (metres, x y z for each), from
 /// which the page's script redraws the scene when it is turned; the initial drawing uses data-yaw and
 /// data-pitch (degrees).
-[[nodiscard]] Figure sceneFigure(const SceneContent& content);
+/// @param words  its title and how to read it
+/// @param camera_share  length of a camera's edges, as a share of the distance of the farthest board
+[[nodiscard]] Figure sceneFigure(Figure words, const std::vector<SceneBoard>& boards,
+                                 const std::vector<SceneCamera>& cameras, double camera_share);
 /// The same for a calibration of one camera, in the camera frame.
 [[nodiscard]] Figure sceneFigure(const CalibrationEvidence& data);
 

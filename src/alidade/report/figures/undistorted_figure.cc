@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/report/figures/undistorted_figure.h"
+#include "alidade/report/figures/camera_figures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,7 @@ constexpr double kMostFieldRad = 2.1;
 
 double seenArea(const ReportedView& view) {
   Eigen::AlignedBox2d box;
-  for (const ReportedCorner& corner : view.corners) box.extend(corner.pixel);
+  for (const CornerError& corner : view.corners) box.extend(corner.pixel);
   return view.corners.empty() ? 0 : box.volume();
 }
 
@@ -74,7 +74,7 @@ BoardLine lineThrough(const std::vector<Vector2d>& points) {
 std::vector<BoardLine> boardLines(const ReportData& data, const ReportedView& view, const OutputView& plain) {
   const Board& target = data.boards[view.board].target;
   std::map<std::pair<bool, int>, std::vector<Vector2d>> rows;
-  for (const ReportedCorner& corner : view.corners) {
+  for (const CornerError& corner : view.corners) {
     const auto ray = data.camera.unproject(corner.pixel);
     if (!ray) continue;
     const auto place = planeFromRay(ViewProjection::kRectilinear, *ray);
@@ -117,9 +117,8 @@ std::optional<Figure> undistortedFigure(const ReportData& data, const ImageOfVie
   } catch (const Error&) {
     return std::nullopt;  // this camera's field does not fit a plane
   }
-  const ImagePlot plot = imagePlot(plain->size);
-  const PlotArea& area = plot.area;
-  FigureCanvas canvas(plot.legend_top - 10);
+  FigureCanvas canvas(imageArea(plain->size, FigureCanvas::kWidth), FigureCanvas::kMarks - 10);
+  const PlotArea& area = canvas.area();
   canvas.addRaw(fmt::format(
       "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" href=\"{}\"/>\n",
       coordinate(area.box.min().x()), coordinate(area.box.min().y()), coordinate(area.box.sizes().x()),
@@ -131,22 +130,23 @@ std::optional<Figure> undistortedFigure(const ReportData& data, const ImageOfVie
     d += pathThrough({area.at(line.from), area.at(line.to)});
     largest = std::max(largest, line.largest_px);
   }
-  canvas.addClip("plain-clip", area);
+  canvas.addClip("plain-clip");
   canvas.addPath(d, "class=\"ruler\" clip-path=\"url(#plain-clip)\"");
-  canvas.addRect(area.box.min(), area.box.max(), "class=\"frame\"");
+  canvas.addArea("frame");
   canvas.addLegend(
-      {area.box.min().x(), plot.legend_top - 12},
+      {area.box.min().x(), canvas.height() - 2},
       {{"line ruler", fmt::format("largest distance of a corner from its line: {} px", twoDigits(largest))}});
-  Figure figure{.id = "undistorted", .title = "An image without distortion"};
-  figure.reading = fmt::format(
-      "This is {}. The edges of the board should lie on the straight lines over their whole length; if they "
-      "bow, the distortion is wrong there.",
-      view.image);
-  figure.alt = fmt::format(
-      "{} without distortion: its corners lie up to {} px from straight lines through rows and columns of "
-      "the board.",
-      view.image, twoDigits(largest));
-  return canvas.drawn(std::move(figure));
+  return canvas.drawn(
+      {.id = "undistorted",
+       .title = "An image without distortion",
+       .reading = fmt::format(
+           "This is {}. The edges of the board should lie on the straight lines over their whole length; if "
+           "they bow, the distortion is wrong there.",
+           view.image),
+       .alt = fmt::format(
+           "{} without distortion: its corners lie up to {} px from straight lines through rows and columns "
+           "of the board.",
+           view.image, twoDigits(largest))});
 }
 
 }  // namespace alidade

@@ -12,7 +12,7 @@
 #include "alidade/core/mapped.h"
 #include "alidade/report/canvas/page_table.h"
 #include "alidade/report/data/distinct_parts.h"
-#include "alidade/report/figures/difference_figure.h"
+#include "alidade/report/figures/camera_figures.h"
 
 namespace alidade {
 
@@ -25,11 +25,8 @@ Figure fixedFreedFigure(const JudgedCamera& camera) {
       if (std::isfinite(value)) most = std::max(most, value);
   if (!(most > 0)) most = 1;
   const auto count = static_cast<double>(data.views.size());
-  const PlotArea area{.box = {Eigen::Vector2d(44, 24), Eigen::Vector2d(430, 250)},
-                      .low = {0.5, 0},
-                      .high = {count + 0.5, 1.06 * most}};
-  FigureCanvas canvas(288);
-  canvas.addNamedAxes(area, distinctParts(mapped(data.views, &ReportedView::image)), "image", "error, px");
+  FigureCanvas canvas(Eigen::Vector2d(0.5, 0), Eigen::Vector2d(count + 0.5, 1.06 * most));
+  canvas.addNamedAxes(distinctParts(mapped(data.views, &ReportedView::image)), "image", "error, px");
   const double gap = count <= 120 ? 0.12 : 0;
   std::size_t num_better = 0;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
@@ -40,26 +37,26 @@ Figure fixedFreedFigure(const JudgedCamera& camera) {
     const auto addBar = [&](double left, double right, double value, const char* kind) {
       if (!std::isfinite(value)) return;
       canvas.addRect(
-          area.at(left, value), area.at(right, 0),
+          canvas.at(left, value), canvas.at(right, 0),
           fmt::format("class=\"{}\" data-view=\"{}\" data-rms=\"{:.9g}\"", kind, data.first_view + v, value));
     };
     addBar(x - 0.5 + gap, x, fixed, "bar");
     addBar(x, x + 0.5 - gap, freed, "bar freed");
   }
-  canvas.addLegend(
-      {area.box.min().x(), 288},
-      {{"bar", fmt::format("camera of the file, {} px RMS", shortNumber(held_out.fixed_rms_px))},
-       {"bar freed", fmt::format("camera of these images, {} px RMS", shortNumber(held_out.freedRmsPx()))}});
-  Figure figure{.id = "fixed-freed", .title = "Fixed against freed"};
-  figure.reading =
-      "Each pair of bars is a view: its error with the camera of the file, and with the camera that these "
-      "images give by themselves. Where the first bars are clearly higher, the file is not of the camera "
-      "that took the images.";
-  figure.alt = fmt::format(
-      "RMS of {} views: {} px with the camera of the file, and {} px with the camera that the images give; "
-      "{} views are better with that one.",
-      data.views.size(), shortNumber(held_out.fixed_rms_px), shortNumber(held_out.freedRmsPx()), num_better);
-  return canvas.drawn(std::move(figure));
+  const std::string fixed_rms = shortNumber(held_out.fixed_rms_px);
+  const std::string freed_rms = shortNumber(held_out.freedRmsPx());
+  return canvas.drawn(
+      {.id = "fixed-freed",
+       .title = "Fixed against freed",
+       .reading = "Each pair of bars is a view: its error with the camera of the file, and with the camera "
+                  "that these images give by themselves. Where the first bars are clearly higher, the file "
+                  "is not of the camera that took the images.",
+       .alt = fmt::format(
+           "RMS of {} views: {} px with the camera of the file, and {} px with the camera that the images "
+           "give; {} views are better with that one.",
+           data.views.size(), fixed_rms, freed_rms, num_better)},
+      {{"bar", fmt::format("camera of the file, {} px RMS", fixed_rms)},
+       {"bar freed", fmt::format("camera of these images, {} px RMS", freed_rms)}});
 }
 
 Figure freedDifferenceFigure(const ReportData& data, const Calibration& freed) {

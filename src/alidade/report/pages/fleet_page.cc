@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
@@ -25,10 +26,6 @@ std::string sigmasText(double sigmas) {
   if (std::isnan(sigmas)) return "unknown";
   constexpr double kMostSaid = 37;
   return sigmas > kMostSaid ? "more than 37" : fmt::format("{:.1f}", sigmas);
-}
-
-std::string moreRows(std::size_t count) {
-  return count > kMostRows ? fmt::format(" The {} largest of {} are shown.", kMostRows, count) : "";
 }
 
 std::string parametersTable(const FleetGroup& group, const std::string& prefix) {
@@ -50,39 +47,34 @@ std::string parametersTable(const FleetGroup& group, const std::string& prefix) 
       "files.");
 }
 
-std::string deviantsTable(const Fleet& fleet, const FleetGroup& group, const std::string& prefix) {
-  const auto deviating = deviatingUnits(group);
-  if (deviating.empty()) return "";
+// The differences that are significant, from the typical camera or from the previous calibrations.
+std::string differencesTable(const Fleet& fleet, const std::vector<UnitDifference>& differences,
+                             bool are_drifts, const std::string& prefix) {
+  const auto significant = significantOnes(differences);
+  if (significant.empty()) return "";
   std::vector<PageRow> rows;
-  for (const std::size_t i : deviating) {
+  for (const UnitDifference& difference : significant) {
     if (rows.size() == kMostRows) break;
-    const FleetUnit& unit = fleet.files.units[group.units[i]];
-    const UnitDifference& difference = group.differences[i];
-    rows.push_back({{unit.file, std::string(unit.camera.modelId()), shortNumber(difference.p95_px),
-                     shortNumber(difference.max_px), sigmasText(difference.sigmas)}});
+    const FleetUnit& unit = fleet.files.units[difference.unit];
+    rows.push_back(
+        {{unit.file, are_drifts ? difference.previous : std::string(unit.camera.modelId()),
+          shortNumber(difference.p95_px), shortNumber(difference.max_px), sigmasText(difference.sigmas)}});
   }
+  const std::vector<PageColumn> columns = {{"File", "words"},
+                                           {are_drifts ? "Previous" : "Model", "words"},
+                                           {"95 % within, px"},
+                                           {"At most, px"},
+                                           {"Sigmas"}};
+  const char* const reading =
+      are_drifts ? "Differences between the two calibrations of a unit."
+                 : "Sigmas say how improbable the difference is for a unit of this population, in standard "
+                   "deviations of a normal variable.";
   return tableFigure(
-      prefix + "fleet-deviants", "Units that deviate",
-      {{"File", "words"}, {"Model", "words"}, {"95 % within, px"}, {"At most, px"}, {"Sigmas"}}, rows,
-      "Sigmas say how improbable the difference is for a unit of this population, in standard deviations of "
-      "a normal variable." +
-          moreRows(deviating.size()));
-}
-
-std::string driftTable(const Fleet& fleet) {
-  const auto drifted = driftedUnits(fleet);
-  if (drifted.empty()) return "";
-  std::vector<PageRow> rows;
-  for (const std::size_t d : drifted) {
-    if (rows.size() == kMostRows) break;
-    const UnitDrift& drift = fleet.drifts[d];
-    rows.push_back({{fleet.files.units[drift.unit].file, drift.previous, shortNumber(drift.difference.p95_px),
-                     shortNumber(drift.difference.max_px), sigmasText(drift.difference.sigmas)}});
-  }
-  return tableFigure(
-      "fleet-drifted", "Units that changed",
-      {{"File", "words"}, {"Previous", "words"}, {"95 % within, px"}, {"At most, px"}, {"Sigmas"}}, rows,
-      "Differences between the two calibrations of a unit." + moreRows(drifted.size()));
+      prefix + (are_drifts ? "fleet-drifted" : "fleet-deviants"),
+      are_drifts ? "Units that changed" : "Units that deviate", columns, rows,
+      reading + (significant.size() > kMostRows
+                     ? fmt::format(" The {} largest of {} are shown.", kMostRows, significant.size())
+                     : ""));
 }
 
 // Groups after the first one have their own ids.
@@ -99,14 +91,14 @@ std::vector<PageSection> fleetSections(const Fleet& fleet) {
                        fleetDistancesFigure(group, fleet.tolerance_px), fleetParametersFigure(fleet, group)};
     if (!prefix.empty())
       for (Figure& figure : section.figures) figure = withPrefix(figure, prefix);
-    section.more = parametersTable(group, prefix) + deviantsTable(fleet, group, prefix);
+    section.more = parametersTable(group, prefix) + differencesTable(fleet, group.differences, false, prefix);
     sections.push_back(std::move(section));
   }
-  const bool has_drifts = std::ranges::any_of(
-      fleet.drifts, [](const UnitDrift& drift) { return drift.difference.is_comparable; });
-  if (has_drifts) {
-    sections.push_back(
-        {.id = "drift", .title = "Drift", .figures = {fleetDriftFigure(fleet)}, .more = driftTable(fleet)});
+  if (std::ranges::any_of(fleet.drifts, &UnitDifference::is_comparable)) {
+    sections.push_back({.id = "drift",
+                        .title = "Drift",
+                        .figures = {fleetDriftFigure(fleet)},
+                        .more = differencesTable(fleet, fleet.drifts, true, "")});
   }
   return sections;
 }
@@ -141,12 +133,6 @@ std::vector<PageNumber> fleetNumbers(const Fleet& fleet) {
   return numbers;
 }
 
-std::vector<std::string> unreadableLines(const std::vector<UnreadableFile>& files) {
-  std::vector<std::string> lines;
-  for (const UnreadableFile& file : files) lines.push_back(file.reason);
-  return lines;
-}
-
 }  // namespace
 
 std::string servingSentence(const FleetGroup& group, double tolerance_px) {
@@ -164,12 +150,10 @@ std::string fleetPage(const Fleet& fleet, const std::string& created_by) {
   PageContent page{
       .kind = "Fleet",
       .title = fmt::format("{} cameras in {} files", fleet.files.units.size(), fleet.files.num_files),
-      .subject = "fleet",
       .headline = servingSentence(group, fleet.tolerance_px),
-      .findings = fleetFindings(fleet),
+      .findings = asSentences(fleetFindings(fleet), mapped(fleet.files.units, &FleetUnit::file)),
       .numbers = fleetNumbers(fleet),
-      .sections = fleetSections(fleet),
-      .created_by = created_by};
+      .sections = fleetSections(fleet)};
   page.verdict = verdictOf(page.findings);
   page.subtitle =
       fmt::format("{}{} px", group.typical ? std::string(group.typical->camera.modelId()) + ", " : "",
@@ -177,12 +161,11 @@ std::string fleetPage(const Fleet& fleet, const std::string& created_by) {
   if (fleet.groups.size() > 1)
     page.subtitle += fmt::format(", and {}", counted(fleet.groups.size() - 1, "other image size"));
   page.sentence = "Distances hold for 95 % of the image, after the best rotation of each unit.";
-  for (const FleetUnit& unit : fleet.files.units) page.names.push_back(unit.file);
   page.details =
       listHtml(fmt::format("{} files that cannot be read", fleet.files.unreadable.size()),
-               unreadableLines(fleet.files.unreadable)) +
+               mapped(fleet.files.unreadable, &UnreadableFile::reason)) +
       listHtml(fmt::format("{} previous files that cannot be read", fleet.unreadable_previous.size()),
-               unreadableLines(fleet.unreadable_previous));
+               mapped(fleet.unreadable_previous, &UnreadableFile::reason));
   return pageText(page, fleetJson(fleet, created_by));
 }
 

@@ -10,17 +10,13 @@
 
 #include "alidade/core/diagnosis.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/report/canvas/page_table.h"
-#include "alidade/report/figures/image_figures.h"
-#include "alidade/report/figures/lens_figures.h"
-#include "alidade/report/figures/residual_figures.h"
+#include "alidade/report/figures/camera_figures.h"
 #include "alidade/report/figures/scene_figure.h"
-#include "alidade/report/figures/undistorted_figure.h"
-#include "alidade/report/figures/view_figures.h"
 #include "alidade/report/pages/page_shell.h"
 #include "alidade/report/pages/rig_page.h"
-#include "alidade/report/pages/view_sheet.h"
 
 namespace alidade {
 namespace {
@@ -58,20 +54,18 @@ std::string accuracySentence(const CalibrationEvidence& data) {
 std::vector<PageNumber> numbersOf(const CalibrationEvidence& data) {
   std::vector<PageNumber> numbers;
   if (data.accuracy) {
-    numbers.push_back(
-        {"Accuracy", errorText(data.accuracy->covered_px), "95 %, where boards were seen", true});
-    numbers.push_back({"Within tolerance", percentText(data.accuracy->shareWithin(data.tolerance_px)),
-                       fmt::format("of {}, {:g} px", wholeName(*data.accuracy), data.tolerance_px), true});
+    numbers = {{"Accuracy", errorText(data.accuracy->covered_px), "95 %, where boards were seen", true},
+               withinTolerance(data)};
   }
-  numbers.push_back({"Cross-validation",
-                     std::isfinite(data.holdout_rms_px) ? rmsText(data.holdout_rms_px) : "impossible",
-                     "RMS of unseen corners"});
-  numbers.push_back({"Reprojection error", rmsText(data.rms_px), "RMS of all corners"});
-  numbers.push_back({"Images", fmt::format("{} of {}", data.num_images_used, data.num_images_given),
-                     "used for the calibration"});
-  numbers.push_back(
-      {"Corners", std::to_string(numCorners(data)),
-       data.num_outliers == 0 ? "no outliers" : fmt::format("{} outliers left out", data.num_outliers)});
+  append(
+      numbers,
+      {{"Cross-validation", std::isfinite(data.holdout_rms_px) ? rmsText(data.holdout_rms_px) : "impossible",
+        "RMS of unseen corners"},
+       {"Reprojection error", rmsText(data.rms_px), "RMS of all corners"},
+       {"Images", fmt::format("{} of {}", data.num_images_used, data.num_images_given),
+        "used for the calibration"},
+       {"Corners", std::to_string(allCorners(data).size()),
+        data.num_outliers == 0 ? "no outliers" : fmt::format("{} outliers left out", data.num_outliers)}});
   return numbers;
 }
 
@@ -141,8 +135,9 @@ std::string detailsHtml(const CalibrationEvidence& data) {
   return html + listHtml("Settings", data.settings);
 }
 
-std::vector<PageSection> sectionsOf(const CalibrationEvidence& data, const PageOptions& options) {
-  std::vector<PageSection> sections;
+// @param pictures  of the views
+std::vector<PageSection> sectionsOf(const CalibrationEvidence& data, const PageOptions& options,
+                                    const std::vector<std::string>& pictures) {
   PageSection accuracy{.id = "where", .title = "Where the camera is accurate"};
   if (data.accuracy) {
     accuracy.figures.push_back(accuracyFigure(data));
@@ -152,35 +147,26 @@ std::vector<PageSection> sectionsOf(const CalibrationEvidence& data, const PageO
         "camera.</p>\n";
   }
   accuracy.figures.push_back(coverageFigure(data));
-  sections.push_back(std::move(accuracy));
   PageSection next{.id = "how", .title = "How the board was held"};
   if (data.next_view) next.figures.push_back(nextViewFigure(data));
-  next.figures.push_back(tiltFigure(data));
-  next.figures.push_back(distanceFigure(data));
-  next.figures.push_back(sceneFigure(data));
-  sections.push_back(std::move(next));
-  PageSection errors{.id = "errors", .title = "Reprojection errors"};
-  errors.figures.push_back(imageResidualsFigure(data));
-  errors.figures.push_back(viewErrorsFigure(data));
-  for (std::size_t b = 0; b < data.boards.size(); ++b) {
-    const bool is_used =
-        std::ranges::any_of(data.views, [&](const ReportedView& view) { return view.board == b; });
-    if (is_used) errors.figures.push_back(boardResidualsFigure(data, b));
-  }
-  errors.figures.push_back(histogramFigure(data));
-  errors.figures.push_back(normalPlotFigure(data));
-  sections.push_back(std::move(errors));
-  sections.push_back({.id = "views", .title = "Views", .figures = {}, .more = {}});
+  append(next.figures, {tiltFigure(data), distanceFigure(data), sceneFigure(data)});
+  PageSection errors{.id = "errors",
+                     .title = "Reprojection errors",
+                     .figures = {imageResidualsFigure(data), viewErrorsFigure(data)}};
+  append(errors.figures, boardResidualsFigures(data));
+  append(errors.figures, {histogramFigure(data), normalPlotFigure(data)});
+  PageSection views{.id = "views", .title = "Views", .figures = {}, .more = viewSheet(data, pictures)};
   PageSection lens{
       .id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
   if (std::optional<Figure> figure = undistortedFigure(data, options.pictures.image_of))
     lens.figures.push_back(*std::move(figure));
   if (options.rival) lens.figures.push_back(differenceFigure(data, *options.rival));
-  sections.push_back(std::move(lens));
-  PageSection parameters{.id = "values", .title = "Parameters and models"};
+  PageSection parameters{.id = "values",
+                         .title = "Parameters and models",
+                         .figures = {},
+                         .more = parametersHtml(data) + modelsHtml(data)};
   if (data.covariance) parameters.figures.push_back(correlationFigure(data));
-  sections.push_back(std::move(parameters));
-  return sections;
+  return {accuracy, next, errors, views, lens, parameters};
 }
 
 // The evidence for display: no suggestion if no photograph can help.
@@ -197,22 +183,21 @@ CalibrationEvidence readShownData(const nlohmann::json& evidence, const std::str
 }
 
 // The page of a rig has neither pictures of views nor a comparison.
-void refuseCameraOptions(const std::string& file, const PageOptions& options) {
-  if (!options.pictures.image_of && !options.rival) return;
-  throw usageError(
-      {.where = file,
-       .found = std::string("the evidence of a rig, with ") + (options.rival ? "--against" : "--images"),
-       .expected = "the evidence of one camera",
-       .next_step = options.rival ? "compare rigs with alidade diff" : "leave --images out"});
+PageContent rigContent(const nlohmann::json& evidence, const std::string& file, const PageOptions& options) {
+  if (options.pictures.image_of || options.rival) {
+    throw usageError(
+        {.where = file,
+         .found = std::string("the evidence of a rig, with ") + (options.rival ? "--against" : "--images"),
+         .expected = "the evidence of one camera",
+         .next_step = options.rival ? "compare rigs with alidade diff" : "leave --images out"});
+  }
+  return rigPage(readRig(evidence, file));
 }
 
 }  // namespace
 
 std::string reportPage(const nlohmann::json& evidence, const std::string& file, const PageOptions& options) {
-  if (isRigEvidence(evidence)) {
-    refuseCameraOptions(file, options);
-    return rigPage(evidence, file);
-  }
+  if (isRigEvidence(evidence)) return pageText(rigContent(evidence, file, options), evidence);
   const CalibrationEvidence data = readShownData(evidence, file);
   PageOptions keeping = options;
   keeping.pictures.image_of = keepingOne(options.pictures.image_of, undistortedImageName(data));
@@ -220,34 +205,27 @@ std::string reportPage(const nlohmann::json& evidence, const std::string& file, 
       viewPictures(data, data.num_images_given, keeping.pictures, options.num_jobs);
   PageContent page{
       .title = fmt::format("{}, {} × {} px", data.camera.modelId(), data.size.width, data.size.height),
-      .subject = "camera",
+      .headline = verdictHeadline(data.verdict, "camera"),
       .verdict = data.verdict,
       .sentence = accuracySentence(data),
-      .findings = data.findings,
+      .findings = asSentences(data.findings, mapped(data.views, &ReportedView::image)),
       .numbers = numbersOf(data),
-      .sections = sectionsOf(data, keeping),
+      .sections = sectionsOf(data, keeping, pictures),
       .details = detailsHtml(data),
-      .dialog = viewerHtml(),
-      .created_by = data.created_by};
-  if (data.accuracy && !isMostlyAccurate(data)) page.reservation = "only " + shareSentence(data);
-  for (const ReportedView& view : data.views) page.names.push_back(view.image);
+      .dialog = viewerHtml()};
+  if (data.verdict == Verdict::kReservations && data.accuracy && !isMostlyAccurate(data))
+    page.headline += ": only " + shareSentence(data);
   for (const FitBoard& board : data.boards)
     page.subtitle += (page.subtitle.empty() ? "" : ", ") + board.target.spec();
-  if (data.next_view) page.next_text = data.next_view->text;
-  for (PageSection& section : page.sections) {
-    if (section.id == "views") section.more = viewSheet(data, pictures);
-    if (section.id == "values") section.more = parametersHtml(data) + modelsHtml(data);
-  }
+  if (data.next_view) page.next_text = data.next_text;
   return pageText(page, evidence);
 }
 
 std::vector<FigureFile> reportFigures(const nlohmann::json& evidence, const std::string& file,
                                       const PageOptions& options) {
-  if (isRigEvidence(evidence)) {
-    refuseCameraOptions(file, options);
-    return rigFigures(evidence, file);
-  }
-  return figureFiles(sectionsOf(readShownData(evidence, file), options));
+  if (isRigEvidence(evidence)) return figureFiles(rigContent(evidence, file, options).sections);
+  const CalibrationEvidence data = readShownData(evidence, file);
+  return figureFiles(sectionsOf(data, options, std::vector<std::string>(data.views.size())));
 }
 
 }  // namespace alidade

@@ -8,7 +8,6 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "alidade/report/data/report_data.h"
-#include "alidade/report/figures/difference_figure.h"
 #include "alidade/report/figures/page_pictures.h"
 #include "alidade/report/pages/page_shell.h"
 

@@ -3,31 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
+#include "alidade/core/text.h"
 #include "alidade/report/canvas/report_assets.h"
+#include "alidade/report/data/distinct_parts.h"
+#include "alidade/report/figures/camera_figures.h"
 
 namespace alidade {
 namespace {
 
 using nlohmann::json;
-
-// A sentence about a finding. Names of images and cameras keep their case.
-std::string sentenceOf(const Diagnosis& finding, const std::vector<std::string>& names) {
-  std::string sentence = finding.message();
-  const bool has_name = std::ranges::any_of(names, [&](const std::string& name) {
-    const bool is_first = !name.empty() && sentence.starts_with(name);
-    return is_first &&
-           (sentence.size() == name.size() || sentence[name.size()] == ':' || sentence[name.size()] == ' ');
-  });
-  const std::string word = sentence.substr(0, sentence.find(' '));
-  const bool is_word = std::ranges::all_of(word, [](char c) { return c >= 'a' && c <= 'z'; });
-  if (!has_name && is_word && !sentence.empty()) sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
-  return sentence;
-}
 
 // A full stop, unless the sentence already has an end.
 const char* fullStopOf(const std::string& sentence) {
@@ -50,16 +42,12 @@ std::vector<FindingGroup> grouped(const std::vector<Diagnosis>& findings) {
     const auto like = std::ranges::find_if(groups, [&](const FindingGroup& group) {
       return group.front()->id == finding.id && group.front()->severity == finding.severity;
     });
-    if (like == groups.end()) {
-      groups.push_back({&finding});
-    } else {
-      like->push_back(&finding);
-    }
+    (like == groups.end() ? groups.emplace_back() : *like).push_back(&finding);
   }
   return groups;
 }
 
-std::string groupHtml(const FindingGroup& group, const std::vector<std::string>& names) {
+std::string groupHtml(const FindingGroup& group) {
   const Severity severity = group.front()->severity;
   const char* name = severity == Severity::kFailure ? "Failure"
                      : severity <= Severity::kNote  ? "Note"
@@ -67,21 +55,18 @@ std::string groupHtml(const FindingGroup& group, const std::vector<std::string>&
   std::string sentences;
   std::vector<std::string> steps;
   for (const Diagnosis* finding : group) {
-    const std::string sentence = sentenceOf(*finding, names);
+    const std::string sentence = finding->message();
     sentences += fmt::format("{}{}{}{}", sentences.empty() ? "" : "<br>", escapedMarkup(sentence),
                              fullStopOf(sentence), effectText(*finding));
     if (!finding->next_step.empty() && std::ranges::find(steps, finding->next_step) == steps.end())
       steps.push_back(finding->next_step);
   }
-  std::string html = fmt::format("<li class=\"{}\"><span class=\"severity\">{}</span><span>{}</span>",
-                                 severityName(severity), name, sentences);
-  if (!steps.empty()) {
-    std::string todo;
-    for (const std::string& step : steps) todo += (todo.empty() ? "" : "; ") + step;
-    html +=
-        fmt::format("<span class=\"todo\">What to do: {}{}</span>", escapedMarkup(todo), fullStopOf(todo));
-  }
-  return html + "</li>\n";
+  const std::string todo = join(steps, "; ");
+  return fmt::format("<li class=\"{}\"><span class=\"severity\">{}</span><span>{}</span>{}</li>\n",
+                     severityName(severity), name, sentences,
+                     steps.empty() ? ""
+                                   : fmt::format("<span class=\"todo\">What to do: {}{}</span>",
+                                                 escapedMarkup(todo), fullStopOf(todo)));
 }
 
 // The accuracy assumes that nothing else is wrong: for a rejected camera it holds only if it is itself the
@@ -130,13 +115,8 @@ std::string embeddedEvidence(const json& evidence) {
     }
   }
   std::string text;
-  for (const char c : document.dump(-1, ' ', false, json::error_handler_t::replace)) {
-    if (c == '<') {
-      text += "\\u003c";
-    } else {
-      text += c;
-    }
-  }
+  for (const char c : document.dump(-1, ' ', false, json::error_handler_t::replace))
+    text += c == '<' ? std::string_view("\\u003c") : std::string_view(&c, 1);
   return text;
 }
 
@@ -154,7 +134,7 @@ std::string headHtml(const std::string& title) {
 // The expected accuracy, preceded by the reason if the camera is rejected.
 std::string verdictSentence(const PageContent& page) {
   if (page.verdict != Verdict::kNo) return page.sentence;
-  std::string text = mainFindingText(page.findings, page.names);
+  const std::string text = mainFindingText(page.findings);
   const bool is_void =
       !doesAccuracyApply(page) && std::ranges::any_of(page.numbers, &PageNumber::is_accuracy);
   const std::string rest = is_void ? "The accuracy figures below do not apply." : page.sentence;
@@ -162,27 +142,28 @@ std::string verdictSentence(const PageContent& page) {
 }
 
 std::string topHtml(const PageContent& page) {
-  const bool is_good = page.verdict == Verdict::kTrustworthy;
-  const bool is_fair = page.verdict == Verdict::kReservations;
-  std::string words = !page.headline.empty() ? page.headline
-                      : is_good              ? "Trustworthy"
-                      : is_fair              ? "Usable with reservations"
-                                             : "Rejected: do not use this " + page.subject;
-  if (is_fair && !page.reservation.empty()) words += ": " + page.reservation;
   std::string html = fmt::format(
       "<header><p class=\"kicker\">{} report</p>\n<h1>{}</h1>\n<p class=\"kicker\">{}</p></header>\n"
       "<section class=\"verdict {}\" aria-label=\"Verdict\"><strong>{}</strong><p>{}</p></section>\n",
-      page.kind, escapedMarkup(page.title), escapedMarkup(page.subtitle),
-      is_good   ? "good"
-      : is_fair ? "fair"
-                : "bad",
-      escapedMarkup(words), escapedMarkup(verdictSentence(page)));
-  html += findingsHtml(page.findings, page.names, page.next_text) + numbersHtml(page) +
-          "<nav aria-label=\"Sections\">";
+      page.kind, escapedMarkup(page.title), escapedMarkup(page.subtitle), verdictClass(page.verdict),
+      escapedMarkup(page.headline), escapedMarkup(verdictSentence(page)));
+  html += findingsHtml(page.findings, page.next_text) + numbersHtml(page) + "<nav aria-label=\"Sections\">";
   for (const PageSection& section : page.sections)
     html += fmt::format("<a href=\"#{}\">{}</a>\n", section.id, section.title);
   return html + "</nav>\n";
 }
+
+constexpr std::string_view kViewer =
+    "<dialog id=\"viewer\" aria-labelledby=\"viewer-name\"><div class=\"viewer\"><header><h3 "
+    "id=\"viewer-name\"></h3><label>Errors drawn <select id=\"viewer-times\"><option value=\"1\">true to "
+    "scale</option><option value=\"10\">10 times longer</option><option value=\"50\">50 times "
+    "longer</option><option value=\"200\">200 times longer</option></select></label><span "
+    "class=\"controls\"><button class=\"plain\" id=\"viewer-before\" type=\"button\" aria-label=\"Previous "
+    "view\">←</button><button class=\"plain\" id=\"viewer-after\" type=\"button\" aria-label=\"Next "
+    "view\">→</button><button class=\"plain\" id=\"viewer-close\" autofocus "
+    "type=\"button\">Close</button></span></header><svg id=\"viewer-drawing\" role=\"img\" "
+    "aria-labelledby=\"viewer-words\"></svg><footer><span id=\"viewer-words\"></span><span "
+    "id=\"viewer-key\">circle: detected; cross: projected</span></footer></div></dialog>\n";
 
 }  // namespace
 
@@ -194,8 +175,32 @@ std::string rmsText(double px) {
   return shortNumber(px) + "\u00a0px";
 }
 
-std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::vector<std::string>& names,
-                         const std::string& next_text) {
+const char* verdictClass(Verdict verdict) {
+  return verdict == Verdict::kTrustworthy ? "good" : verdict == Verdict::kReservations ? "fair" : "bad";
+}
+
+std::string verdictHeadline(Verdict verdict, const std::string& subject) {
+  return verdict == Verdict::kTrustworthy    ? "Trustworthy"
+         : verdict == Verdict::kReservations ? "Usable with reservations"
+                                             : "Rejected: do not use this " + subject;
+}
+
+std::vector<Diagnosis> asSentences(std::vector<Diagnosis> findings, const std::vector<std::string>& names) {
+  for (Diagnosis& finding : findings) {
+    const std::string sentence = finding.message();
+    const bool has_name = std::ranges::any_of(names, [&](const std::string& name) {
+      return !name.empty() && sentence.starts_with(name) &&
+             (sentence.size() == name.size() || sentence[name.size()] == ':' || sentence[name.size()] == ' ');
+    });
+    const std::string word = sentence.substr(0, sentence.find(' '));
+    const bool is_word =
+        !word.empty() && std::ranges::all_of(word, [](char c) { return c >= 'a' && c <= 'z'; });
+    if (!has_name && is_word) finding.cause[0] = static_cast<char>(finding.cause[0] - 'a' + 'A');
+  }
+  return findings;
+}
+
+std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::string& next_text) {
   constexpr int kMostShown = 8;
   std::string list;
   std::string notes;
@@ -207,7 +212,7 @@ std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::vect
     num_notes += is_note ? 1 : 0;
     num_others += is_note ? 0 : 1;
     std::string& to = is_note ? notes : num_others <= kMostShown ? list : others;
-    to += groupHtml(group, names);
+    to += groupHtml(group);
   }
   if (!next_text.empty()) {
     list += fmt::format(
@@ -228,11 +233,11 @@ std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::vect
   return html;
 }
 
-std::string mainFindingText(const std::vector<Diagnosis>& findings, const std::vector<std::string>& names) {
+std::string mainFindingText(const std::vector<Diagnosis>& findings) {
   const auto main = std::ranges::max_element(findings, {}, &Diagnosis::severity);
   if (main == findings.end() || main->severity < Severity::kWarning) return "";
   const auto num_more = std::ranges::count(findings, main->severity, &Diagnosis::severity) - 1;
-  const std::string sentence = sentenceOf(*main, names);
+  const std::string sentence = main->message();
   if (num_more == 0) return sentence + fullStopOf(sentence);
   return fmt::format("{} (and {}).", sentence,
                      counted(num_more, fmt::format("more {}", severityName(main->severity))));
@@ -251,6 +256,51 @@ std::string listHtml(const std::string& title, const std::vector<std::string>& l
   return html + "</ul></details>\n";
 }
 
+std::string viewSheet(const ReportData& data, const std::vector<std::string>& pictures) {
+  std::vector<std::size_t> order(data.views.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(
+      order, [&](std::size_t a, std::size_t b) { return data.views[a].rms_px > data.views[b].rms_px; });
+  std::string html =
+      "<figure id=\"view-sheet\" class=\"wide\"><h3>Views, the largest error first</h3><figcaption "
+      "class=\"reading\">Open a view to see its detected corners (circles) and where the camera projects "
+      "them (crosses).</figcaption><div class=\"sheet-of-views\">\n";
+  constexpr std::size_t kFew = 18;  // shown without folding
+  const std::size_t num_shown = order.size() <= kFew ? order.size() : 12;
+  constexpr std::size_t kLong = 12;  // a shared beginning so long that it hides the rest
+  const std::size_t shared = sharedPrefix(mapped(data.views, &ReportedView::image));
+  const std::size_t num_alike = shared >= kLong ? shared : 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i == num_shown)
+      html += fmt::format("</div><details><summary>{} more views</summary><div class=\"sheet-of-views\">\n",
+                          order.size() - i);
+    const std::size_t v = order[i];
+    const ReportedView& view = data.views[v];
+    const std::string name = escapedMarkup(view.image);
+    const std::string words = "RMS " + rmsText(view.rms_px);
+    html += fmt::format(
+        "<button class=\"thumb\" type=\"button\" data-view=\"{}\" aria-label=\"Open view {}, {}\">",
+        data.first_view + v, name, words);
+    html += pictures[v].empty() ? cornersPicture(data, view)
+                                : fmt::format("<img alt=\"\" width=\"{}\" height=\"{}\" src=\"{}\">",
+                                              data.size.width, data.size.height, pictures[v]);
+    const std::string shown =
+        num_alike > 0 ? "…" + escapedMarkup(std::string_view(view.image).substr(num_alike)) : name;
+    html +=
+        fmt::format("<span class=\"name\">{}</span><span class=\"error\">{}</span></button>\n", shown, words);
+  }
+  return html + (order.size() > num_shown ? "</div></details></figure>\n" : "</div></figure>\n");
+}
+
+std::string viewerHtml() {
+  return std::string(kViewer);
+}
+
+PageNumber withinTolerance(const ReportData& data) {
+  return {"Within tolerance", percentText(data.accuracy->shareWithin(data.tolerance_px)),
+          fmt::format("of {}, {:g} px", wholeName(*data.accuracy), data.tolerance_px), true};
+}
+
 std::string pageText(const PageContent& page, const json& evidence) {
   std::string html = headHtml(page.kind + ": " + page.title) + "<body>\n" + topHtml(page) + "<main>\n";
   for (const PageSection& section : page.sections) {
@@ -261,7 +311,7 @@ std::string pageText(const PageContent& page, const json& evidence) {
   html += "</main>\n" + page.dialog;
   html +=
       fmt::format("<footer>Made by {}. The data are embedded in this file (element “evidence”).</footer>\n",
-                  escapedMarkup(page.created_by));
+                  escapedMarkup(evidence.at("created_by").get<std::string>()));
   html += "<script type=\"application/json\" id=\"evidence\">" + embeddedEvidence(evidence) +
           "</script>\n<script>\n";
   html += pageScript();

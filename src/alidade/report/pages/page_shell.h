@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -8,6 +10,7 @@
 
 #include "alidade/core/diagnosis.h"
 #include "alidade/report/canvas/figure_canvas.h"
+#include "alidade/report/data/report_data.h"
 
 namespace alidade {
 
@@ -19,6 +22,12 @@ struct PageSection {
   std::vector<Figure> figures = {};
   std::string more = {};  ///< HTML after the figures
 };
+
+/// Puts more of a page behind what there is.
+template <class Item>
+void append(std::vector<Item>& to, std::vector<Item> more) {
+  std::ranges::move(more, std::back_inserter(to));
+}
 
 /// A key number for the top of the page.
 struct PageNumber {
@@ -33,19 +42,15 @@ struct PageContent {
   std::string kind = "Calibration";  ///< of the report
   std::string title;
   std::string subtitle = {};
-  std::string subject = {};   ///< of the verdict: "camera"
-  std::string headline = {};  ///< the verdict in words; empty: the standard text for calibrations
+  std::string headline = {};  ///< the verdict in words
   Verdict verdict = Verdict::kNo;
-  std::string reservation = {};  ///< follows "usable with reservations"; may be empty
-  std::string sentence = {};     ///< expected performance, after the reason if rejected
-  std::vector<Diagnosis> findings = {};
-  std::vector<std::string> names = {};  ///< of images and cameras; findings may begin with one
-  std::string next_text = {};           ///< the photograph to take next; empty if none
+  std::string sentence = {};             ///< what can be expected; behind the reason of a rejection
+  std::vector<Diagnosis> findings = {};  ///< see asSentences()
+  std::string next_text = {};            ///< the photograph to take next; empty: none
   std::vector<PageNumber> numbers = {};
   std::vector<PageSection> sections = {};
   std::string details = {};  ///< HTML
   std::string dialog = {};   ///< HTML
-  std::string created_by = {};
 };
 
 /// A file with a figure.
@@ -58,21 +63,36 @@ struct FigureFile {
 [[nodiscard]] std::string errorText(double px);
 /// An RMS, with three digits and its unit.
 [[nodiscard]] std::string rmsText(double px);
+/// "good", "fair" or "bad", the class of what shows a verdict.
+[[nodiscard]] const char* verdictClass(Verdict verdict);
+/// The verdict of a calibration in words. @param subject  of the verdict: "camera"
+[[nodiscard]] std::string verdictHeadline(Verdict verdict, const std::string& subject);
+/// Findings that begin with a capital letter, apart from these names of images and cameras.
+[[nodiscard]] std::vector<Diagnosis> asSentences(std::vector<Diagnosis> findings,
+                                                 const std::vector<std::string>& names);
 /// The findings as HTML: failures and warnings first, then notes in a list that opens.
-/// @param names  see PageContent
 [[nodiscard]] std::string findingsHtml(const std::vector<Diagnosis>& findings,
-                                       const std::vector<std::string>& names,
                                        const std::string& next_text = "");
 /// The first of the most severe findings, and the number of others: "The errors are large (and 3 more
 /// failures)." Empty if there are neither failures nor warnings.
-[[nodiscard]] std::string mainFindingText(const std::vector<Diagnosis>& findings,
-                                          const std::vector<std::string>& names);
+[[nodiscard]] std::string mainFindingText(const std::vector<Diagnosis>& findings);
 /// Figures in two columns, followed by HTML.
 [[nodiscard]] std::string figuresHtml(const std::vector<Figure>& figures, const std::string& more);
 /// A list that opens, as HTML; empty for an empty list.
 [[nodiscard]] std::string listHtml(const std::string& title, const std::vector<std::string>& lines);
 
+/// Buttons with pictures that open the views, the largest error first, as HTML.
+/// @param pictures  one per view, see viewPictures(); for an empty one its corners are drawn
+[[nodiscard]] std::string viewSheet(const ReportData& data, const std::vector<std::string>& pictures);
+
+/// The dialog in which the page's script shows a view, as HTML.
+[[nodiscard]] std::string viewerHtml();
+
+/// For the top of a page: which share of the image is accurate. @pre there is an accuracy
+[[nodiscard]] PageNumber withinTolerance(const ReportData& data);
+
 /// The whole page, including the evidence: positions and errors of corners with four decimals.
+/// @param evidence  a document that states in "created_by" the program and its version
 [[nodiscard]] std::string pageText(const PageContent& page, const nlohmann::json& evidence);
 [[nodiscard]] std::vector<FigureFile> figureFiles(const std::vector<PageSection>& sections);
 

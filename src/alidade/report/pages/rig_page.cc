@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/degrees.h"
+#include "alidade/core/mapped.h"
 #include "alidade/report/canvas/page_table.h"
 #include "alidade/report/figures/rig_figures.h"
 
@@ -125,26 +126,20 @@ std::string rigTitle(const ReportedRig& rig) {
 
 }  // namespace
 
-std::string rigPage(const nlohmann::json& evidence, const std::string& file) {
-  const ReportedRig rig = readRig(evidence, file);
+PageContent rigPage(const ReportedRig& rig) {
+  std::vector<std::string> names = mapped(rig.cameras, &ReportedRigCamera::name);
+  for (const ReportedView& view : rig.views) names.push_back(view.image);
   PageContent page{.title = rigTitle(rig),
-                   .subject = "rig",
+                   .headline = verdictHeadline(rig.verdict, "rig"),
                    .verdict = rig.verdict,
                    .sentence = rigSentence(rig),
-                   .findings = rig.findings,
+                   .findings = asSentences(rig.findings, names),
                    .numbers = rigNumbers(rig),
-                   .sections = rigSections(rig),
-                   .created_by = rig.created_by};
+                   .sections = rigSections(rig)};
   for (const Board& board : rig.boards) page.subtitle += (page.subtitle.empty() ? "" : ", ") + board.spec();
-  for (const ReportedRigCamera& camera : rig.cameras) page.names.push_back(camera.name);
-  for (const ReportedRigView& view : rig.views) page.names.push_back(view.image);
   page.sections.front().more = camerasTable(rig);
   page.details = listHtml(fmt::format("{} frames", rig.frames.size()), rig.frames);
-  return pageText(page, evidence);
-}
-
-std::vector<FigureFile> rigFigures(const nlohmann::json& evidence, const std::string& file) {
-  return figureFiles(rigSections(readRig(evidence, file)));
+  return page;
 }
 
 }  // namespace alidade

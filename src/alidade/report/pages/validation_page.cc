@@ -19,16 +19,10 @@
 #include "alidade/core/number_text.h"
 #include "alidade/report/canvas/page_table.h"
 #include "alidade/report/data/utf8.h"
-#include "alidade/report/figures/difference_figure.h"
+#include "alidade/report/figures/camera_figures.h"
 #include "alidade/report/figures/footage_figures.h"
-#include "alidade/report/figures/image_figures.h"
-#include "alidade/report/figures/lens_figures.h"
-#include "alidade/report/figures/residual_figures.h"
-#include "alidade/report/figures/undistorted_figure.h"
 #include "alidade/report/figures/validation_figures.h"
-#include "alidade/report/figures/view_figures.h"
 #include "alidade/report/pages/page_shell.h"
-#include "alidade/report/pages/view_sheet.h"
 
 namespace alidade {
 namespace {
@@ -44,14 +38,14 @@ const char* statusWords(Severity status) {
   return status == Severity::kFailure ? "failed" : status == Severity::kWarning ? "warnings" : "passed";
 }
 
-const char* statusClass(Severity status) {
-  return status == Severity::kFailure ? "bad" : status == Severity::kWarning ? "fair" : "good";
-}
-
 Verdict verdictFor(Severity status) {
   return status == Severity::kFailure   ? Verdict::kNo
          : status == Severity::kWarning ? Verdict::kReservations
                                         : Verdict::kTrustworthy;
+}
+
+const char* statusClass(Severity status) {
+  return verdictClass(verdictFor(status));
 }
 
 // All checks; if there are several cameras, with their names.
@@ -70,21 +64,16 @@ std::vector<Diagnosis> checksOf(const JudgedFile& file) {
   return all;
 }
 
-// Checks that did not simply pass, the most severe first.
+// Those that are more than a pass, the most severe first, as sentences. Names of cameras stay as they are.
 std::vector<Diagnosis> findingsOf(const JudgedFile& file) {
+  std::vector<std::string> names;
+  if (file.cameras.size() > 1) names = mapped(file.cameras, &JudgedCamera::name);
+  if (!names.empty()) names.emplace_back("rig");
   std::vector<Diagnosis> found = checksOf(file);
   if (file.error) found.push_back(*file.error);
   std::erase_if(found, [](const Diagnosis& check) { return check.severity == Severity::kPass; });
   sortDiagnoses(found);
-  return found;
-}
-
-// Names that findings may begin with.
-std::vector<std::string> cameraNames(const JudgedFile& file) {
-  if (file.cameras.size() <= 1) return {};
-  std::vector<std::string> names = {"rig"};
-  for (const JudgedCamera& camera : file.cameras) names.push_back(camera.name);
-  return names;
+  return asSentences(std::move(found), names);
 }
 
 std::string heldOutSentence(const JudgedCamera& camera) {
@@ -128,7 +117,7 @@ bool isConfirmedByFootage(const JudgedCamera& camera) {
 // The verdict on a file in one or two sentences.
 std::string fileSentence(const JudgedFile& file, bool is_compared) {
   if (file.status >= Severity::kWarning) {
-    std::string text = mainFindingText(findingsOf(file), cameraNames(file));
+    std::string text = mainFindingText(findingsOf(file));
     if (!text.empty()) return text;
   }
   if (file.cameras.size() != 1)
@@ -177,11 +166,7 @@ std::vector<PageSection> sectionsOf(const JudgedCamera& camera, const std::optio
     PageSection errors{.id = "errors", .title = "Errors on the images"};
     if (!data.views.empty()) {
       errors.figures.push_back(imageResidualsFigure(data));
-      for (std::size_t b = 0; b < data.boards.size(); ++b) {
-        const bool is_used =
-            std::ranges::any_of(data.views, [&](const ReportedView& view) { return view.board == b; });
-        if (is_used) errors.figures.push_back(boardResidualsFigure(data, b));
-      }
+      append(errors.figures, boardResidualsFigures(data));
       errors.figures.push_back(histogramFigure(data));
       if (held_out->freed) errors.figures.push_back(freedDifferenceFigure(data, *held_out->freed));
       errors.figures.push_back(viewErrorsFigure(data));
@@ -239,12 +224,7 @@ std::vector<PageNumber> numbersOf(const JudgedCamera& camera) {
   if (camera.data) {
     const double end = camera.data->camera.cone().max_angle_rad * kDegPerRad;
     numbers.push_back({"Model ends at", fmt::format("{:.1f}°", end), "from the optical axis"});
-    if (camera.data->accuracy) {
-      const Accuracy& accuracy = *camera.data->accuracy;
-      numbers.push_back({"Within tolerance", percentText(accuracy.shareWithin(camera.data->tolerance_px)),
-                         fmt::format("of {}, {:g} px", wholeName(accuracy), camera.data->tolerance_px),
-                         true});
-    }
+    if (camera.data->accuracy) numbers.push_back(withinTolerance(*camera.data));
   }
   return numbers;
 }
@@ -308,7 +288,7 @@ std::string fileFold(const JudgedFile& file, std::size_t number, const std::opti
   // Otherwise the findings state it.
   if (file.status < Severity::kWarning)
     html += "<p>" + escapedMarkup(fileSentence(file, is_compared)) + "</p>\n";
-  html += findingsHtml(findingsOf(file), cameraNames(file)) + checksTable(file);
+  html += findingsHtml(findingsOf(file)) + checksTable(file);
   for (std::size_t c = 0; c < file.cameras.size(); ++c) {
     if (file.cameras.size() > 1)
       html += fmt::format("<h3 class=\"camera\">{}</h3>\n", escapedMarkup(file.cameras[c].name));
@@ -382,7 +362,6 @@ PageContent pageOfOne(const JudgedFile& file, const ValidationResult& result, bo
                    // Every page states the reason of a failure anyway.
                    .sentence = file.status == Severity::kFailure ? "" : fileSentence(file, is_compared),
                    .findings = findingsOf(file),
-                   .names = cameraNames(file),
                    .details = checksTable(file) + otherFilesHtml(result)};
   if (file.cameras.size() != 1) {
     for (std::size_t c = 0; c < file.cameras.size(); ++c) {
@@ -431,7 +410,6 @@ std::string validationPage(const ValidationResult& result, const nlohmann::json&
   }
   PageContent page = files.size() == 1 ? pageOfOne(files.front(), result, is_compared, source, num_jobs)
                                        : pageOfMany(files, result, is_compared);
-  page.created_by = result.created_by;
   if (has_views) page.dialog = viewerHtml();
   return pageText(page, document);
 }

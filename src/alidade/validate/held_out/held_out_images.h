@@ -11,6 +11,7 @@
 #include "alidade/core/cancel.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/board.h"
+#include "alidade/target/corner_error.h"
 #include "alidade/target/view.h"
 #include "alidade/validate/held_out/held_scores.h"
 #include "alidade/validate/held_out/slips.h"
@@ -25,13 +26,6 @@ struct HeldOutOptions {
   const CancelFlag* cancel = nullptr;
 };
 
-/// A corner that was not used for the pose that predicts it.
-struct HeldOutCorner {
-  int id = 0;
-  Eigen::Vector2d pixel{0, 0};     ///< observed position
-  Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
-};
-
 /// A view of the board, as seen by the tested camera.
 struct HeldOutView {
   std::string image;
@@ -44,8 +38,9 @@ struct HeldOutView {
   /// one.
   double fixed_rms_px = std::numeric_limits<double>::quiet_NaN();
   double freed_rms_px = std::numeric_limits<double>::quiet_NaN();
-  SE3 camera_from_board = {};               ///< fitted to all corners, for the unchanged camera
-  std::vector<HeldOutCorner> corners = {};  ///< with an error, in ascending order of id
+  SE3 camera_from_board = {};  ///< fitted to all corners, for the camera as it is
+  /// With an error, in ascending order of id; none had a part in the pose by which it is predicted.
+  std::vector<CornerError> corners = {};
 };
 
 /// A change of one parameter that the images suggest.
