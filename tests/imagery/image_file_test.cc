@@ -21,7 +21,7 @@
 #include "alidade/core/random.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_container.h"
-#include "alidade/imagery/jpeg_damage.h"
+#include "alidade/imagery/image_damage.h"
 #include "support/exif.h"
 #include "support/message_of.h"
 #include "support/scratch_test.h"

@@ -55,11 +55,6 @@ struct Rectification {
   [[nodiscard]] double disparityAtInfinity() const {
     return views[0].axis_px[alongIndex()] - views[1].axis_px[alongIndex()];
   }
-  /// The point, in the rectified frame at the first camera (metres), of a pixel of the first view whose match
-  /// in the second is at pixel - disparity along the baseline. Nothing without a ray or at infinity or
-  /// beyond.
-  [[nodiscard]] std::optional<Eigen::Vector3d> pointFromDisparity(const Eigen::Vector2d& pixel,
-                                                                  double disparity) const;
 
   /// 3x4 as OpenCV's P1 and P2: pixels of view `i` of points in the rectified frame at the first camera.
   /// @pre rectilinear
@@ -68,16 +63,6 @@ struct Rectification {
   [[nodiscard]] Eigen::Matrix4d disparityToDepth() const;
   /// The camera of view `i`. @pre rectilinear
   [[nodiscard]] AnyCamera pinhole(std::size_t i) const;
-};
-
-struct RectificationRequest {
-  ViewProjection projection = ViewProjection::kRectilinear;
-  ViewExtent extent = ViewExtent::kSameScale;
-  double horizontal_field_rad = 0;  ///< kFieldOfView: between the outer edges of the outer pixels
-  std::optional<ImageSize> size = std::nullopt;  ///< of the output; none: as the first camera
-  /// Each view is centred on its own camera along the baseline, and infinity has a disparity. For cameras
-  /// that look towards each other. Otherwise both have the same axis_px, and infinity has none.
-  bool has_own_centres = false;
 };
 
 /// Chooses the common orientation and the views of two cameras of a rig.
@@ -89,7 +74,7 @@ struct RectificationRequest {
 /// from its own in a rectilinear view: one camera in front of the other, or back to back), and as
 /// chooseView()
 [[nodiscard]] Rectification rectify(const AnyRig& rig, std::size_t first, std::size_t second,
-                                    const RectificationRequest& request);
+                                    const ViewRequest& request);
 
 /// Where the pixels of view `i` come from, in the camera's own images.
 [[nodiscard]] RemapTable makeRemapTable(const Rectification& rectification, std::size_t i,

@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+// Damage that OpenCV's decoders do not report.
+
 namespace alidade {
 
 /// What is wrong in the coded data of a JPEG file, in libjpeg's words; empty if nothing is seen. Decoders go
@@ -11,5 +13,10 @@ namespace alidade {
 /// are coded again, which must give the same bytes; a changed byte that leaves codes of the same length
 /// cannot be seen. A byte or two between the data and the end are the padding of some cameras.
 [[nodiscard]] std::string jpegDamage(std::string_view content);
+
+/// Whether the first image of a TIFF file cannot be decoded without an error. OpenCV ignores what libtiff
+/// says of single strips and tiles. Damage within valid codes is only seen where they have a checksum
+/// (Deflate).
+[[nodiscard]] bool isTiffDamaged(std::string_view content);
 
 }  // namespace alidade
