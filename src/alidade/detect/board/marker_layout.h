@@ -8,15 +8,9 @@
 
 namespace alidade {
 
-/// How markers lie beside one another.
-enum class MarkerLattice {
-  kDiagonal,  ///< in every other square, as on ChArUco boards
-  kUpright,   ///< in columns and rows, as on AprilGrids
-};
-
 /// What images show of a board's markers.
 struct MarkerLayout {
-  MarkerLattice lattice = MarkerLattice::kDiagonal;
+  bool is_diagonal = true;  ///< in every other square, as on ChArUco boards, and not as on AprilGrids
   double spacing = 0;  ///< between the lattice's columns, as a multiple of a marker's side, to a few per cent
   std::vector<int> ids = {};  ///< of the markers that have a neighbour in the lattice, in order
   /// Of squares or tags, by how the ids go on from row to row; 0 where the ids contradict each other or too

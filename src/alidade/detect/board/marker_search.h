@@ -19,11 +19,11 @@ struct MarkerPattern {
   double clear_share = 0;  ///< how far off them nothing is printed, as a share of the step
   /// True if the square between columns and rows 0 and 1 is dark; further ones alternate.
   bool is_first_dark = true;
-  std::vector<Marker<Eigen::Vector2d>> markers = {};  ///< board frame, metres
+  std::vector<Marker> markers = {};  ///< board frame, metres
 };
 
 /// An upright marker whose top left corner is at `low`.
-[[nodiscard]] Marker<Eigen::Vector2d> squareMarker(int id, const Eigen::Vector2d& low, double side);
+[[nodiscard]] Marker squareMarker(int id, const Eigen::Vector2d& low, double side);
 
 /// Finds a board by its markers. OpenCV's markers tell ids and first guesses; a pattern is chosen by how well
 /// neighbouring markers agree on it; corners are predicted from what is known around them, beside markers

@@ -18,12 +18,11 @@ struct DiscGuess {
 
 /// An ellipse whose rim follows the edge of a disc.
 struct DiscFit {
-  Eigen::Vector2d pixel;       ///< its middle
-  Eigen::Matrix2d shape;       ///< see DiscGuess
-  Eigen::Matrix2d covariance;  ///< of the middle, px^2
-  double sigma_px = 0;         ///< one standard deviation an axis: sqrt(trace(covariance) / 2)
-  double blur_px = 0;          ///< one standard deviation of the edge's blur, the pixel's own width included
-  double contrast = 0;         ///< grey levels outside less inside
+  Eigen::Vector2d pixel;  ///< its middle
+  Eigen::Matrix2d shape;  ///< see DiscGuess
+  double sigma_px = 0;    ///< of the middle, one standard deviation an axis: sqrt(trace(covariance) / 2)
+  double blur_px = 0;     ///< one standard deviation of the edge's blur, the pixel's own width included
+  double contrast = 0;    ///< grey levels outside less inside
 };
 
 /// Fits I(X, Y) = (1 + sx X + sy Y) (a + b erf(d / (sqrt2 s))) to the pixels about the rim, d being the
