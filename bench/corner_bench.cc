@@ -93,8 +93,9 @@ double cramerRao(const GrayImage& image, const CornerGuess& at_truth, double blu
   window.reach_u = 0.8 - margin / length_u;
   window.reach_v = 0.8 - margin / length_v;
   EdgePixels pixels;
-  gatherBands(image, window, origin, model, 4, {1e9, 1e9}, pixels);
-  NormalEquations sums;
+  CornerTask{.image = image, .guess = at_truth, .origin = origin}.gatherBands(window, model, 4, {1e9, 1e9},
+                                                                              pixels);
+  EdgeSums sums;
   sumNormalEquations(pixels, model, sums);
   auto& h = sums.hessian;
   h(EdgeModel::kTone, EdgeModel::kTone) += 1e12;
@@ -102,8 +103,8 @@ double cramerRao(const GrayImage& image, const CornerGuess& at_truth, double blu
   h(EdgeModel::kBlur2, EdgeModel::kBlur2) += 1e12;
   h(EdgeModel::kBlur1, EdgeModel::kBlur2) -= 1e12 - 1;
   h(EdgeModel::kBlur2, EdgeModel::kBlur1) -= 1e12 - 1;
-  Eigen::Matrix<double, NormalEquations::kSize, 1> scale = h.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::Matrix<double, NormalEquations::kSize, NormalEquations::kSize> covariance =
+  EdgeSums::Vector scale = h.diagonal().cwiseSqrt().cwiseInverse();
+  const EdgeSums::Matrix covariance =
       scale.asDiagonal() * (scale.asDiagonal() * h * scale.asDiagonal()).inverse() * scale.asDiagonal();
   return noise * noise * 0.5 * (covariance(0, 0) + covariance(1, 1));
 }

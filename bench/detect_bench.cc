@@ -239,7 +239,7 @@ double wallMilliseconds(const std::vector<std::string>& paths, int jobs) {
     const auto start = std::chrono::steady_clock::now();
     DetectImagesOptions options;
     options.num_jobs = jobs;
-    (void)detectInImages(paths, kBoard, options);
+    (void)detectInImages(paths, std::vector<Board>{kBoard}, options);
     times.push_back(
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
   }
@@ -265,7 +265,7 @@ int run(int num_memory_images) {
       std::fprintf(stderr, "run without an argument first: it writes the images\n");
       return 1;
     }
-    const auto outcomes = detectInImages(paths, kBoard);
+    const auto outcomes = detectInImages(paths, std::vector<Board>{kBoard}).front();
     const auto num_found = std::count_if(outcomes.begin(), outcomes.end(),
                                          [](const ImageOutcome& o) { return o.detection.hasCorners(); });
     std::printf("%d images of 4000x3000, all threads: %ld found, peak memory %ld MB\n", num_memory_images,

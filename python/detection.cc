@@ -121,8 +121,7 @@ SurveyValue valueOf(const std::vector<BoardSurvey>& surveys, const ImageSet& ima
   value.given.notes = images.notes();
   for (const BoardSurvey& survey : surveys) {
     value.boards.push_back(survey.board);
-    for (const SurveyNote& note : survey.notes)
-      value.given.notes.push_back(diagnosisOf(note, survey).message());
+    for (const Diagnosis& note : survey.notes) value.given.notes.push_back(note.message());
     for (std::size_t i = 0; i < survey.outcomes.size(); ++i) {
       const ImageOutcome& outcome = survey.outcomes[i];
       if (outcome.detection.hasCorners()) found.insert(i);

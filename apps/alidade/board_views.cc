@@ -291,7 +291,7 @@ DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& opti
   stage.notes = images.notes();
   stage.images = images;
   for (const BoardSurvey& survey : stage.surveys) {
-    for (const SurveyNote& note : survey.notes) stage.notes.push_back(diagnosisOf(note, survey).message());
+    for (const Diagnosis& note : survey.notes) stage.notes.push_back(note.message());
   }
   if (!debug_complaint.empty())
     stage.notes.push_back("some debug images could not be written: " + debug_complaint);

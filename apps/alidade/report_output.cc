@@ -65,12 +65,13 @@ PictureSource picturesFrom(const json& evidence, const std::vector<std::string>&
   std::map<std::string, std::size_t> index_of;
   for (const std::string& name : viewNames(evidence)) {
     const auto frame = parseFrameName(name);
+    const auto video = frame ? path_of.find(frame->first) : path_of.end();
     if (const auto file = path_of.find(name); file != path_of.end()) {
       index_of[name] = images.size();
       images.push_back(file->second);
-    } else if (frame && path_of.contains(frame->video)) {
+    } else if (video != path_of.end()) {
       index_of[name] = images.size();
-      images.push_back(path_of[frame->video] + "@" + std::to_string(frame->number));
+      images.push_back(video->second + "@" + std::to_string(frame->second));
     }
   }
   return {

@@ -25,15 +25,12 @@ struct ViewOptions {
   void addOptions(Flags& flags, const std::string& projection_help, const std::string& size_help);
   /// @throws Error (kUsage) for flags that exclude each other
   void checkUsage(const Flags& flags) const;
-  /// Sets the fields that requests of all commands share.
-  template <class Request>
-  [[nodiscard]] Request request(const Flags& flags) const {
-    Request request;
-    request.projection = projectionOf(projection);
-    request.extent = extent(flags);
-    request.horizontal_field_rad = fov_deg / kDegPerRad;
-    request.size = parseSize(size);
-    return request;
+  /// What the flags of all commands ask for.
+  [[nodiscard]] ViewRequest request(const Flags& flags) const {
+    return {.projection = projectionOf(projection),
+            .extent = extent(flags),
+            .horizontal_field_rad = fov_deg / kDegPerRad,
+            .size = parseSize(size)};
   }
   [[nodiscard]] Interpolation interpolationKind() const {
     return interpolation == "cubic" ? Interpolation::kCubic : Interpolation::kLinear;

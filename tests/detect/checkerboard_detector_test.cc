@@ -338,7 +338,7 @@ TEST(DetectInImages, KeepsTheOrderAndReportsWhatCannotBeRead) {
       EXPECT_EQ(total, 4U);
       EXPECT_EQ(done, ++last_done);
     };
-    runs.push_back(detectInImages(ImageSet(names, load), kBoard, options));
+    runs.push_back(detectInImages(ImageSet(names, load), std::vector<Board>{kBoard}, options).front());
     EXPECT_EQ(last_done, 4U);
   }
   for (const auto& outcomes : runs) {

@@ -171,14 +171,15 @@ TEST_F(EntryInCache, IsSearchedForAgainIfItIsWrong) {
   cache.keep(key, replaced(entryText(outcome()), "100.1", "1e300"));
   DetectImagesOptions options;
   options.cache = &cache;
-  const ImageOutcome again = detectInImages(images, board(), options).front();
+  const ImageOutcome again = detectInImages(images, std::vector{board()}, options).front().front();
   EXPECT_EQ(again.detection.reason, DetectionReason::kNoBoard);
   EXPECT_THAT(again.detection.corners, IsEmpty());
   EXPECT_THAT(cache.complaints(), ElementsAre(HasSubstr("is damaged; its result was computed again")));
   EXPECT_EQ(cache.find(key), entryText(again));
   // A right one is taken as it is.
   cache.keep(key, entryText(outcome()));
-  EXPECT_EQ(entryText(detectInImages(images, board(), options).front()), entryText(outcome()));
+  EXPECT_EQ(entryText(detectInImages(images, std::vector{board()}, options).front().front()),
+            entryText(outcome()));
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 namespace alidade {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 
 const Checkerboard kBoard{.columns = 9, .rows = 6, .square_m = 0.025};
@@ -42,10 +41,18 @@ ImageOutcome seen(int columns, int rows, bool is_closed,
   return outcome;
 }
 
+std::vector<Diagnosis> triaged(std::vector<ImageOutcome>& outcomes, const Board& board) {
+  std::vector<BoardSurvey> surveys = {
+      {.board = board, .paths = {}, .outcomes = std::move(outcomes), .notes = {}}};
+  triage(surveys);
+  outcomes = std::move(surveys.front().outcomes);
+  return surveys.front().notes;
+}
+
 TEST(Triage, KeepsTheFirstOfImagesThatShowTheSame) {
   std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 100.2),
                                         found("d", 100.6), found("e", 160)};
-  triage(outcomes, kBoard);
+  triaged(outcomes, kBoard);
   EXPECT_TRUE(outcomes[0].detection.hasCorners());
   EXPECT_TRUE(outcomes[1].detection.hasCorners());
   EXPECT_EQ(outcomes[2].detection.reason, DetectionReason::kDuplicate);
@@ -53,35 +60,30 @@ TEST(Triage, KeepsTheFirstOfImagesThatShowTheSame) {
   EXPECT_TRUE(outcomes[2].detection.corners.empty());
   EXPECT_TRUE(outcomes[3].detection.hasCorners()) << "moved by more than a quarter of a pixel";
   EXPECT_EQ(outcomes[4].detection.detail, "shows the same corners as b");
-  EXPECT_EQ(outcomes[2].same_as, 0U);
-  EXPECT_EQ(outcomes[4].same_as, 1U);
-  EXPECT_FALSE(outcomes[3].same_as.has_value());
 }
 
 TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
   std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 200)};
   outcomes[1].size = {.width = 641, .height = 480};
-  const auto notes = triage(outcomes, kBoard);
+  const auto notes = triaged(outcomes, kBoard);
   EXPECT_EQ(outcomes[1].detection.reason, DetectionReason::kOtherSize);
   EXPECT_THAT(outcomes[1].detection.detail, HasSubstr("641x480"));
   ASSERT_EQ(notes.size(), 1U);
-  EXPECT_EQ(notes[0].kind, SurveyNote::Kind::kSeveralSizes);
-  EXPECT_THAT(notes[0].images, ElementsAre(1));
-  EXPECT_EQ(diagnosisOf(notes[0], BoardSurvey{}).cause,
-            "images of two different sizes were given; only the 2 of 640x480 are used");
+  EXPECT_EQ(notes[0].id, "several_sizes");
+  EXPECT_EQ(notes[0].cause, "images of two different sizes were given; only the 2 of 640x480 are used");
 }
 
 TEST(Triage, DoubtsPartsWhereMostImagesShowAnotherBoardWhole) {
   std::vector<ImageOutcome> outcomes = {found("a", 100, false), found("b", 160, true), seen(10, 7, true),
                                         seen(10, 7, true), seen(10, 7, true)};
-  triage(outcomes, kBoard);
+  triaged(outcomes, kBoard);
   EXPECT_EQ(outcomes[0].detection.reason, DetectionReason::kOtherBoard);
   EXPECT_THAT(outcomes[0].detection.detail, HasSubstr("10x7"));
   EXPECT_TRUE(outcomes[1].detection.hasCorners()) << "its border was seen";
 
   // A stray image of another board casts no doubt on the others.
   outcomes = {found("a", 100, false), found("b", 160, false), seen(10, 7, true)};
-  triage(outcomes, kBoard);
+  triaged(outcomes, kBoard);
   EXPECT_TRUE(outcomes[0].detection.hasCorners() && outcomes[1].detection.hasCorners());
 }
 
@@ -92,7 +94,7 @@ TEST(Triage, RefusesASpecWithALineThatNoImageShows) {
                                         found("c", 220, false), found("d", 280, false)};
   for (ImageOutcome& outcome : outcomes) outcome.detection.reason = DetectionReason::kPartial;
   std::vector<ImageOutcome> with_all = outcomes;
-  triage(outcomes, asked);
+  triaged(outcomes, asked);
   for (const ImageOutcome& outcome : outcomes) {
     EXPECT_EQ(outcome.detection.reason, DetectionReason::kOtherBoard);
     EXPECT_THAT(outcome.detection.detail, HasSubstr("most show 9x6"));
@@ -102,7 +104,7 @@ TEST(Triage, RefusesASpecWithALineThatNoImageShows) {
   EXPECT_EQ(hint->columns, 9);
 
   with_all[2].detection.seen = SeenGrid{.columns = 10, .rows = 6, .num_corners = 60, .is_closed = false};
-  triage(with_all, asked);
+  triaged(with_all, asked);
   for (const ImageOutcome& outcome : with_all) EXPECT_TRUE(outcome.detection.hasCorners());
 }
 
@@ -113,7 +115,7 @@ TEST(Triage, LetsImagesWithoutTheBoardHaveNoSayInTheSize) {
     outcomes.back().image = "noise";
     outcomes.back().size = {.width = 600, .height = 500};
   }
-  triage(outcomes, kBoard);
+  triaged(outcomes, kBoard);
   EXPECT_TRUE(outcomes[0].detection.hasCorners() && outcomes[1].detection.hasCorners());
   EXPECT_EQ(outcomes[2].detection.reason, DetectionReason::kOtherSize);
 }
@@ -122,21 +124,19 @@ TEST(DiagnoseBoard, DoesNotTakeTheBoardAskedForForAnother) {
   std::vector<ImageOutcome> outcomes = {seen(9, 6, true, DetectionReason::kTooSmall),
                                         seen(9, 6, true, DetectionReason::kTooSmall), found("c", 100, false)};
   EXPECT_FALSE(diagnoseBoard(outcomes, kBoard));
-  triage(outcomes, kBoard);
+  triaged(outcomes, kBoard);
   EXPECT_TRUE(outcomes[2].detection.hasCorners());
 }
 
 TEST(Triage, NamesImagesThatAreMuchMoreBlurred) {
   std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 200)};
   for (ImageOutcome& outcome : outcomes) outcome.detection.measures.blur_px = 0.9;
-  EXPECT_TRUE(triage(outcomes, kBoard).empty());
+  EXPECT_TRUE(triaged(outcomes, kBoard).empty());
   outcomes[1].detection.measures.blur_px = 2.4;
-  const auto notes = triage(outcomes, kBoard);
+  const auto notes = triaged(outcomes, kBoard);
   ASSERT_EQ(notes.size(), 1U);
-  EXPECT_EQ(notes[0].kind, SurveyNote::Kind::kBlurred);
-  EXPECT_THAT(notes[0].images, ElementsAre(1));
-  const BoardSurvey survey{.board = kBoard, .paths = {}, .outcomes = outcomes, .notes = {}};
-  EXPECT_EQ(diagnosisOf(notes[0], survey).cause, "much more blurred than the others: b");
+  EXPECT_EQ(notes[0].id, "blurred_images");
+  EXPECT_EQ(notes[0].cause, "much more blurred than the others: b");
   EXPECT_TRUE(outcomes[1].detection.hasCorners());
 }
 
@@ -182,9 +182,7 @@ TEST(SurveyDiagnosis, NamesImagesWithoutTheWholeBoard) {
 
 TEST(SurveyDiagnosis, SaysHowAnAmbiguousBoardCanBeTurned) {
   const auto text = [](int columns, int rows) {
-    const Checkerboard board{.columns = columns, .rows = rows, .square_m = 0.02};
-    const BoardSurvey survey{.board = board, .paths = {}, .outcomes = {}, .notes = {}};
-    return diagnosisOf({.kind = SurveyNote::Kind::kAmbiguousBoard}, survey).cause;
+    return ambiguityOf(Checkerboard{.columns = columns, .rows = rows, .square_m = 0.02}).cause;
   };
   EXPECT_THAT(text(8, 6), HasSubstr("a rotation by 180 degrees"));
   EXPECT_THAT(text(7, 7), HasSubstr("a rotation by 180 degrees"));
@@ -202,7 +200,7 @@ TEST(SurveyImages, KeepsAnOutcomeForEachImageAndNotesWhatItSaw) {
   EXPECT_EQ(survey.outcomes[0].detection.reason, DetectionReason::kFound);
   EXPECT_EQ(survey.outcomes[1].detection.reason, DetectionReason::kUnreadable);
   EXPECT_EQ(survey.outcomes[2].detection.reason, DetectionReason::kDuplicate);
-  EXPECT_EQ(survey.outcomes[2].same_as, 0U);
+  EXPECT_EQ(survey.outcomes[2].detection.detail, "shows the same corners as view_001.png");
   EXPECT_EQ(survey.numFound(), 1U);
   EXPECT_EQ(survey.numWhole(), 1U);
   ASSERT_EQ(survey.views().size(), 1U);
@@ -212,8 +210,9 @@ TEST(SurveyImages, KeepsAnOutcomeForEachImageAndNotesWhatItSaw) {
 
 TEST(DrawDetection, MarksCornersInColourAndLeavesTheImageSize) {
   const GrayImage image{.size = kSize, .pixels = std::vector<std::uint8_t>(640 * 480, 90)};
-  const RasterImage plain = drawDetection(image, {}, kBoard);
-  const RasterImage drawn = drawDetection(image, found("a", 100).detection, kBoard);
+  const std::vector<Board> boards = {kBoard};
+  const RasterImage plain = drawDetections(image, std::vector<ImageOutcome>(1), boards);
+  const RasterImage drawn = drawDetections(image, std::vector{found("a", 100)}, boards);
   EXPECT_EQ(drawn.size, kSize);
   ASSERT_EQ(drawn.bytes.size(), 3U * 640 * 480);
   int num_coloured = 0;

@@ -21,7 +21,7 @@
 #include "alidade/core/random.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_container.h"
-#include "alidade/imagery/jpeg_damage.h"
+#include "alidade/imagery/image_damage.h"
 #include "support/exif.h"
 #include "support/message_of.h"
 #include "support/scratch_test.h"
@@ -539,7 +539,7 @@ TEST_F(ImageFile, KeepsColorsAlphaAndBits) {
     for (const std::string extension : {".png", ".tiff"}) {
       const cv::Mat expected = makeSamples(type);
       ASSERT_TRUE(cv::imwrite(path("in" + extension), expected));
-      const LoadedRaster loaded = readImage(path("in" + extension));
+      const Loaded<RasterImage> loaded = readImage(path("in" + extension));
       EXPECT_EQ(loaded.image.size, (ImageSize{kWidth, kHeight}));
       EXPECT_EQ(loaded.image.num_channels, expected.channels());
       EXPECT_EQ(loaded.image.bits_per_sample, expected.depth() == CV_8U ? 8 : 16);
@@ -598,8 +598,8 @@ TEST_F(ImageFile, RefusesToKeepWhatIsNoSampleOf8Or16Bits) {
 
 TEST_F(ImageFile, KeepsThePixelsOfJpegFilesAsStored) {
   const Bytes jpeg = encode(".jpg", makeColor());
-  const LoadedRaster plain = readImage(write("plain.jpg", jpeg));
-  const LoadedRaster turned = readImage(write("turned.jpg", withExif(jpeg, makeExif(6, false))));
+  const Loaded<RasterImage> plain = readImage(write("plain.jpg", jpeg));
+  const Loaded<RasterImage> turned = readImage(write("turned.jpg", withExif(jpeg, makeExif(6, false))));
   EXPECT_EQ(plain.exif_orientation, 1);
   EXPECT_EQ(turned.exif_orientation, 6);
   EXPECT_EQ(turned.image.size, plain.image.size);

@@ -10,19 +10,18 @@
 namespace alidade {
 namespace {
 
-ProjectionFile someFile(ViewProjection projection) {
-  return {.view = {.projection = projection,
-                   .size = {640, 480},
-                   .scale_px = Eigen::Vector2d::Constant(501.23 / 3),
-                   .axis_px = {319.25, 240.1}},
-          .created_by = "test"};
+OutputView someView(ViewProjection projection) {
+  return {.projection = projection,
+          .size = {640, 480},
+          .scale_px = Eigen::Vector2d::Constant(501.23 / 3),
+          .axis_px = {319.25, 240.1}};
 }
 
 TEST(ProjectionFile, SaysAllOfTheView) {
   int num_checked = 0;
   for (const ViewProjection projection : {ViewProjection::kCylindrical, ViewProjection::kEquirectangular}) {
-    const ProjectionFile file = someFile(projection);
-    const YAML::Node root = YAML::Load(projectionFileText(file));
+    const OutputView view = someView(projection);
+    const YAML::Node root = YAML::Load(projectionFileText(view, "test"));
     EXPECT_EQ(root["alidade_projection"].as<int>(), 1);
     EXPECT_EQ(root["projection"].as<std::string>(), projectionName(projection));
     EXPECT_EQ(root["image_size"]["width"].as<int>(), 640);
@@ -30,9 +29,9 @@ TEST(ProjectionFile, SaysAllOfTheView) {
     EXPECT_EQ(root["axis_pixel"]["u"].as<double>(), 319.25);
     EXPECT_EQ(root["axis_pixel"]["v"].as<double>(), 240.1);
     EXPECT_EQ(root["created_by"].as<std::string>(), "test");
-    OutputView read = file.view;
+    OutputView read = view;
     read.scale_px.setConstant(1 / root["radians_per_pixel"].as<double>());
-    EXPECT_NEAR(read.scale_px.x(), file.view.scale_px.x(), 1e-12 * file.view.scale_px.x());
+    EXPECT_NEAR(read.scale_px.x(), view.scale_px.x(), 1e-12 * view.scale_px.x());
     ASSERT_EQ(root["self_check"].size(), 9u);
     for (const YAML::Node& check : root["self_check"]) {
       const auto pixel = check["pixel"].as<std::vector<double>>();
@@ -43,7 +42,7 @@ TEST(ProjectionFile, SaysAllOfTheView) {
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 2);
-  EXPECT_THROW((void)projectionFileText(someFile(ViewProjection::kRectilinear)), std::logic_error);
+  EXPECT_THROW((void)projectionFileText(someView(ViewProjection::kRectilinear), "test"), std::logic_error);
 }
 
 }  // namespace

@@ -78,6 +78,24 @@ std::vector<PairCase> pairCases() {
           {"fisheyes, all", fisheyePair(), ViewProjection::kEquirectangular, false}};
 }
 
+// The point, in the rectified frame at the first camera (metres), of a pixel of the first view whose match in
+// the second is at pixel - disparity along the baseline. Nothing without a ray or at infinity or beyond.
+std::optional<Vector3d> pointFromDisparity(const Rectification& r, const Vector2d& pixel, double disparity) {
+  const auto ray = r.rayFromPixel(0, pixel);
+  if (!ray) return std::nullopt;
+  // x / z, or x / hypot(y, z) around the baseline: what differs by baseline / depth between the views.
+  const auto tangentAt = [&](std::size_t view, double place) {
+    const double plane = (place - r.views[view].axis_px[r.alongIndex()]) / r.scale_px;
+    return r.projection == ViewProjection::kEquirectangular ? std::tan(plane) : plane;
+  };
+  const double place = pixel[r.alongIndex()];
+  const double depth = r.baseline_m / (tangentAt(0, place) - tangentAt(1, place - disparity));
+  if (!(depth > 0) || !std::isfinite(depth)) return std::nullopt;
+  const double across = r.is_vertical ? ray->x() : ray->y();
+  const bool is_flat = r.projection == ViewProjection::kRectilinear;
+  return *ray * (depth / (is_flat ? ray->z() : std::hypot(across, ray->z())));
+}
+
 TEST(Rectification, GivesMatchesOneRowAndTheirPointFromTheDisparity) {
   Random random(5);
   int num_wide = 0;
@@ -104,7 +122,7 @@ TEST(Rectification, GivesMatchesOneRowAndTheirPointFromTheDisparity) {
         if (!rectified[0] || !rectified[1]) continue;
         if (!(rectified[0]->norm() < 1e4 && rectified[1]->norm() < 1e4)) continue;
         EXPECT_NEAR((*rectified[0])[1 - along], (*rectified[1])[1 - along], 1e-7) << c.name;
-        const auto found = r.pointFromDisparity(*rectified[0], (*rectified[0] - *rectified[1])[along]);
+        const auto found = pointFromDisparity(r, *rectified[0], (*rectified[0] - *rectified[1])[along]);
         ASSERT_TRUE(found) << c.name << " " << point.transpose();
         // From the rectified frame at the first camera to the rig.
         const Vector3d p_rig = rig_from_first * (r.views[0].rectified_from_camera.inverse() * *found);
@@ -159,7 +177,7 @@ TEST(Rectification, ShowsWhatIsAskedFor) {
   int num_at_limit = 0;
   int num_uncut = 0;
   for (const PairCase& c : pairCases()) {
-    const RectificationRequest valid{
+    const ViewRequest valid{
         .projection = c.projection, .extent = ViewExtent::kValid, .size = ImageSize{320, 240}};
     const Rectification inside = rectify(c.rig, 0, 1, valid);
     std::size_t num_black = 0;
@@ -185,7 +203,7 @@ TEST(Rectification, ShowsWhatIsAskedFor) {
     EXPECT_TRUE(num_black > 0 || is_at_limit) << c.name;
     num_at_limit += is_at_limit ? 1 : 0;
 
-    RectificationRequest all = valid;
+    ViewRequest all = valid;
     all.extent = ViewExtent::kAll;
     const Rectification outside = rectify(c.rig, 0, 1, all);
     double cut_share = 0;
@@ -215,7 +233,7 @@ TEST(Rectification, ShowsWhatIsAskedFor) {
     }
     num_uncut += cut_share == 0 ? 1 : 0;
 
-    RectificationRequest field = valid;
+    ViewRequest field = valid;
     field.extent = ViewExtent::kFieldOfView;
     field.horizontal_field_rad = 60 * kRadians;
     const Rectification wide = rectify(c.rig, 0, 1, field);
@@ -278,9 +296,9 @@ TEST(Rectification, WritesWhatOpenCvReads) {
     const double disparity = pixel.x() - second.hnormalized().x();
     const cv::Mat w = Q * cv::Mat(cv::Vec4d(pixel.x(), pixel.y(), disparity, 1));
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(w.at<double>(k) / w.at<double>(3), point[k], 1e-9);
-    EXPECT_LT((*r.pointFromDisparity(pixel, disparity) - point).norm(), 1e-9);
+    EXPECT_LT((*pointFromDisparity(r, pixel, disparity) - point).norm(), 1e-9);
   }
-  EXPECT_FALSE(r.pointFromDisparity({300, 200}, r.disparityAtInfinity() - 1));
+  EXPECT_FALSE(pointFromDisparity(r, {300, 200}, r.disparityAtInfinity() - 1));
 }
 
 // Ours and OpenCV's choice of a common frame are alike; both give matches one row.

@@ -277,7 +277,7 @@ std::vector<ImageOutcome> detectSet(const PhotoSet& set) {
   const std::vector<std::string> inputs = {set.pattern};
   const std::vector<std::string> images = listImages(inputs);
   EXPECT_EQ(static_cast<int>(images.size()), set.num_images);
-  return detectInImages(images, parseBoardSpec(set.board));
+  return detectInImages(images, std::vector{parseBoardSpec(set.board)}).front();
 }
 
 // Checks the order of a view's corners against the picture itself: rows clockwise of columns, squares of the

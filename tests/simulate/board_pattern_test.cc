@@ -14,10 +14,10 @@ namespace {
 constexpr Checkerboard kBoard = {.columns = 4, .rows = 3, .square_m = 0.03};
 
 BoardTone toneInSquares(double x, double y) {
-  return boardTone(kBoard, kBoard.square_m * Eigen::Vector2d(x, y));
+  return SquaresPattern(kBoard).tone({x, y});
 }
 double edgeInSquares(double x, double y) {
-  return edgeDistance(kBoard, kBoard.square_m * Eigen::Vector2d(x, y)) / kBoard.square_m;
+  return SquaresPattern(kBoard).edgeDistance({x, y});
 }
 
 TEST(BoardTone, AlternatesFromADarkSquareAtCornerZero) {
@@ -43,9 +43,7 @@ TEST(BoardTone, AlternatesFromADarkSquareAtCornerZero) {
 }
 
 TEST(BoardTone, BorderSquaresMayBeNarrow) {
-  const auto tone = [](double x, double y) {
-    return boardTone(kBoard, kBoard.square_m * Eigen::Vector2d(x, y), 0.25);
-  };
+  const auto tone = [](double x, double y) { return SquaresPattern(kBoard, 0.25).tone({x, y}); };
   EXPECT_EQ(tone(-0.2, -0.2), BoardTone::kDark);
   EXPECT_EQ(tone(-0.3, -0.2), BoardTone::kBright);
   EXPECT_EQ(tone(-1.2, 0.5), BoardTone::kBright);
@@ -85,13 +83,13 @@ TEST(EdgeDistance, NoToneChangesNearerThanIt) {
     const double x = random.uniform(-5, 8);
     const double y = random.uniform(-5, 7);
     const double border_square = i % 2 == 0 ? 1 : random.uniform(0.1, 1);
-    const Eigen::Vector2d place = kBoard.square_m * Eigen::Vector2d(x, y);
+    const SquaresPattern pattern(kBoard, border_square);
+    const Eigen::Vector2d place(x, y);
     // A hair less than the distance, so that rounding does not carry the other place onto the edge.
-    const double step = edgeDistance(kBoard, place, border_square) * (1 - 1e-9) * std::sqrt(random.uniform());
+    const double step = pattern.edgeDistance(place) * (1 - 1e-9) * std::sqrt(random.uniform());
     const double angle = random.uniform(0, 7);
     const Eigen::Vector2d other = place + step * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    ASSERT_EQ(boardTone(kBoard, place, border_square), boardTone(kBoard, other, border_square))
-        << x << " " << y << " " << border_square;
+    ASSERT_EQ(pattern.tone(place), pattern.tone(other)) << x << " " << y << " " << border_square;
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 20000);

@@ -123,7 +123,8 @@ double exactLight(const AnyCamera& camera, const SE3& camera_from_board, const R
       const auto ray = camera.unproject({x + places[i], y + places[j]});
       const Eigen::Vector3d direction = board_from_camera.rotation * ray.value();
       const Eigen::Vector3d point = origin - origin.z() / direction.z() * direction;
-      sum += weights[i] * weights[j] * levels[static_cast<std::size_t>(boardTone(kBoard, point.head<2>()))];
+      sum += weights[i] * weights[j] *
+             levels[static_cast<std::size_t>(SquaresPattern(kBoard).tone(point.head<2>() / kBoard.square_m))];
       total += weights[i] * weights[j];
     }
   }

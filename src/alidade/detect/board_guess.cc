@@ -9,8 +9,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/median.h"
-#include "alidade/detect/board/checkerboard_detector.h"
-#include "alidade/detect/board/circle_grid_detector.h"
+#include "alidade/detect/board/find_board.h"
 #include "alidade/detect/board/marker_guess.h"
 
 namespace alidade {

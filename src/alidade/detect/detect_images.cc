@@ -10,10 +10,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
-#include "alidade/detect/board/april_grid_detector.h"
-#include "alidade/detect/board/charuco_detector.h"
-#include "alidade/detect/board/checkerboard_detector.h"
-#include "alidade/detect/board/circle_grid_detector.h"
+#include "alidade/detect/board/find_board.h"
 #include "alidade/detect/detection_entry.h"
 #include "alidade/files/content_cache.h"
 
@@ -37,46 +34,29 @@ void checkName(const std::string& name) {
                     .next_step = "rename it"});
 }
 
-// An image's outcomes for each board, where they are in the cache.
-std::vector<std::optional<ImageOutcome>> knownOutcomes(const EncodedImage& image,
-                                                       std::span<const Board> boards,
-                                                       const ContentCache* cache) {
-  std::vector<std::optional<ImageOutcome>> known(boards.size());
-  if (cache == nullptr || image.identity.empty()) return known;
-  for (std::size_t b = 0; b < boards.size(); ++b) {
-    const std::string key = entryKey(image.identity, boards[b]);
-    const std::optional<std::string> text = cache->find(key);
-    if (!text) continue;
-    known[b] = parseEntry(*text, boards[b]);
-    if (!known[b]) cache->reject(key);
-  }
-  return known;
-}
-
-ImageOutcome searchedFor(const Board& board, const LoadedImage& source) {
-  ImageOutcome outcome;
-  outcome.size = source.image.size;
-  outcome.exif_orientation = source.exif_orientation;
-  try {
-    outcome.detection = findBoard(source.image, board);
-  } catch (const Error& error) {
-    outcome.detection.reason = DetectionReason::kUnreadable;
-    outcome.detection.detail = error.what();
-  }
-  return outcome;
-}
-
-// The outcome for each board. The image is decoded into `source` if that is needed.
+// The outcome for each board. The image is decoded into `source` if the cache does not have all of them.
 std::vector<ImageOutcome> outcomesOf(const EncodedImage& image, std::span<const Board> boards,
                                      const DetectImagesOptions& options, LoadedImage& source) {
-  std::vector<std::optional<ImageOutcome>> known = knownOutcomes(image, boards, options.cache);
-  const bool are_known = std::ranges::all_of(known, [](const auto& outcome) { return outcome.has_value(); });
-  if (!are_known || options.inspect) source = image.decode();
+  const ContentCache* const cache = image.identity.empty() ? nullptr : options.cache;
+  std::vector<std::optional<ImageOutcome>> known(boards.size());
+  for (std::size_t b = 0; b < boards.size() && cache != nullptr; ++b) {
+    const std::string key = entryKey(image.identity, boards[b]);
+    const std::optional<std::string> text = cache->find(key);
+    if (text) known[b] = parseEntry(*text, boards[b]);
+    if (text && !known[b]) cache->reject(key);
+  }
+  if (options.inspect || !std::ranges::all_of(known, &std::optional<ImageOutcome>::has_value))
+    source = image.decode();
   std::vector<ImageOutcome> outcomes;
   for (std::size_t b = 0; b < boards.size(); ++b) {
-    outcomes.push_back(known[b] ? std::move(*known[b]) : searchedFor(boards[b], source));
-    if (options.cache != nullptr && !image.identity.empty() && !known[b] && outcomes[b].isReadable())
-      options.cache->keep(entryKey(image.identity, boards[b]), entryText(outcomes[b]));
+    if (known[b]) {
+      outcomes.push_back(std::move(*known[b]));
+      continue;
+    }
+    outcomes.push_back({.size = source.image.size,
+                        .exif_orientation = source.exif_orientation,
+                        .detection = findBoard(source.image, boards[b])});
+    if (cache != nullptr) cache->keep(entryKey(image.identity, boards[b]), entryText(outcomes[b]));
   }
   return outcomes;
 }
@@ -90,10 +70,8 @@ std::vector<ImageOutcome> searched(const ImageSet& images, std::size_t i, std::s
     checkName(name);
     outcomes = outcomesOf(images.read(i), boards, options, source);
   } catch (const Error& error) {
-    ImageOutcome unreadable;
-    unreadable.detection.reason = DetectionReason::kUnreadable;
-    unreadable.detection.detail = error.what();
-    outcomes.assign(boards.size(), unreadable);
+    outcomes.assign(boards.size(),
+                    {.detection = {.reason = DetectionReason::kUnreadable, .detail = error.what()}});
   }
   for (ImageOutcome& outcome : outcomes) {
     outcome.image = name;
@@ -105,11 +83,6 @@ std::vector<ImageOutcome> searched(const ImageSet& images, std::size_t i, std::s
 }
 
 }  // namespace
-
-std::vector<ImageOutcome> detectInImages(const ImageSet& images, const Board& board,
-                                         const DetectImagesOptions& options) {
-  return std::move(detectInImages(images, std::span(&board, 1), options).front());
-}
 
 std::vector<std::vector<ImageOutcome>> detectInImages(const ImageSet& images, std::span<const Board> boards,
                                                       const DetectImagesOptions& options) {

@@ -2,11 +2,11 @@
 #include "alidade/detect/detection_entry.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <ranges>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -23,12 +23,6 @@ using nlohmann::json;
 // To be raised when corners, measures or reasons change, so that results of older versions are computed
 // again.
 constexpr int kDetectionVersion = 1;
-
-constexpr std::array kReasons = {
-    DetectionReason::kFound,      DetectionReason::kPartial,       DetectionReason::kCut,
-    DetectionReason::kNoBoard,    DetectionReason::kUnplaced,      DetectionReason::kLargerBoard,
-    DetectionReason::kOtherBoard, DetectionReason::kSeveralBoards, DetectionReason::kIrregular,
-    DetectionReason::kBlurred,    DetectionReason::kTooSmall};
 
 Error foreignEntry(const char* what) {
   return inputError({.found = what});
@@ -85,9 +79,11 @@ ImageOutcome outcomeOf(const json& entry, const Board& board) {
     throw foreignEntry("an unknown orientation");
   Detection& detection = outcome.detection;
   const std::string code = entry.at("reason").get<std::string>();
-  const auto reason = std::find_if(kReasons.begin(), kReasons.end(),
-                                   [&](DetectionReason known) { return reasonCode(known) == code; });
-  if (reason == kReasons.end()) throw foreignEntry("an unknown reason");
+  // Those that a search gives come first.
+  const auto reasons = std::views::iota(0, static_cast<int>(DetectionReason::kTooSmall) + 1) |
+                       std::views::transform([](int i) { return static_cast<DetectionReason>(i); });
+  const auto reason = std::ranges::find(reasons, code, reasonCode);
+  if (reason == reasons.end()) throw foreignEntry("an unknown reason");
   detection.reason = *reason;
   detection.detail = entry.at("detail").get<std::string>();
   detection.corners = cornersOf(entry.at("corners"), outcome.size, board);

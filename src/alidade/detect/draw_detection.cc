@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
+#include "alidade/imagery/gray_image.h"
+
 namespace alidade {
 namespace {
 
@@ -51,21 +53,6 @@ double scaleFor(const cv::Mat& canvas) {
   return std::max(0.6, std::max(canvas.cols, canvas.rows) / kUsualSide);
 }
 
-cv::Mat canvasOf(const GrayImage& image) {
-  // OpenCV has no view of constant data; cvtColor does not write to its input.
-  const cv::Mat gray(image.size.height, image.size.width, CV_8U,
-                     const_cast<std::uint8_t*>(image.pixels.data()));
-  cv::Mat canvas;
-  cv::cvtColor(gray, canvas, cv::COLOR_GRAY2RGB);
-  return canvas;
-}
-
-RasterImage rasterOf(const GrayImage& image, const cv::Mat& canvas) {
-  return {.size = image.size,
-          .num_channels = 3,
-          .bytes = std::vector<std::uint8_t>(canvas.datastart, canvas.dataend)};
-}
-
 void drawCorners(cv::Mat& canvas, const Detection& detection, const Board& board) {
   const double scale = scaleFor(canvas);
   const int width = std::max(1, static_cast<int>(std::lround(scale)));
@@ -97,33 +84,24 @@ void drawCorners(cv::Mat& canvas, const Detection& detection, const Board& board
   }
 }
 
-// Writes the text of line `line` from the top.
-void writeSummary(cv::Mat& canvas, const Detection& detection, const Board& board, std::size_t line,
-                  const std::string& label) {
-  const double scale = scaleFor(canvas);
-  constexpr double kLinePx = 20;
-  write(canvas, label + summary(detection, board),
-        scale * Vector2d(8, kLinePx * static_cast<double>(line + 1)), 0.5 * scale,
-        detection.hasCorners() ? kGreen : kRed);
-}
-
 }  // namespace
-
-RasterImage drawDetection(const GrayImage& image, const Detection& detection, const Board& board) {
-  cv::Mat canvas = canvasOf(image);
-  drawCorners(canvas, detection, board);
-  writeSummary(canvas, detection, board, 0, "");
-  return rasterOf(image, canvas);
-}
 
 RasterImage drawDetections(const GrayImage& image, std::span<const ImageOutcome> outcomes,
                            std::span<const Board> boards) {
-  if (boards.size() == 1) return drawDetection(image, outcomes.front().detection, boards.front());
-  cv::Mat canvas = canvasOf(image);
+  cv::Mat canvas;
+  cv::cvtColor(detail::matOf(image), canvas, cv::COLOR_GRAY2RGB);
   for (std::size_t b = 0; b < boards.size(); ++b) drawCorners(canvas, outcomes[b].detection, boards[b]);
-  for (std::size_t b = 0; b < boards.size(); ++b)
-    writeSummary(canvas, outcomes[b].detection, boards[b], b, boards[b].spec() + ": ");
-  return rasterOf(image, canvas);
+  const double scale = scaleFor(canvas);
+  for (std::size_t b = 0; b < boards.size(); ++b) {
+    constexpr double kLinePx = 20;
+    const Detection& detection = outcomes[b].detection;
+    write(canvas, (boards.size() == 1 ? "" : boards[b].spec() + ": ") + summary(detection, boards[b]),
+          scale * Vector2d(8, kLinePx * static_cast<double>(b + 1)), 0.5 * scale,
+          detection.hasCorners() ? kGreen : kRed);
+  }
+  return {.size = image.size,
+          .num_channels = 3,
+          .bytes = std::vector<std::uint8_t>(canvas.datastart, canvas.dataend)};
 }
 
 }  // namespace alidade

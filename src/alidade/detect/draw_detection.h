@@ -8,13 +8,10 @@
 
 namespace alidade {
 
-/// The image with the detection drawn on it, for visual inspection: a circle and the id of each corner, the
-/// lines between neighbours, corner 0 with the directions of columns (red) and rows (green), and the reason
-/// and measures as a line of text. Lines and letters grow with the image.
-[[nodiscard]] RasterImage drawDetection(const GrayImage& image, const Detection& detection,
-                                        const Board& board);
-
-/// The same for several boards in one image; each line of text then names its board.
+/// The image with what was found of each board drawn on it, for people to look at: a circle and the id of
+/// each corner, the lines between neighbours, corner 0 with the directions of columns (red) and rows (green),
+/// and the reason and measures as a line of text, which names its board where there are several. Lines and
+/// letters grow with the image.
 /// @param outcomes  one for each board
 [[nodiscard]] RasterImage drawDetections(const GrayImage& image, std::span<const ImageOutcome> outcomes,
                                          std::span<const Board> boards);

@@ -10,6 +10,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/error_text.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -19,76 +20,57 @@
 namespace alidade {
 namespace {
 
+Diagnosis noteOf(DiagnosisId id, std::string cause) {
+  return {.id = id, .severity = Severity::kNote, .cause = std::move(cause)};
+}
+
 void noteOrientations(BoardSurvey& survey) {
-  std::map<int, std::vector<std::size_t>> images;
-  for (std::size_t i = 0; i < survey.outcomes.size(); ++i)
-    images[survey.outcomes[i].exif_orientation].push_back(i);
-  images.erase(1);
-  for (auto& [orientation, turned] : images) {
-    survey.notes.push_back({.kind = SurveyNote::Kind::kExifOrientation,
-                            .images = std::move(turned),
-                            .exif_orientation = orientation});
+  std::map<int, int> counts;
+  for (const ImageOutcome& outcome : survey.outcomes) ++counts[outcome.exif_orientation];
+  counts.erase(1);
+  for (const auto& [orientation, count] : counts) {
+    survey.notes.push_back(noteOf(
+        "exif_orientation",
+        fmt::format("{} {} an Exif orientation ({}); it is ignored, and the camera file applies to the "
+                    "pixels as stored",
+                    count, count == 1 ? "image has" : "images have", describeExifOrientation(orientation))));
   }
-}
-
-// Names of a note's images; only the first few if there are many.
-std::string namesText(const SurveyNote& note, const BoardSurvey& survey) {
-  constexpr std::size_t kMaxNamed = 5;
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < std::min(note.images.size(), kMaxNamed); ++i)
-    names.push_back(survey.outcomes[note.images[i]].image);
-  const std::size_t num_more = note.images.size() - names.size();
-  return join(names, ", ") + (num_more > 0 ? fmt::format(" and {} more", num_more) : "");
-}
-
-void withdraw(Detection& detection, DetectionReason reason, std::string detail) {
-  detection.reason = reason;
-  detection.detail = std::move(detail);
-  detection.corners.clear();
 }
 
 bool hasCorners(const ImageOutcome& outcome) {
   return outcome.detection.hasCorners();
 }
 
-// Rejects images whose size differs from that of most images with a board.
-// @param of_boards  the outcomes of the same images, one list for each board
-void refuseOtherSizes(std::span<const std::span<ImageOutcome>> of_boards, std::vector<SurveyNote>& notes) {
-  const bool any_corners = std::ranges::any_of(
-      of_boards, [](const auto& outcomes) { return std::ranges::any_of(outcomes, hasCorners); });
+void refuseOtherSizes(std::span<BoardSurvey> surveys) {
+  const bool any_corners = std::ranges::any_of(surveys, &BoardSurvey::numFound);
   // Images without a board do not decide the size, unless there are no others.
   std::vector<ImageSize> sizes;
-  std::vector<std::size_t> voters;
-  for (std::size_t i = 0; i < of_boards.front().size(); ++i) {
-    const bool is_voter = std::ranges::any_of(of_boards, [&](const auto& outcomes) {
-      return any_corners ? hasCorners(outcomes[i]) : outcomes[i].isReadable();
+  for (std::size_t i = 0; i < surveys.front().outcomes.size(); ++i) {
+    const bool is_voter = std::ranges::any_of(surveys, [&](const BoardSurvey& survey) {
+      return any_corners ? hasCorners(survey.outcomes[i]) : survey.outcomes[i].isReadable();
     });
-    if (!is_voter) continue;
-    sizes.push_back(of_boards.front()[i].size);
-    voters.push_back(i);
+    if (is_voter) sizes.push_back(surveys.front().outcomes[i].size);
   }
   const SizeGroups groups = groupBySize(sizes);
-  for (const std::span<ImageOutcome> outcomes : of_boards) {
-    for (ImageOutcome& outcome : outcomes) {
+  for (BoardSurvey& survey : surveys) {
+    for (ImageOutcome& outcome : survey.outcomes) {
       if (!outcome.isReadable() || outcome.size == groups.size) continue;
-      withdraw(outcome.detection, DetectionReason::kOtherSize,
-               "is " + sizeText(outcome.size) + ", while most images are " + sizeText(groups.size));
+      outcome.detection.withdraw(
+          DetectionReason::kOtherSize,
+          "is " + sizeText(outcome.size) + ", while most images are " + sizeText(groups.size));
     }
   }
   if (groups.others.empty()) return;
-  SurveyNote note{
-      .kind = SurveyNote::Kind::kSeveralSizes, .size = groups.size, .num_used = groups.in_group.size()};
-  for (const std::size_t k : groups.others) note.images.push_back(voters[k]);
-  notes.push_back(std::move(note));
+  surveys.front().notes.push_back(noteOf(
+      "several_sizes", fmt::format("images of {} different sizes were given; only the {} of {} are used",
+                                   groups.others.size() == 1 ? "two" : "several", groups.in_group.size(),
+                                   sizeText(groups.size))));
 }
 
-// Limits within which the corners of two images count as equal.
-struct Sameness {
-  double px = 0.25;           // root mean square
-  double common_share = 1.0;  // share of the corners that both have
-};
-
-bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b, const Sameness& limit) {
+// @param most_px       between their corners, root mean square
+// @param common_share  of the corners that both must have
+bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b, double most_px = 0.25,
+              double common_share = 1.0) {
   std::size_t num_common = 0;
   double sum = 0;
   for (auto i = a.begin(), k = b.begin(); i != a.end() && k != b.end();) {
@@ -102,33 +84,28 @@ bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b, const 
     if (k->id < id || are_both) ++k;
   }
   const auto count = static_cast<double>(num_common);
-  return num_common > 0 && count >= limit.common_share * static_cast<double>(std::max(a.size(), b.size())) &&
-         sum <= limit.px * limit.px * count;
-}
-
-// Unlike photographs, frames of a video repeat their errors if the board hardly moves.
-Sameness samenessOfFrames(const ImageSize& size) {
-  constexpr double kShare = 0.01;
-  constexpr double kCommonShare = 0.8;
-  return {.px = kShare * std::max(size.width, size.height), .common_share = kCommonShare};
+  return num_common > 0 && count >= common_share * static_cast<double>(std::max(a.size(), b.size())) &&
+         sum <= most_px * most_px * count;
 }
 
 void refuseDuplicates(std::span<ImageOutcome> outcomes) {
   for (auto outcome = outcomes.begin(); outcome != outcomes.end(); ++outcome) {
     const std::vector<Corner>& corners = outcome->detection.corners;
-    const Sameness of_frames = samenessOfFrames(outcome->size);
+    // Frames of a video repeat their errors where the board hardly moves, unlike photographs.
+    constexpr double kShare = 0.01;
+    constexpr double kCommonShare = 0.8;
+    const double frames_px = kShare * std::max(outcome->size.width, outcome->size.height);
     const auto original = std::find_if(outcomes.begin(), outcome, [&](const ImageOutcome& other) {
       const bool are_frames = outcome->sequence && outcome->sequence == other.sequence;
-      return showSame(other.detection.corners, corners, {}) ||
-             (are_frames && showSame(other.detection.corners, corners, of_frames));
+      return showSame(other.detection.corners, corners) ||
+             (are_frames && showSame(other.detection.corners, corners, frames_px, kCommonShare));
     });
     if (original == outcome) continue;
-    outcome->same_as = static_cast<std::size_t>(original - outcomes.begin());
-    withdraw(outcome->detection, DetectionReason::kDuplicate,
-             showSame(original->detection.corners, corners, {})
-                 ? "shows the same corners as " + original->image
-                 : fmt::format("shows the board within {:.0f} px of its place in {}", of_frames.px,
-                               original->image));
+    outcome->detection.withdraw(
+        DetectionReason::kDuplicate,
+        showSame(original->detection.corners, corners)
+            ? "shows the same corners as " + original->image
+            : fmt::format("shows the board within {:.0f} px of its place in {}", frames_px, original->image));
   }
 }
 
@@ -136,7 +113,7 @@ void refuseUnclosed(std::span<ImageOutcome> outcomes, const std::string& detail)
   for (ImageOutcome& outcome : outcomes) {
     Detection& detection = outcome.detection;
     const bool is_sure = detection.seen && detection.seen->is_closed;
-    if (detection.hasCorners() && !is_sure) withdraw(detection, DetectionReason::kOtherBoard, detail);
+    if (detection.hasCorners() && !is_sure) detection.withdraw(DetectionReason::kOtherBoard, detail);
   }
 }
 
@@ -173,36 +150,33 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Board& board,
 
 // Notes images whose edges are much wider than those of most; their corners are used, with their large
 // sigmas.
-void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<SurveyNote>& notes) {
+void noteBlurred(BoardSurvey& survey) {
   constexpr double kFactor = 2.5;
   constexpr double kSharpPx = 1.5;  // smaller blur is harmless
   std::vector<double> blurs;
-  for (const ImageOutcome& outcome : outcomes) {
-    if (outcome.detection.hasCorners()) blurs.push_back(outcome.detection.measures.blur_px);
+  for (const ImageOutcome& outcome : survey.outcomes) {
+    if (hasCorners(outcome)) blurs.push_back(outcome.detection.measures.blur_px);
   }
   if (blurs.empty()) return;
   const double limit = std::max(kSharpPx, kFactor * medianOf(std::move(blurs)));
-  SurveyNote note{.kind = SurveyNote::Kind::kBlurred};
-  for (std::size_t i = 0; i < outcomes.size(); ++i) {
-    if (outcomes[i].detection.hasCorners() && outcomes[i].detection.measures.blur_px > limit)
-      note.images.push_back(i);
+  std::vector<std::string> names;
+  for (const ImageOutcome& outcome : survey.outcomes) {
+    if (hasCorners(outcome) && outcome.detection.measures.blur_px > limit) names.push_back(outcome.image);
   }
-  if (!note.images.empty()) notes.push_back(std::move(note));
-}
-
-// Compares the images of one board, which have the same size.
-void triageBoard(std::span<ImageOutcome> outcomes, const Board& board, std::span<const Board> others,
-                 std::vector<SurveyNote>& notes) {
-  refusePartsOfAnother(outcomes, board, others);
-  refuseDuplicates(outcomes);
-  noteBlurred(outcomes, notes);
+  if (names.empty()) return;
+  constexpr std::size_t kMaxNamed = 5;
+  const std::size_t num_more = names.size() - std::min(names.size(), kMaxNamed);
+  names.resize(names.size() - num_more);
+  survey.notes.push_back(
+      noteOf("blurred_images", "much more blurred than the others: " + join(names, ", ") +
+                                   (num_more > 0 ? fmt::format(" and {} more", num_more) : "")));
 }
 
 void noteBoard(BoardSurvey& survey, std::span<const Board> others) {
   if (survey.numFound() == 0) return;
-  if (survey.board.isAmbiguous()) survey.notes.push_back({.kind = SurveyNote::Kind::kAmbiguousBoard});
+  if (survey.board.isAmbiguous()) survey.notes.push_back(ambiguityOf(survey.board));
   const auto hint = diagnoseBoard(survey.outcomes, survey.board, others);
-  if (hint && hint->is_closed) survey.notes.push_back({.kind = SurveyNote::Kind::kOtherBoard, .hint = hint});
+  if (hint && hint->is_closed) survey.notes.push_back(noteOf("other_board", hintText(*hint, survey.board)));
 }
 
 // Reasons for which an image does not show the expected board.
@@ -214,20 +188,18 @@ bool isElsewhere(DetectionReason reason) {
 }  // namespace
 
 std::size_t BoardSurvey::numFound() const {
-  return static_cast<std::size_t>(std::count_if(
-      outcomes.begin(), outcomes.end(), [](const ImageOutcome& o) { return o.detection.hasCorners(); }));
+  return static_cast<std::size_t>(std::ranges::count_if(outcomes, hasCorners));
 }
 
 std::size_t BoardSurvey::numWhole() const {
-  return static_cast<std::size_t>(std::count_if(outcomes.begin(), outcomes.end(),
-                                                [](const ImageOutcome& o) { return o.detection.found(); }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(outcomes, &Detection::found, &ImageOutcome::detection));
 }
 
 std::vector<View> BoardSurvey::views() const {
   std::vector<View> views;
   for (const ImageOutcome& outcome : outcomes) {
-    if (outcome.detection.hasCorners())
-      views.push_back({outcome.image, outcome.size, outcome.detection.corners, index});
+    if (hasCorners(outcome)) views.push_back({outcome.image, outcome.size, outcome.detection.corners, index});
   }
   return views;
 }
@@ -245,18 +217,25 @@ std::vector<BoardSurvey> surveyImages(const ImageSet& images, std::span<const Bo
   settleClaims(boards, of_boards);
   const std::vector<std::string> names = shortNames(paths);
   std::vector<BoardSurvey> surveys;
-  std::vector<std::span<ImageOutcome>> all;
   for (std::size_t b = 0; b < boards.size(); ++b) {
     for (std::size_t i = 0; i < names.size(); ++i) of_boards[b][i].image = names[i];
     surveys.push_back(
         {.board = boards[b], .index = b, .paths = paths, .outcomes = std::move(of_boards[b]), .notes = {}});
   }
-  for (BoardSurvey& survey : surveys) all.emplace_back(survey.outcomes);
-  refuseOtherSizes(all, surveys.front().notes);
-  for (BoardSurvey& survey : surveys) triageBoard(survey.outcomes, survey.board, boards, survey.notes);
+  triage(surveys);
+  return surveys;
+}
+
+void triage(std::span<BoardSurvey> surveys) {
+  const std::vector<Board> boards = mapped(surveys, &BoardSurvey::board);
+  refuseOtherSizes(surveys);
+  for (BoardSurvey& survey : surveys) {
+    refusePartsOfAnother(survey.outcomes, survey.board, boards);
+    refuseDuplicates(survey.outcomes);
+    noteBlurred(survey);
+  }
   noteOrientations(surveys.front());
   for (BoardSurvey& survey : surveys) noteBoard(survey, boards);
-  return surveys;
 }
 
 std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome) {
@@ -268,36 +247,14 @@ std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome) {
                    .evidence = detection.detail};
 }
 
-Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey) {
-  const auto told = [](DiagnosisId id, std::string cause) {
-    return Diagnosis{.id = id, .severity = Severity::kNote, .cause = std::move(cause)};
-  };
-  const std::size_t count = note.images.size();
-  const Board& board = survey.board;
-  switch (note.kind) {
-    case SurveyNote::Kind::kSeveralSizes:
-      return told("several_sizes",
-                  fmt::format("images of {} different sizes were given; only the {} of {} are used",
-                              count == 1 ? "two" : "several", note.num_used, sizeText(note.size)));
-    case SurveyNote::Kind::kBlurred:
-      return told("blurred_images", "much more blurred than the others: " + namesText(note, survey));
-    case SurveyNote::Kind::kExifOrientation:
-      return told("exif_orientation", fmt::format("{} {} an Exif orientation ({}); it is ignored, and the "
-                                                  "camera file applies to the pixels as stored",
-                                                  count, count == 1 ? "image has" : "images have",
-                                                  describeExifOrientation(note.exif_orientation)));
-    case SurveyNote::Kind::kAmbiguousBoard:
-      return told(
-          "ambiguous_board",
-          fmt::format("a board of {} looks the same after a rotation by {} degrees, so the first of them may "
-                      "differ between images. This is harmless for one camera, but not for several. "
-                      "Alternative: {}",
-                      board.countsText(), board.symmetryStep() == 1 ? "90, 180 or 270" : "180",
-                      board.words().certain));
-    case SurveyNote::Kind::kOtherBoard:
-      break;
-  }
-  return told("other_board", hintText(note.hint.value(), board));
+Diagnosis ambiguityOf(const Board& board) {
+  return noteOf(
+      "ambiguous_board",
+      fmt::format("a board of {} looks the same after a rotation by {} degrees, so the first of them may "
+                  "differ between images. This is harmless for one camera, but not for several. "
+                  "Alternative: {}",
+                  board.countsText(), board.symmetryStep() == 1 ? "90, 180 or 270" : "180",
+                  board.words().certain));
 }
 
 std::string hintText(const BoardHint& hint, const Board& asked) {
@@ -315,13 +272,6 @@ std::string hintText(const BoardHint& hint, const Board& asked) {
           Board(Checkerboard{.columns = columns, .rows = rows, .square_m = asked.spacing()}).spec() +
           (hint.is_closed ? " if that is your board" : " if that is the whole board");
   return text;
-}
-
-std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Board& board) {
-  std::vector<SurveyNote> notes;
-  refuseOtherSizes(std::span(&outcomes, 1), notes);
-  triageBoard(outcomes, board, {}, notes);
-  return notes;
 }
 
 std::vector<std::string> reasonLines(std::span<const BoardSurvey> surveys) {

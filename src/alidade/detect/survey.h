@@ -22,30 +22,13 @@ struct BoardHint {
   bool is_closed = false;  ///< its whole border is visible, so the counts are exact
 };
 
-/// A note about the set of images that is not a failure of a single image.
-struct SurveyNote {
-  enum class Kind {
-    kSeveralSizes,     ///< `images` differ in size from the other `num_used`, which have `size`
-    kBlurred,          ///< `images` are much more blurred than the others; their corners are used
-    kExifOrientation,  ///< `images` have an Exif orientation, which is ignored
-    kAmbiguousBoard,   ///< the board looks the same after a rotation
-    kOtherBoard,       ///< images show the whole board of `hint`
-  };
-  Kind kind = Kind::kSeveralSizes;
-  std::vector<std::size_t> images = {};  ///< indices of outcomes
-  ImageSize size = {};
-  std::size_t num_used = 0;
-  int exif_orientation = 1;
-  std::optional<BoardHint> hint = std::nullopt;
-};
-
 /// A board in a set of images of one camera: the interface between images and calibration.
 struct BoardSurvey {
   Board board;
   std::size_t index = 0;               ///< of the board among the expected boards
   std::vector<std::string> paths;      ///< names of the images in their set
   std::vector<ImageOutcome> outcomes;  ///< one per path; names omit the folders that all paths share
-  std::vector<SurveyNote> notes;
+  std::vector<Diagnosis> notes;        ///< on the images together, not on a failure of one
 
   /// The number of images with corners, and of those with all corners.
   [[nodiscard]] std::size_t numFound() const;
@@ -76,14 +59,17 @@ struct BoardSurvey {
 [[nodiscard]] std::vector<BoardSurvey> surveyImages(const ImageSet& images, std::span<const Board> boards,
                                                     const DetectImagesOptions& options = {});
 
-/// Compares the images of one camera and discards the corners of those that must not be used, see
-/// surveyImages(). Images that are much more blurred than the others keep their corners and get a note.
-/// @param outcomes  in natural order of their names
-std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Board& board);
+/// Compares the images of one camera, which the surveys share, and discards the corners of those that
+/// must not be used, see surveyImages(). Images that are much more blurred than the others keep their corners
+/// and get a note.
+/// @param surveys  with the outcomes in natural order of their names
+void triage(std::span<BoardSurvey> surveys);
 
 /// The reason why an image does not give every corner, with its stable name; std::nullopt if it does.
 [[nodiscard]] std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome);
-[[nodiscard]] Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey);
+
+/// Says how a board can be turned without a difference. @pre board.isAmbiguous()
+[[nodiscard]] Diagnosis ambiguityOf(const Board& board);
 
 /// One line for each image that does not show the whole board, "name: reason: why", for users. With several
 /// boards, each line names its board, and an image that shows one of them need not show the others.

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/imagery/gray_image.h"
 
 namespace alidade {
 namespace {
@@ -25,9 +26,7 @@ double distanceOf(const FrameLook& a, const FrameLook& b) {
 }  // namespace
 
 FrameLook lookAt(const GrayImage& image) {
-  // OpenCV has no view of constant data; this function does not write to it.
-  const cv::Mat gray(image.size.height, image.size.width, CV_8UC1,
-                     const_cast<std::uint8_t*>(image.pixels.data()));
+  const cv::Mat gray = detail::matOf(image);
   FrameLook look;
   cv::Mat laplacian;
   cv::Laplacian(gray, laplacian, CV_16S);

@@ -47,6 +47,27 @@ std::pair<double, double> robustRange(const cv::Mat& image) {
 
 namespace detail {
 
+cv::Mat matOf(const GrayImage& image) {
+  return {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
+}
+
+cv::Mat matOf(const RasterImage& image) {
+  return {image.size.height, image.size.width,
+          CV_MAKETYPE(image.bits_per_sample == 8 ? CV_8U : CV_16U, image.num_channels),
+          const_cast<std::uint8_t*>(image.bytes.data())};
+}
+
+GrayImage shrunk(const GrayImage& image, int fraction) {
+  GrayImage small{.size = {image.size.width / fraction, image.size.height / fraction}, .pixels = {}};
+  if (small.size.width == 0 || small.size.height == 0) return {};
+  small.pixels.resize(static_cast<std::size_t>(small.size.width) *
+                      static_cast<std::size_t>(small.size.height));
+  cv::Mat out = matOf(small);
+  cv::resize(matOf(image)(cv::Rect(0, 0, fraction * out.cols, fraction * out.rows)), out, out.size(), 0, 0,
+             cv::INTER_AREA);
+  return small;
+}
+
 GrayImage grayFromSamples(const cv::Mat& image) {
   GrayImage gray{.size = {image.cols, image.rows}, .pixels = std::vector<std::uint8_t>(image.total())};
   if (image.depth() == CV_8U) {
@@ -80,12 +101,10 @@ GrayImage grayImage(const RasterView& image) {
                       const_cast<void*>(image.samples), image.row_bytes);
   if (image.num_channels == 1) return detail::grayFromSamples(given);
   const bool has_alpha = image.num_channels == 4;
+  const int code = image.is_blue_first ? (has_alpha ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY)
+                                       : (has_alpha ? cv::COLOR_RGBA2GRAY : cv::COLOR_RGB2GRAY);
   cv::Mat gray;
-  if (image.is_blue_first) {
-    cv::cvtColor(given, gray, has_alpha ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
-  } else {
-    cv::cvtColor(given, gray, has_alpha ? cv::COLOR_RGBA2GRAY : cv::COLOR_RGB2GRAY);
-  }
+  cv::cvtColor(given, gray, code);
   return detail::grayFromSamples(gray);
 }
 

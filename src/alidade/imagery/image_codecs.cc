@@ -13,12 +13,12 @@ using Decode = cv::Mat (*)(const cv::_InputArray&, int);
 using Encode = bool (*)(const std::string&, const cv::_InputArray&, std::vector<unsigned char>&,
                         const std::vector<int>&);
 
-#ifdef ALIDADE_CODECS_LIBRARY
-
 struct Codecs {
   Decode decode = nullptr;
   Encode encode = nullptr;
 };
+
+#ifdef ALIDADE_CODECS_LIBRARY
 
 Codecs loadCodecs() {
   void* const library = ::dlopen(ALIDADE_CODECS_LIBRARY, RTLD_LAZY | RTLD_LOCAL);
@@ -40,23 +40,18 @@ Codecs loadCodecs() {
   return codecs;
 }
 
+#else  // if OpenCV is not a shared library
+
+Codecs loadCodecs() {
+  return {.decode = &cv::imdecode, .encode = &cv::imencode};
+}
+
+#endif
+
 const Codecs& codecs() {
   static const Codecs kCodecs = loadCodecs();
   return kCodecs;
 }
-
-#else  // if OpenCV is not a shared library
-
-struct Codecs {
-  Decode decode = &cv::imdecode;
-  Encode encode = &cv::imencode;
-};
-const Codecs& codecs() {
-  static const Codecs kCodecs;
-  return kCodecs;
-}
-
-#endif
 
 }  // namespace
 

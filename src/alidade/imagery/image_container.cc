@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cctype>
 #include <cstddef>
 #include <limits>
@@ -17,8 +18,6 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-enum class ByteOrder { kLittle, kBig };
-
 bool startsWith(Bytes bytes, std::string_view magic) {
   return bytes.size() >= magic.size() &&
          std::equal(magic.begin(), magic.end(), bytes.begin(),
@@ -31,12 +30,13 @@ std::optional<Bytes> slice(Bytes bytes, std::size_t at, std::size_t count) {
   return bytes.subspan(at, count);
 }
 
-std::optional<std::uint32_t> readUint(Bytes bytes, std::size_t at, std::size_t num_bytes, ByteOrder order) {
+std::optional<std::uint32_t> readUint(Bytes bytes, std::size_t at, std::size_t num_bytes,
+                                      std::endian order = std::endian::big) {
   const std::optional<Bytes> part = slice(bytes, at, num_bytes);
   if (!part) return std::nullopt;
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < num_bytes; ++i) {
-    value = (value << 8) | (*part)[order == ByteOrder::kBig ? i : num_bytes - 1 - i];
+    value = (value << 8) | (*part)[order == std::endian::big ? i : num_bytes - 1 - i];
   }
   return value;
 }
@@ -47,9 +47,9 @@ std::optional<ImageSize> makeSize(std::optional<std::uint32_t> width, std::optio
   return ImageSize{static_cast<int>(*width), static_cast<int>(*height)};
 }
 
-std::optional<ByteOrder> tiffByteOrder(Bytes tiff) {
-  if (startsWith(tiff, std::string_view("II*\0", 4))) return ByteOrder::kLittle;
-  if (startsWith(tiff, std::string_view("MM\0*", 4))) return ByteOrder::kBig;
+std::optional<std::endian> tiffByteOrder(Bytes tiff) {
+  if (startsWith(tiff, std::string_view("II*\0", 4))) return std::endian::little;
+  if (startsWith(tiff, std::string_view("MM\0*", 4))) return std::endian::big;
   return std::nullopt;
 }
 
@@ -60,7 +60,7 @@ int tiffOrientation(Bytes tiff) {
   // Sizes of BYTE, SHORT, LONG, LONG8 and their signed forms, all of which libtiff accepts. Values of 8 bytes
   // are stored elsewhere.
   constexpr std::array<std::size_t, 18> kBytesOfType = {0, 1, 0, 2, 4, 0, 1, 0, 2, 4, 0, 0, 0, 0, 0, 0, 8, 8};
-  const std::optional<ByteOrder> order = tiffByteOrder(tiff);
+  const std::optional<std::endian> order = tiffByteOrder(tiff);
   if (!order) return 1;
   const auto directory = readUint(tiff, 4, 4, *order);
   const auto num_entries = directory ? readUint(tiff, *directory, 2, *order) : std::nullopt;
@@ -72,7 +72,7 @@ int tiffOrientation(Bytes tiff) {
     if (tag != kOrientationTag || !type || *type >= kBytesOfType.size() || kBytesOfType[*type] == 0) continue;
     std::size_t at = entry + 8;
     if (kBytesOfType[*type] == 8)
-      at = std::size_t{readUint(tiff, at, 4, *order).value_or(0)} + (*order == ByteOrder::kBig ? 4 : 0);
+      at = std::size_t{readUint(tiff, at, 4, *order).value_or(0)} + (*order == std::endian::big ? 4 : 0);
     const std::uint32_t value =
         readUint(tiff, at, std::min<std::size_t>(kBytesOfType[*type], 4), *order).value_or(1);
     return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
@@ -120,13 +120,12 @@ ContainerInfo parseJpeg(Bytes bytes) {
       break;
     }
     if (isStandalone(*marker)) continue;
-    const auto length = readUint(bytes, at, 2, ByteOrder::kBig);  // includes its own two bytes
+    const auto length = readUint(bytes, at, 2);  // counts its own two bytes
     const auto segment = length.value_or(0) >= 2 ? slice(bytes, at, *length) : std::nullopt;
     if (!segment) break;
     const Bytes payload = segment->subspan(2);
     if (isStartOfFrame(*marker) && !info.size) {
-      info.size =
-          makeSize(readUint(payload, 3, 2, ByteOrder::kBig), readUint(payload, 1, 2, ByteOrder::kBig));
+      info.size = makeSize(readUint(payload, 3, 2), readUint(payload, 1, 2));
     } else if (marker == kApp1 && !has_exif && startsWith(payload, kExif)) {
       has_exif = true;
       info.exif_orientation = tiffOrientation(payload.subspan(kExif.size()));
@@ -146,16 +145,16 @@ std::uint32_t checksumOf(Bytes bytes) {
 ContainerInfo parsePng(Bytes bytes) {
   ContainerInfo info{.format = ContainerInfo::Format::kPng, .complete = false};
   std::size_t at = 8;  // after the signature
-  while (const auto length = readUint(bytes, at, 4, ByteOrder::kBig)) {
+  while (const auto length = readUint(bytes, at, 4)) {
     const auto chunk =
         slice(bytes, at + 4, std::size_t{*length} + 4);  // type and data, which the checksum covers
-    const auto checksum = chunk ? readUint(bytes, at + 4 + chunk->size(), 4, ByteOrder::kBig) : std::nullopt;
+    const auto checksum = chunk ? readUint(bytes, at + 4 + chunk->size(), 4) : std::nullopt;
     if (!checksum) break;
     const Bytes data = chunk->subspan(4);
     const bool is_critical = ((*chunk)[0] & 0x20) == 0;  // upper case: a decoder needs the chunk
     if (is_critical && checksumOf(*chunk) != *checksum) info.intact = false;
     if (startsWith(*chunk, "IHDR")) {
-      info.size = makeSize(readUint(data, 0, 4, ByteOrder::kBig), readUint(data, 4, 4, ByteOrder::kBig));
+      info.size = makeSize(readUint(data, 0, 4), readUint(data, 4, 4));
     } else if (startsWith(*chunk, "eXIf")) {
       info.exif_orientation = tiffOrientation(data);
     } else if (startsWith(*chunk, "IEND")) {
@@ -173,7 +172,7 @@ ContainerInfo parseWebp(Bytes bytes) {
   constexpr std::size_t kHeaderBytes = 32;
   constexpr std::size_t kRiffBytes = 8;  // the kind and the length of the rest
   const auto kind = slice(bytes, kRiffBytes, 4);
-  const auto length = readUint(bytes, 4, 4, ByteOrder::kLittle);
+  const auto length = readUint(bytes, 4, 4, std::endian::little);
   if (kind && !startsWith(*kind, "WEBP")) return {};
   if (!kind || *length + kRiffBytes > bytes.size())
     return {.format = ContainerInfo::Format::kOther, .complete = false};

@@ -20,12 +20,12 @@
 #include <boost/algorithm/string/predicate.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/gray_image.h"
 #include "alidade/imagery/image_codecs.h"
 #include "alidade/imagery/image_container.h"
-#include "alidade/imagery/jpeg_damage.h"
-#include "alidade/imagery/tiff_damage.h"
+#include "alidade/imagery/image_damage.h"
 
 namespace alidade {
 namespace {
@@ -67,6 +67,16 @@ std::string describeStart(std::string_view bytes) {
   return "not an image, or an image in an unknown format";
 }
 
+void checkDecodedSize(const std::string& path, const ImageSize& size) {
+  const std::int64_t num_pixels = std::int64_t{size.width} * size.height;
+  if (size.width <= kMaxSide && size.height <= kMaxSide && num_pixels <= kMaxPixels) return;
+  throw inputError({.where = path,
+                    .found = "an image of " + sizeText(size) + " pixels",
+                    .expected = "at most " + std::to_string(kMaxPixels) + " pixels and " +
+                                std::to_string(kMaxSide) + " along a side",
+                    .next_step = "check that the file is not damaged"});
+}
+
 ContainerInfo checkContainer(const std::string& path, std::string_view content) {
   const ContainerInfo info =
       parseImageContainer({reinterpret_cast<const std::uint8_t*>(content.data()), content.size()});
@@ -97,34 +107,24 @@ ContainerInfo checkContainer(const std::string& path, std::string_view content) 
   return info;
 }
 
-cv::Mat decode(const std::string& path, std::string& content, int flags) {
+Loaded<cv::Mat> decodeBytes(const std::string& path, std::string content, int flags) {
+  const ContainerInfo info = checkContainer(path, content);
   // The decoders' complaints reach the caller as an Error. OpenCV has one log level for the whole process, so
   // it is set once and not restored: another thread may be decoding.
   [[maybe_unused]] static const auto kPreviousLevel =
       cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   const cv::Mat encoded(1, static_cast<int>(content.size()), CV_8UC1, content.data());
-  cv::Mat image;
+  Loaded<cv::Mat> loaded{.image = {}, .exif_orientation = info.exif_orientation};
   try {
-    image = decodeImage(encoded, flags);
+    loaded.image = decodeImage(encoded, flags);
   } catch (const cv::Exception& exception) {
     // Not the fault of the image: it may be readable with fewer threads.
     if (exception.code == cv::Error::StsNoMem) throw std::bad_alloc();
     throw damagedError(path, "the image cannot be decoded (" + exception.err + ")");
   }
-  return image;
-}
-
-struct DecodedFile {
-  cv::Mat image;
-  int exif_orientation = 1;
-};
-
-DecodedFile decodeBytes(const std::string& path, std::string content, int flags) {
-  const ContainerInfo info = checkContainer(path, content);
-  const cv::Mat image = decode(path, content, flags);
-  if (image.empty())
+  if (loaded.image.empty())
     throw damagedError(path, "the image cannot be decoded: it is damaged, or in an unusual format");
-  return {.image = image, .exif_orientation = info.exif_orientation};
+  return loaded;
 }
 
 /// A copy with the first and third channels swapped: OpenCV's codecs store blue first.
@@ -148,7 +148,7 @@ RasterImage toRasterImage(const std::string& path, const cv::Mat& image) {
                      .bits_per_sample = static_cast<int>(pixels.elemSize1()) * kBitsPerByte,
                      .bytes = {}};
   raster.bytes.resize(pixels.total() * pixels.elemSize());
-  pixels.copyTo(cv::Mat(pixels.size(), pixels.type(), raster.bytes.data()));
+  pixels.copyTo(detail::matOf(raster));
   return raster;
 }
 
@@ -166,19 +166,8 @@ std::string readImageBytes(const std::string& path) {
   return bytes;
 }
 
-void checkDecodedSize(const std::string& path, const ImageSize& size) {
-  const std::int64_t num_pixels = std::int64_t{size.width} * size.height;
-  if (size.width <= kMaxSide && size.height <= kMaxSide && num_pixels <= kMaxPixels) return;
-  throw inputError(
-      {.where = path,
-       .found = "an image of " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
-       .expected = "at most " + std::to_string(kMaxPixels) + " pixels and " + std::to_string(kMaxSide) +
-                   " along a side",
-       .next_step = "check that the file is not damaged"});
-}
-
 LoadedImage decodeGrayImage(const std::string& path, std::string bytes) {
-  const DecodedFile file = decodeBytes(
+  const Loaded<cv::Mat> file = decodeBytes(
       path, std::move(bytes), cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
   if (file.image.channels() != 1 || file.image.depth() > CV_64F)
     throw imageError(path, "samples that cannot be converted to grey", "convert the image to an 8-bit PNG");
@@ -189,8 +178,8 @@ LoadedImage readGrayImage(const std::string& path) {
   return decodeGrayImage(path, readImageBytes(path));
 }
 
-LoadedRaster readImage(const std::string& path) {
-  const DecodedFile file = decodeBytes(path, readImageBytes(path), cv::IMREAD_UNCHANGED);
+Loaded<RasterImage> readImage(const std::string& path) {
+  const Loaded<cv::Mat> file = decodeBytes(path, readImageBytes(path), cv::IMREAD_UNCHANGED);
   return {.image = toRasterImage(path, file.image), .exif_orientation = file.exif_orientation};
 }
 
@@ -203,10 +192,7 @@ void writeImage(const std::string& path, const RasterImage& image) {
   const int depth = image.bits_per_sample == 8 ? CV_8U : CV_16U;
   expect(!image.bytes.empty() && image.bytes.size() == image.numPixels() * image.bytesPerPixel(),
          "an image has all its samples");
-  // OpenCV has no view of constant data; imencode does not write to it.
-  const cv::Mat stored(image.size.height, image.size.width, CV_MAKETYPE(depth, image.num_channels),
-                       const_cast<std::uint8_t*>(image.bytes.data()));
-  const cv::Mat pixels = withRedAndBlueSwapped(stored);
+  const cv::Mat pixels = withRedAndBlueSwapped(detail::matOf(image));
   const bool is_jpeg = hasJpegName(path);
   if (is_jpeg && (depth != CV_8U || image.num_channels == 4)) {
     throw inputError({.where = path,

@@ -7,10 +7,12 @@
 
 namespace alidade {
 
-struct LoadedImage {
-  GrayImage image;           ///< the pixels as stored; the orientation tag is ignored
-  int exif_orientation = 1;  ///< Exif's 1 to 8; readGrayImage() does not apply it
+template <class Image>
+struct Loaded {
+  Image image;               ///< the pixels as stored; the orientation tag is ignored
+  int exif_orientation = 1;  ///< Exif's 1 to 8; not applied
 };
+using LoadedImage = Loaded<GrayImage>;
 
 /// Reads a JPEG, PNG, TIFF, BMP, PNM (PBM, PGM, PPM) or WebP file, recognised by its first bytes: grey or
 /// colour, with or without alpha. Samples of more than 8 bits are scaled linearly and clamped, so that their
@@ -27,20 +29,11 @@ struct LoadedImage {
 /// readGrayImage() for bytes that were read before; messages use `path` as the file name.
 [[nodiscard]] LoadedImage decodeGrayImage(const std::string& path, std::string bytes);
 
-/// Throws if an image in any container is too large to be decoded.
-/// @throws Error (kInput)
-void checkDecodedSize(const std::string& path, const ImageSize& size);
-
-struct LoadedRaster {
-  RasterImage image;
-  int exif_orientation = 1;  ///< same as in LoadedImage; not applied
-};
-
 /// Reads an image with its colours, alpha and depth, with every sample as stored: 8 or 16 bits, grey or in
 /// the order red, green, blue, alpha. Palettes are resolved, and grey with alpha becomes colour with alpha.
 /// @throws Error (kInput) like readGrayImage(), and for samples of more than 16 bits, signed ones, and
 /// fractions.
-[[nodiscard]] LoadedRaster readImage(const std::string& path);
+[[nodiscard]] Loaded<RasterImage> readImage(const std::string& path);
 
 /// True for a name with the extension of a JPEG file, in upper or lower case.
 [[nodiscard]] bool hasJpegName(const std::string& path);

@@ -104,11 +104,7 @@ class VideoFrames {
 
  private:
   LoadedImage read(std::size_t number) {
-    if (const auto passed = passed_.find(number); passed != passed_.end()) {
-      LoadedImage image = std::move(passed->second);
-      passed_.erase(passed);
-      return image;
-    }
+    if (auto passed = passed_.extract(number)) return std::move(passed.mapped());
     // The frame is behind the reader, so the video is read from its beginning again.
     if (!reader_ || number < next_) {
       reader_.emplace(path_, VideoOptions{.cancel = cancel_});
@@ -163,11 +159,9 @@ struct VideoChoice {
   bool is_cut = false;  // more frames are expected after the last one
 };
 
-std::string textOf(const VideoChoice& choice) {
-  std::string text = fmt::format("{} {} {} {}", choice.num_frames, choice.num_damaged, choice.num_interlaced,
-                                 choice.is_cut ? 1 : 0);
-  for (const std::size_t number : choice.numbers) text += " " + std::to_string(number);
-  return text;
+std::string choiceText(const VideoChoice& choice) {
+  return fmt::format("{} {} {} {} {}", choice.num_frames, choice.num_damaged, choice.num_interlaced,
+                     choice.is_cut ? 1 : 0, fmt::join(choice.numbers, " "));
 }
 
 // Nothing if the text is not a valid choice of up to this many frames.
@@ -206,12 +200,9 @@ VideoChoice chooseFrames(const std::string& path, const OpenImagesOptions& optio
   VideoChoice choice;
   while (reader.advance()) {
     ++choice.num_frames;
-    if (reader.isInterlaced()) ++choice.num_interlaced;
-    if (reader.isIntact()) {
-      chooser.add(reader.number(), lookAt(reader.image().image));
-    } else {
-      ++choice.num_damaged;
-    }
+    choice.num_interlaced += reader.isInterlaced() ? 1 : 0;
+    choice.num_damaged += reader.isIntact() ? 0 : 1;
+    if (reader.isIntact()) chooser.add(reader.number(), lookAt(reader.image().image));
     if (options.progress) options.progress(choice.num_frames, reader.statedFrames());
   }
   const bool is_none_intact = choice.num_frames == choice.num_damaged;
@@ -255,10 +246,8 @@ auto cached(const ContentCache* cache, const std::string& key, const Parse& pars
   return result;
 }
 
-std::string textOf(const FrameLook& look) {
-  std::string text = exactText(look.sharpness);
-  for (const std::uint8_t value : look.thumbnail) text += " " + std::to_string(value);
-  return text;
+std::string lookText(const FrameLook& look) {
+  return fmt::format("{} {}", exactText(look.sharpness), fmt::join(look.thumbnail, " "));
 }
 
 std::optional<FrameLook> parseLook(std::string_view text) {
@@ -306,11 +295,8 @@ class Opening {
     FrameChooser chooser(options_.num_frames);
     std::vector<std::size_t> numbers;
     for (std::size_t i = 0; i < looks.size(); ++i) {
-      if (looks[i]) {
-        chooser.add(i, *looks[i]);
-      } else {
-        numbers.push_back(i);
-      }
+      if (looks[i]) chooser.add(i, *looks[i]);
+      if (!looks[i]) numbers.push_back(i);
     }
     const std::vector<std::size_t> chosen = chooser.chosen();
     noteChoice(sequence.pattern, chosen.size(), looks.size() - numbers.size(), "images");
@@ -334,9 +320,8 @@ class Opening {
  private:
   [[nodiscard]] FrameLook lookAtFile(const std::string& path) const {
     const EncodedImage image = readFile(path);
-    return cached(
-        options_.cache, std::string(kChoiceVersion) + image.identity, parseLook,
-        [](const FrameLook& look) { return textOf(look); }, [&] { return lookAt(image.decode().image); });
+    return cached(options_.cache, std::string(kChoiceVersion) + image.identity, parseLook, lookText,
+                  [&] { return lookAt(image.decode().image); });
   }
 
   void addFrames(const std::string& path) {
@@ -344,8 +329,7 @@ class Opening {
         options_.cache == nullptr ? VideoIdentity() : VideoIdentity(path, options_.cancel);
     const VideoChoice choice = cached(
         options_.cache, fmt::format("{}{} {}", kChoiceVersion, options_.num_frames, identity.text()),
-        [&](const std::string& text) { return parseChoice(text, options_.num_frames); },
-        [](const VideoChoice& made) { return textOf(made); },
+        [&](const std::string& text) { return parseChoice(text, options_.num_frames); }, choiceText,
         [&] {
           VideoChoice made = chooseFrames(path, options_);
           identity.checkUnchanged();
@@ -416,19 +400,12 @@ ImageSet openImages(std::span<const std::string> inputs, const OpenImagesOptions
   return opening.finish();
 }
 
-std::optional<FrameName> parseFrameName(std::string_view name) {
+std::optional<std::pair<std::string, std::size_t>> parseFrameName(std::string_view name) {
   const std::size_t at = name.rfind('@');
   if (at == std::string_view::npos || at == 0) return std::nullopt;
   const std::optional<int> number = parseInt(name.substr(at + 1));
   if (!number || *number < 0) return std::nullopt;
-  return FrameName{.video = std::string(name.substr(0, at)), .number = static_cast<std::size_t>(*number)};
-}
-
-ImageSet openFrames(const std::string& video, const std::vector<std::size_t>& numbers,
-                    const CancelFlag* cancel) {
-  std::vector<ImageSet::Item> items;
-  addItems(video, VideoIdentity(), numbers, 0, cancel, items);
-  return {std::move(items), {}};
+  return std::pair(std::string(name.substr(0, at)), static_cast<std::size_t>(*number));
 }
 
 ImageSet openNamed(const std::vector<std::string>& names) {
@@ -438,15 +415,16 @@ ImageSet openNamed(const std::vector<std::string>& names) {
     const auto frame = parseFrameName(names[i]);
     std::error_code failed;
     if (!frame || std::filesystem::exists(names[i], failed)) continue;
-    frames_of[frame->video].push_back(frame->number);
-    places_of[frame->video].push_back(i);
+    const auto& [video, number] = *frame;
+    frames_of[video].push_back(number);
+    places_of[video].push_back(i);
   }
   std::vector<ImageSet::Item> items;
   for (std::size_t i = 0; i < names.size(); ++i) items.push_back({.name = names[i], .read = readFile});
   for (const auto& [video, numbers] : frames_of) {
-    const ImageSet frames = openFrames(video, numbers);
-    for (std::size_t k = 0; k < numbers.size(); ++k)
-      items[places_of[video][k]].read = [frames, k](const std::string&) { return frames.read(k); };
+    std::vector<ImageSet::Item> frames;
+    addItems(video, VideoIdentity(), numbers, 0, nullptr, frames);
+    for (std::size_t k = 0; k < numbers.size(); ++k) items[places_of[video][k]].read = frames[k].read;
   }
   return {std::move(items), {}};
 }

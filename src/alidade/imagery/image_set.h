@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "alidade/core/cancel.h"
@@ -78,20 +79,9 @@ struct OpenImagesOptions {
 /// @throws Error as listInputs(); Cancelled
 [[nodiscard]] ImageSet openImages(std::span<const std::string> inputs, const OpenImagesOptions& options = {});
 
-/// A frame of a video, as named by ImageSet::name().
-struct FrameName {
-  std::string video;
-  std::size_t number = 0;  ///< counts from 0
-};
-/// Splits "clip.mp4@120" into its parts; nothing for any other name.
-[[nodiscard]] std::optional<FrameName> parseFrameName(std::string_view name);
-
-/// Frames of a video by their numbers. If they are requested in rising order, from any number of threads, the
-/// video is read once.
-/// @param numbers  in any order
-/// @param cancel   outlives the set
-[[nodiscard]] ImageSet openFrames(const std::string& video, const std::vector<std::size_t>& numbers,
-                                  const CancelFlag* cancel = nullptr);
+/// The video and the number, from 0, of a frame's name as ImageSet::name() has it: "clip.mp4@120". Nothing
+/// for any other name.
+[[nodiscard]] std::optional<std::pair<std::string, std::size_t>> parseFrameName(std::string_view name);
 
 /// Images and frames of videos by their names, as in ImageSet::name(). A file whose name looks like that of a
 /// frame is treated as a file. Frames that are requested in order take one pass through their video.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/imagery/jpeg_damage.h"
+#include "alidade/imagery/image_damage.h"
 
 #include <array>
 #include <csetjmp>
@@ -69,8 +69,6 @@ struct Transcoder {
   static constexpr std::size_t kHeaderBytes = 8192;  // more than the size of all tables
 };
 
-void startNothing(j_compress_ptr /*jpeg*/) {}
-
 // Fails, because the same coefficients never need more space than before.
 boolean refuseMore(j_compress_ptr jpeg) {
   jpeg->err->msg_code = JERR_BUFFER_SIZE;
@@ -100,9 +98,9 @@ void encodeAgain(Transcoder& jpeg, jvirt_barray_ptr* coefficients) {
   jpeg_create_compress(&jpeg.out);
   jpeg.destination = {.next_output_byte = jpeg.encoded.data(),
                       .free_in_buffer = jpeg.encoded.size(),
-                      .init_destination = startNothing,
+                      .init_destination = [](j_compress_ptr) {},
                       .empty_output_buffer = refuseMore,
-                      .term_destination = startNothing};
+                      .term_destination = [](j_compress_ptr) {}};
   jpeg.out.dest = &jpeg.destination;
   jpeg_copy_critical_parameters(&jpeg.in, &jpeg.out);
   jpeg.out.optimize_coding = FALSE;

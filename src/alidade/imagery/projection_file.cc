@@ -4,7 +4,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include "alidade/core/error.h"
-#include "alidade/files/text/atomic_file.h"
 #include "alidade/files/text/yaml_writer.h"
 
 namespace alidade {
@@ -27,8 +26,7 @@ void writeSelfCheck(YAML::Emitter& out, const OutputView& view) {
 
 }  // namespace
 
-std::string projectionFileText(const ProjectionFile& file) {
-  const OutputView& view = file.view;
+std::string projectionFileText(const OutputView& view, const std::string& created_by) {
   expect(view.projection != ViewProjection::kRectilinear, "a rectilinear view is a pinhole camera's");
   expect(view.scale_px.x() == view.scale_px.y(), "radians per pixel are equal for both coordinates");
   // Uses the number as written to the file, so that the self check is exact.
@@ -42,13 +40,9 @@ std::string projectionFileText(const ProjectionFile& file) {
                "axis_pixel", flowMap("u", view.axis_px.x(), "v", view.axis_px.y()));
   out << YAML::Comment("of the optical axis; (0, 0) is the centre of the top-left pixel");
   writeEntries(out, "self_check", [&written](YAML::Emitter& to) { writeSelfCheck(to, written); });
-  if (!file.created_by.empty()) writeEntries(out, "created_by", file.created_by);
+  writeEntries(out, "created_by", created_by);
   out << YAML::EndMap;
   return detail::documentText(out);
-}
-
-void writeProjectionFile(const std::string& path, const ProjectionFile& file) {
-  writeFileAtomically(path, projectionFileText(file));
 }
 
 }  // namespace alidade

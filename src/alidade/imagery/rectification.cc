@@ -5,11 +5,12 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <opencv2/core.hpp>
 #include <string_view>
 #include <vector>
 
 #include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+#include <opencv2/core/eigen.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
@@ -33,39 +34,42 @@ bool isSwapped(const Rectification& r) {
   return r.projection != ViewProjection::kRectilinear && !r.is_vertical;
 }
 
-Vector3d swapped(const Vector3d& ray) {
-  return {ray.y(), ray.x(), ray.z()};
+Vector3d inViewOrder(const Rectification& r, const Vector3d& ray) {
+  return isSwapped(r) ? Vector3d(ray.y(), ray.x(), ray.z()) : ray;
+}
+Vector2d inViewOrder(const Rectification& r, const Vector2d& plane) {
+  return isSwapped(r) ? Vector2d(plane.reverse()) : plane;
 }
 
 std::optional<Vector3d> rayOf(const Rectification& r, const Vector2d& plane) {
-  if (!isSwapped(r)) return rayFromPlane(r.projection, plane);
-  const auto ray = rayFromPlane(r.projection, plane.reverse());
-  return ray ? std::optional(swapped(*ray)) : std::nullopt;
+  const auto ray = rayFromPlane(r.projection, inViewOrder(r, plane));
+  return ray ? std::optional(inViewOrder(r, *ray)) : std::nullopt;
 }
 
 // Place on the plane; nothing beyond the limits of views.
 std::optional<Vector2d> planeOf(const Rectification& r, const Vector3d& ray) {
-  const auto plane = planeFromRay(r.projection, isSwapped(r) ? swapped(ray) : ray);
+  const auto plane = planeFromRay(r.projection, inViewOrder(r, ray));
   if (!plane || !detail::isLaidOut(r.projection, *plane)) return std::nullopt;
-  return isSwapped(r) ? Vector2d(plane->reverse()) : *plane;
+  return inViewOrder(r, *plane);
 }
+
+using CameraPair = std::array<const MountedCamera*, 2>;
 
 Matrix3d rotationFromRig(const MountedCamera& camera) {
   return camera.camera_from_rig.rotation.matrix();
 }
 
-std::string cameraNames(const AnyRig& rig, std::size_t first, std::size_t second) {
-  return "cameras '" + rig.camera(first).name + "' and '" + rig.camera(second).name + "'";
+std::string cameraNames(const CameraPair& cameras) {
+  return "cameras '" + cameras[0]->name + "' and '" + cameras[1]->name + "'";
 }
 
 // Sets the common orientation; its rows are its axes in the rig's frame.
-void orient(const AnyRig& rig, std::size_t first, std::size_t second, Rectification& r) {
-  const std::array<const MountedCamera*, 2> cameras = {&rig.camera(first), &rig.camera(second)};
+void orient(const CameraPair& cameras, Rectification& r) {
   const Vector3d baseline =
       cameras[1]->camera_from_rig.inverse().translation - cameras[0]->camera_from_rig.inverse().translation;
   constexpr double kNoBaseline = 1e-9;
   if (!(baseline.norm() > kNoBaseline)) {
-    throw inputError({.where = cameraNames(rig, first, second),
+    throw inputError({.where = cameraNames(cameras),
                       .found = "both are at the same place",
                       .expected = "cameras some distance apart"});
   }
@@ -96,7 +100,7 @@ void orient(const AnyRig& rig, std::size_t first, std::size_t second, Rectificat
         std::acos(std::clamp((r.views[i].rectified_from_camera * Vector3d(0, 0, 1)).z(), -1.0, 1.0));
     if (r.projection != ViewProjection::kRectilinear || turn <= kMaxTangentAngleRad) continue;
     throw inputError(
-        {.where = cameraNames(rig, first, second),
+        {.where = cameraNames(cameras),
          .found = "the axis of camera '" + cameras[i]->name + "' is " +
                   std::to_string(std::lround(turn * kDegreesPerRadian)) +
                   " degrees from the common one, which is normal to the line through both cameras",
@@ -108,13 +112,9 @@ void orient(const AnyRig& rig, std::size_t first, std::size_t second, Rectificat
 
 // Pixels per radian on the axis of the camera: the geometric mean of both directions.
 double scaleOnAxis(const MountedCamera& camera) {
-  std::array<double, 6> J{};
-  const Projection axis = camera.camera.project(Vector3d::UnitZ(), J.data(), nullptr);
-  if (axis.ok() && J[0] > 0 && J[4] > 0) return std::sqrt(J[0] * J[4]);
-  throw inputError({.where = "camera '" + camera.name + "'",
-                    .found = "a camera that cannot project its optical axis",
-                    .expected = "a camera that sees along its axis",
-                    .next_step = "give the field of view with --fov, or use --keep all"});
+  const auto [pixel, focal] = detail::axisOf(camera.camera, "camera '" + camera.name + "'",
+                                             "give the field of view with --fov, or use --keep all");
+  return std::sqrt(focal.x() * focal.y());
 }
 
 double scaleOfField(const Rectification& r, double field_rad) {
@@ -124,21 +124,16 @@ double scaleOfField(const Rectification& r, double field_rad) {
                        (r.projection == ViewProjection::kCylindrical && !r.is_vertical);
   const bool ends_at_pole = r.projection == ViewProjection::kEquirectangular && !r.is_vertical;
   const double largest = is_flat ? 2 * kMaxTangentAngleRad : (ends_at_pole ? 1 : 2) * std::numbers::pi;
-  constexpr double kRounding = 1e-12;  // from the conversion of degrees to radians
-  if (!(field_rad > 0 && field_rad <= largest * (1 + kRounding))) {
-    throw usageError(
-        {.where = "field of view",
-         .found = std::to_string(field_rad * kDegreesPerRadian) + " degrees",
-         .expected = "more than 0 and at most " + std::to_string(std::lround(largest * kDegreesPerRadian)) +
-                     " degrees in " + std::string(projectionName(r.projection)) + " views",
-         .next_step = is_flat ? "use the equirectangular projection for a larger field of view" : ""});
-  }
-  return 0.5 * r.size.width / (is_flat ? std::tan(field_rad / 2) : field_rad / 2);
+  return 0.5 * r.size.width /
+         detail::halfWidthOf(field_rad, is_flat, largest,
+                             "more than 0 and at most " +
+                                 std::to_string(std::lround(largest * kDegreesPerRadian)) + " degrees in " +
+                                 std::string(projectionName(r.projection)) + " views",
+                             "use the equirectangular projection for a larger field of view");
 }
 
 // Place of each image centre on the plane, or of its axis if the centre has no ray there.
-std::array<Vector2d, 2> centresOf(const Rectification& r,
-                                  const std::array<const MountedCamera*, 2>& cameras) {
+std::array<Vector2d, 2> centresOf(const Rectification& r, const CameraPair& cameras) {
   std::array<Vector2d, 2> centres;
   for (std::size_t i = 0; i < 2; ++i) {
     const SO3& turn = r.views[i].rectified_from_camera;
@@ -150,7 +145,8 @@ std::array<Vector2d, 2> centresOf(const Rectification& r,
   return centres;
 }
 
-void showAll(const std::array<const MountedCamera*, 2>& cameras, bool has_own_centres, Rectification& r) {
+// @returns what appears in the middles of the views
+std::array<Vector2d, 2> showAll(const CameraPair& cameras, bool has_own_centres, Rectification& r) {
   const Eigen::Index along = r.alongIndex();
   std::array<Eigen::AlignedBox2d, 2> boxes;
   Eigen::AlignedBox2d both;
@@ -159,9 +155,8 @@ void showAll(const std::array<const MountedCamera*, 2>& cameras, bool has_own_ce
     // The search expects jumps in the first coordinate, the longitude.
     const detail::PlaneBox box =
         detail::boxOfAll(cameras[i]->camera, cameras[i]->image_size, [&](const Vector3d& ray) {
-          auto plane = planeOf(r, turn * ray);
-          if (plane && isSwapped(r)) plane->reverseInPlace();
-          return plane;
+          const auto plane = planeOf(r, turn * ray);
+          return plane ? std::optional(inViewOrder(r, *plane)) : std::nullopt;
         });
     if (!(box.shown.sizes().minCoeff() > 0)) {
       throw inputError({.where = "camera '" + cameras[i]->name + "'",
@@ -169,8 +164,7 @@ void showAll(const std::array<const MountedCamera*, 2>& cameras, bool has_own_ce
                         .expected = "a camera that looks at right angles to the line through both",
                         .next_step = "use --projection equirectangular"});
     }
-    boxes[i] =
-        isSwapped(r) ? Eigen::AlignedBox2d(box.shown.min().reverse(), box.shown.max().reverse()) : box.shown;
+    boxes[i] = {inViewOrder(r, box.shown.min()), inViewOrder(r, box.shown.max())};
     both.extend(boxes[i]);
     r.cut_share = std::max(r.cut_share, static_cast<double>(box.num_cut) / (box.num_shown + box.num_cut));
   }
@@ -180,17 +174,15 @@ void showAll(const std::array<const MountedCamera*, 2>& cameras, bool has_own_ce
     extent[along] = std::max(boxes[0].sizes()[along], boxes[1].sizes()[along]);
     for (std::size_t i = 0; i < 2; ++i) middles[i][along] = boxes[i].center()[along];
   }
-  constexpr double kMargin = 1e-9;  // for rounding of pixel positions
-  r.scale_px = (1 - kMargin) * std::min((r.size.width - 1) / extent.x(), (r.size.height - 1) / extent.y());
-  for (std::size_t i = 0; i < 2; ++i) r.views[i].axis_px = detail::middleOf(r.size) - r.scale_px * middles[i];
+  r.scale_px = detail::scaleOfAll(r.size, extent);
+  return middles;
 }
 
-void showValid(const std::array<const MountedCamera*, 2>& cameras, const std::array<Vector2d, 2>& middles,
-               Rectification& r) {
+void showValid(const CameraPair& cameras, const std::array<Vector2d, 2>& middles, Rectification& r) {
   const auto has_source = [&](const Vector2d& offset) {
     for (std::size_t i = 0; i < 2; ++i) {
       const Vector2d plane = middles[i] + offset;
-      if (!detail::isLaidOut(r.projection, isSwapped(r) ? Vector2d(plane.reverse()) : plane)) return false;
+      if (!detail::isLaidOut(r.projection, inViewOrder(r, plane))) return false;
       const auto ray = rayOf(r, plane);
       if (!ray) return false;
       const Projection source = cameras[i]->camera.project(r.views[i].rectified_from_camera.inverse() * *ray);
@@ -200,7 +192,7 @@ void showValid(const std::array<const MountedCamera*, 2>& cameras, const std::ar
   };
   if (!has_source(Vector2d::Zero())) {
     throw inputError(
-        {.where = "cameras '" + cameras[0]->name + "' and '" + cameras[1]->name + "'",
+        {.where = cameraNames(cameras),
          .found = "no common view: what is in the middle of one is outside the image of the other",
          .expected = "cameras that see the same distant things",
          .next_step = "use --own-centres for cameras that look towards each other, or --keep all"});
@@ -208,18 +200,10 @@ void showValid(const std::array<const MountedCamera*, 2>& cameras, const std::ar
   // Upper limit: a window twice as large as the plane reaches beyond its ends wherever it is centred.
   double limit = std::numeric_limits<double>::infinity();
   for (const Vector2d& offset : detail::borderOffsets(r.size)) {
-    const Vector2d axis_offset = isSwapped(r) ? Vector2d(offset.reverse()) : offset;
-    limit = std::min(limit, 2 * detail::farthestMultiple(r.projection, axis_offset));
+    limit = std::min(limit, 2 * detail::farthestMultiple(r.projection, inViewOrder(r, offset)));
   }
   constexpr double kMargin = 1e-9;  // for rounding of pixel positions
   r.scale_px = (1 + kMargin) / detail::largestWindow(r.size, limit, has_source);
-  for (std::size_t i = 0; i < 2; ++i) r.views[i].axis_px = detail::middleOf(r.size) - r.scale_px * middles[i];
-}
-
-// x / z, or x / hypot(y, z) around the baseline: the quantity that differs by baseline / depth between the
-// views.
-double tangentOf(const Rectification& r, double along_plane) {
-  return r.projection == ViewProjection::kEquirectangular ? std::tan(along_plane) : along_plane;
 }
 
 // Signed distance, to first order, of a pixel from the plane that contains the baseline and the other pixel's
@@ -244,10 +228,8 @@ std::optional<Vector2d> shownPixel(const Rectification& r, std::size_t i, const 
 }
 
 cv::Mat matOf(const Eigen::MatrixXd& matrix) {
-  cv::Mat mat(static_cast<int>(matrix.rows()), static_cast<int>(matrix.cols()), CV_64F);
-  for (int row = 0; row < mat.rows; ++row) {
-    for (int col = 0; col < mat.cols; ++col) mat.at<double>(row, col) = matrix(row, col);
-  }
+  cv::Mat mat;
+  cv::eigen2cv(matrix, mat);
   return mat;
 }
 
@@ -258,25 +240,9 @@ std::optional<Vector3d> Rectification::rayFromPixel(std::size_t i, const Vector2
 }
 
 std::optional<Vector2d> Rectification::pixelFromRay(std::size_t i, const Vector3d& ray) const {
-  const auto plane = planeFromRay(projection, isSwapped(*this) ? swapped(ray) : ray);
+  const auto plane = planeFromRay(projection, inViewOrder(*this, ray));
   if (!plane) return std::nullopt;
-  return views.at(i).axis_px + scale_px * (isSwapped(*this) ? Vector2d(plane->reverse()) : *plane);
-}
-
-std::optional<Vector3d> Rectification::pointFromDisparity(const Vector2d& pixel, double disparity) const {
-  const auto ray = rayFromPixel(0, pixel);
-  if (!ray) return std::nullopt;
-  const Eigen::Index along = alongIndex();
-  const double first = (pixel[along] - views[0].axis_px[along]) / scale_px;
-  const double second = (pixel[along] - disparity - views[1].axis_px[along]) / scale_px;
-  const double slope = tangentOf(*this, first) - tangentOf(*this, second);
-  // The depth has the right sign and is finite.
-  const double depth = baseline_m / slope;
-  if (!(depth > 0) || !std::isfinite(depth)) return std::nullopt;
-  const double across = is_vertical ? ray->x() : ray->y();
-  const double ray_depth =
-      projection == ViewProjection::kRectilinear ? ray->z() : std::hypot(across, ray->z());
-  return *ray * (depth / ray_depth);
+  return views.at(i).axis_px + scale_px * inViewOrder(*this, *plane);
 }
 
 Eigen::Matrix<double, 3, 4> Rectification::projectionMatrix(std::size_t i) const {
@@ -308,38 +274,35 @@ AnyCamera Rectification::pinhole(std::size_t i) const {
                     .axis_px = views.at(i).axis_px});
 }
 
-Rectification rectify(const AnyRig& rig, std::size_t first, std::size_t second,
-                      const RectificationRequest& request) {
+Rectification rectify(const AnyRig& rig, std::size_t first, std::size_t second, const ViewRequest& request) {
   if (first == second) {
     throw usageError({.where = "rectification",
                       .found = "camera '" + rig.camera(first).name + "' twice",
                       .expected = "two different cameras"});
   }
-  const std::array<const MountedCamera*, 2> cameras = {&rig.camera(first), &rig.camera(second)};
+  const CameraPair cameras = {&rig.camera(first), &rig.camera(second)};
   Rectification r;
   r.projection = request.projection;
   r.size = request.size.value_or(cameras[0]->image_size);
   for (const MountedCamera* camera : cameras) detail::checkViewSizes(camera->image_size, r.size);
-  orient(rig, first, second, r);
-  if (request.extent == ViewExtent::kAll) {
-    showAll(cameras, request.has_own_centres, r);
-    return r;
-  }
-  std::array<Vector2d, 2> middles = centresOf(r, cameras);
-  const Vector2d mean = 0.5 * (middles[0] + middles[1]);
-  for (Vector2d& middle : middles) {
-    const double own = middle[r.alongIndex()];
-    middle = mean;
-    if (request.has_own_centres) middle[r.alongIndex()] = own;
+  orient(cameras, r);
+  std::array<Vector2d, 2> middles = request.extent == ViewExtent::kAll
+                                        ? showAll(cameras, request.has_own_centres, r)
+                                        : centresOf(r, cameras);
+  if (request.extent != ViewExtent::kAll) {
+    const Vector2d mean = 0.5 * (middles[0] + middles[1]);
+    for (Vector2d& middle : middles) {
+      const double own = middle[r.alongIndex()];
+      middle = mean;
+      if (request.has_own_centres) middle[r.alongIndex()] = own;
+    }
   }
   if (request.extent == ViewExtent::kValid) {
     showValid(cameras, middles, r);
-    return r;
-  }
-  if (request.extent == ViewExtent::kFieldOfView) {
+  } else if (request.extent == ViewExtent::kFieldOfView) {
     r.scale_px = scaleOfField(r, request.horizontal_field_rad);
     if (!request.has_own_centres) middles.fill(Vector2d::Zero());
-  } else {
+  } else if (request.extent == ViewExtent::kSameScale) {
     const double resize = static_cast<double>(r.size.width) / cameras[0]->image_size.width;
     r.scale_px = resize * std::sqrt(scaleOnAxis(*cameras[0]) * scaleOnAxis(*cameras[1]));
   }
@@ -360,22 +323,18 @@ RemapTable makeRemapTable(const Rectification& rectification, std::size_t i, con
 
 EpipolarErrors epipolarErrors(const Rectification& rectification, const MountedCamera& first,
                               const MountedCamera& second, std::span<const EpipolarPair> pairs) {
-  const std::array<const MountedCamera*, 2> cameras = {&first, &second};
+  const CameraPair cameras = {&first, &second};
   const Eigen::Index across = 1 - rectification.alongIndex();
   const Vector3d baseline = Vector3d::Unit(rectification.alongIndex());
   EpipolarErrors errors;
   double curve_sum = 0;
   double row_sum = 0;
   for (const EpipolarPair& pair : pairs) {
-    std::array<Vector3d, 2> rays;
-    int num_rays = 0;
-    for (std::size_t i = 0; i < 2; ++i) {
-      const auto ray = cameras[i]->camera.unproject(pair[i]);
-      if (!ray) continue;
-      rays[i] = rectification.views[i].rectified_from_camera * *ray;
-      ++num_rays;
-    }
-    if (num_rays < 2) continue;
+    const auto first_ray = first.camera.unproject(pair[0]);
+    const auto second_ray = second.camera.unproject(pair[1]);
+    if (!first_ray || !second_ray) continue;
+    const std::array<Vector3d, 2> rays = {rectification.views[0].rectified_from_camera * *first_ray,
+                                          rectification.views[1].rectified_from_camera * *second_ray};
     double square = 0;
     for (std::size_t i = 0; i < 2; ++i) {
       square += 0.5 * std::pow(curveDistance(*cameras[i], rectification.views[i].rectified_from_camera,

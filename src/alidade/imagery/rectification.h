@@ -56,11 +56,6 @@ struct Rectification {
   [[nodiscard]] double disparityAtInfinity() const {
     return views[0].axis_px[alongIndex()] - views[1].axis_px[alongIndex()];
   }
-  /// The point, in the rectified frame of the first camera (metres), that the first view shows at a pixel and
-  /// the second at pixel - disparity along the baseline. Nothing if the pixel has no ray or the point is at
-  /// or beyond infinity.
-  [[nodiscard]] std::optional<Eigen::Vector3d> pointFromDisparity(const Eigen::Vector2d& pixel,
-                                                                  double disparity) const;
 
   /// 3x4 as OpenCV's P1 and P2: pixels of view `i` of points in the rectified frame at the first camera.
   /// @pre rectilinear
@@ -71,17 +66,6 @@ struct Rectification {
   [[nodiscard]] AnyCamera pinhole(std::size_t i) const;
 };
 
-struct RectificationRequest {
-  ViewProjection projection = ViewProjection::kRectilinear;
-  ViewExtent extent = ViewExtent::kSameScale;
-  double horizontal_field_rad = 0;  ///< kFieldOfView: between the outer edges of the outer pixels
-  std::optional<ImageSize> size = std::nullopt;  ///< of the output; empty: as the first camera
-  /// Each view is centred on its own camera along the baseline, and a point at infinity has a disparity; for
-  /// cameras that look towards each other. Otherwise, both have the same axis_px, and points at infinity have
-  /// no disparity.
-  bool has_own_centres = false;
-};
-
 /// Chooses the common orientation and the views of two cameras of a rig.
 ///
 /// About the baseline, the orientation is the mean of both cameras (the least sum of squared changes of their
@@ -90,7 +74,7 @@ struct RectificationRequest {
 /// place, if one camera would be turned too far (the rectified axis is more than kMaxTangentAngleRad from its
 /// own in a rectilinear view: one camera in front of the other, or back to back), and as chooseView()
 [[nodiscard]] Rectification rectify(const AnyRig& rig, std::size_t first, std::size_t second,
-                                    const RectificationRequest& request);
+                                    const ViewRequest& request);
 
 /// Source pixels of view `i` in the camera's original images.
 [[nodiscard]] RemapTable makeRemapTable(const Rectification& rectification, std::size_t i,

@@ -9,6 +9,7 @@
 #include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
+#include "alidade/imagery/gray_image.h"
 
 namespace alidade {
 
@@ -63,12 +64,10 @@ RasterImage remap(const RemapTable& table, const RasterImage& image, Interpolati
                   .bits_per_sample = image.bits_per_sample,
                   .bytes = {}};
   out.bytes.resize(out.numPixels() * out.bytesPerPixel());
-  const int type = CV_MAKETYPE(image.bits_per_sample == 8 ? CV_8U : CV_16U, image.num_channels);
-  // OpenCV has no views of constant data; remap() does not write to these two.
-  const cv::Mat source(image.size.height, image.size.width, type,
-                       const_cast<std::uint8_t*>(image.bytes.data()));
+  const cv::Mat source = detail::matOf(image);
+  // OpenCV has no view of constant data; remap() does not write to this.
   const cv::Mat places(height, width, CV_32FC2, const_cast<SourcePixel*>(table.pixels.data()));
-  cv::Mat result(height, width, type, out.bytes.data());
+  cv::Mat result = detail::matOf(out);
   // Strips that are too small for OpenCV to start threads of its own.
   const int strip_rows = std::max(1, (1 << 16) / width);
   const auto num_strips = static_cast<std::size_t>((height + strip_rows - 1) / strip_rows);

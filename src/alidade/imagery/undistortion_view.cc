@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
@@ -31,22 +30,14 @@ OutputView sameScale(const AnyCamera& camera, ImageSize source_size, ViewProject
                      ImageSize size) {
   // Pixels per radian on the axis. They differ from the parameters fx and fy in models whose lens also scales
   // the image.
-  std::array<double, 6> J{};
-  const Projection axis = camera.project(Vector3d::UnitZ(), J.data(), nullptr);
-  if (!axis.ok() || !(J[0] > 0 && J[4] > 0)) {
-    throw inputError({.where = "camera",
-                      .found = "a camera that cannot project its optical axis",
-                      .expected = "a camera that sees along its axis",
-                      .next_step = "run alidade validate for details"});
-  }
+  const auto [axis, focal] = detail::axisOf(camera, "camera", "run alidade validate for details");
   const double resize = static_cast<double>(size.width) / source_size.width;
-  OutputView view{
-      .projection = projection, .size = size, .scale_px = resize * Vector2d(J[0], J[4]), .axis_px = {}};
+  OutputView view{.projection = projection, .size = size, .scale_px = resize * focal, .axis_px = {}};
   if (projection != ViewProjection::kRectilinear)
     view.scale_px.setConstant(std::sqrt(view.scale_px.x() * view.scale_px.y()));
   // A change of the height is split between top and bottom.
   const Vector2d half(0.5, 0.5);
-  view.axis_px = resize * (axis.pixel + half) - half;
+  view.axis_px = resize * (axis + half) - half;
   view.axis_px.y() += 0.5 * (size.height - resize * source_size.height);
   return view;
 }
@@ -54,18 +45,11 @@ OutputView sameScale(const AnyCamera& camera, ImageSize source_size, ViewProject
 OutputView fieldOfView(ViewProjection projection, ImageSize size, double field_rad) {
   const bool is_flat = projection == ViewProjection::kRectilinear;
   const double largest = is_flat ? 2 * kMaxTangentAngleRad : 2 * std::numbers::pi;
-  constexpr double kRounding = 1e-12;  // from the conversion of degrees to radians
-  if (!(field_rad > 0 && field_rad <= largest * (1 + kRounding))) {
-    constexpr double kDegrees = 180 / std::numbers::pi;
-    throw usageError(
-        {.where = "field of view",
-         .found = std::to_string(field_rad * kDegrees) + " degrees",
-         .expected = is_flat ? "more than 0 and at most 150 degrees in a rectilinear view"
-                             : "more than 0 and at most 360 degrees",
-         .next_step =
-             is_flat ? "use a cylindrical or equirectangular projection for a larger field of view" : ""});
-  }
-  const double half_width = is_flat ? std::tan(field_rad / 2) : field_rad / 2;
+  const double half_width =
+      detail::halfWidthOf(field_rad, is_flat, largest,
+                          is_flat ? "more than 0 and at most 150 degrees in a rectilinear view"
+                                  : "more than 0 and at most 360 degrees",
+                          "use a cylindrical or equirectangular projection for a larger field of view");
   return centredView(projection, size, 0.5 * size.width / half_width);
 }
 
@@ -106,9 +90,7 @@ ViewChoice viewOfAll(const AnyCamera& camera, ImageSize source_size, ViewProject
                       .expected = "a camera that looks forward",
                       .next_step = "run alidade validate for details"});
   }
-  constexpr double kMargin = 1e-9;  // for rounding of pixel positions
-  const double scale =
-      (1 - kMargin) * std::min((size.width - 1) / extent.x(), (size.height - 1) / extent.y());
+  const double scale = detail::scaleOfAll(size, extent);
   OutputView view = centredView(projection, size, scale);
   view.axis_px -= scale * box.shown.center();
   return {.view = view,

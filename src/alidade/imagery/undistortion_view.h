@@ -20,7 +20,10 @@ struct ViewRequest {
   ViewProjection projection = ViewProjection::kRectilinear;
   ViewExtent extent = ViewExtent::kSameScale;
   double horizontal_field_rad = 0;  ///< kFieldOfView: between the outer edges of the outer pixels
-  std::optional<ImageSize> size;    ///< of the output; empty: as the source
+  std::optional<ImageSize> size = std::nullopt;  ///< of the output; none: as the source, or the first of two
+  /// Only rectify(): each view is centred on its own camera along the baseline, and infinity has a disparity.
+  /// For cameras that look towards each other. Otherwise both have the same axis_px, and infinity has none.
+  bool has_own_centres = false;
 };
 
 struct ViewChoice {

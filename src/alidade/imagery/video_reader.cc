@@ -14,6 +14,7 @@
 #include <boost/algorithm/string/predicate.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
 #include "alidade/files/text/atomic_file.h"
 
 extern "C" {
@@ -112,137 +113,163 @@ struct VideoReader::State {
   template <class T>
   using Owned = std::unique_ptr<T, Freed>;
 
-  // Parts of a file that were read.
-  class ReadExtent {
-   public:
-    void add(const AVPacket& packet, const AVStream& stream) {
-      ++num_packets_;
-      num_bytes_ += packet.size;
-      const std::int64_t time = packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts;
-      if (time == AV_NOPTS_VALUE) return;
-      Track& track = tracks_[stream.index];
-      const double seconds = static_cast<double>(time) * av_q2d(stream.time_base);
-      const double duration = static_cast<double>(packet.duration) * av_q2d(stream.time_base);
-      if (track.num_packets++ == 0) track.first = track.last = seconds;
-      track.first = std::min(track.first, seconds);
-      track.last = std::max(track.last, seconds);
-      track.end = std::max(track.end, seconds + duration);
-    }
-
-    // End of the last packet of any stream; sound may be longer than the pictures.
-    [[nodiscard]] double endSeconds() const {
-      double end = 0;
-      for (const auto& [index, track] : tracks_) {
-        const double gap = track.num_packets > 1 ? (track.last - track.first) / (track.num_packets - 1) : 0;
-        end = std::max({end, track.end, track.last + gap});
-      }
-      return end;
-    }
-
-    [[nodiscard]] std::int64_t numPackets() const { return num_packets_; }
-    [[nodiscard]] std::int64_t numBytes() const { return num_bytes_; }
-
-   private:
+  // A video's file while its packets are read.
+  struct File {
     struct Track {
       int num_packets = 0;
       double first = 0;
       double last = 0;
       double end = 0;
     };
-    std::map<int, Track> tracks_;
-    std::int64_t num_packets_ = 0;
-    std::int64_t num_bytes_ = 0;
+
+    File(std::string file, const VideoOptions& wanted) : path(std::move(file)), options(wanted) {}
+
+    std::string path;
+    VideoOptions options;
+    Owned<AVFormatContext> format;
+    Owned<AVPacket> packet{av_packet_alloc()};
+    int stream_index = -1;
+    bool is_at_end = false;
+    bool is_cut = false;  // its end could not be read
+    std::int64_t num_file_bytes = 0;
+    std::map<int, Track> tracks;
+    std::int64_t num_packets = 0;
+    std::int64_t num_packet_bytes = 0;
+    std::int64_t end_position = 0;  // in the file, of the packets so far
+
+    [[nodiscard]] const AVStream& stream() const { return *format->streams[stream_index]; }
+    [[nodiscard]] double secondsPerTick() const { return av_q2d(stream().time_base); }
+    [[nodiscard]] bool isMatroska() const {
+      return std::string_view(format->iformat->name).starts_with("matroska");
+    }
+
+    // Also where memory is short: what damaged headers ask for is no reason to end the run.
+    void check(int status, const char* what) const {
+      throwIfCancelled(options.cancel);
+      if (status >= 0) return;
+      throw videoError(path, std::string("the video cannot be ") + what + " (" + reasonOf(status) + ")");
+    }
+
+    void checkSize(const ImageSize& size) const {
+      if (std::int64_t{size.width} * size.height <= options.max_pixels) return;
+      throw inputError({.where = path,
+                        .found = "frames of " + sizeText(size) + " pixels",
+                        .expected = "at most " + std::to_string(options.max_pixels) + " pixels in a frame",
+                        .next_step = "check that the file is not damaged, or make the video smaller"});
+    }
+
+    void open() {
+      format.reset(avformat_alloc_context());
+      if (!format) throw std::bad_alloc();
+      format->interrupt_callback = {[](void* cancel) {
+                                      const auto* const flag = static_cast<const CancelFlag*>(cancel);
+                                      return flag != nullptr && flag->load() ? 1 : 0;
+                                    },
+                                    const_cast<CancelFlag*>(options.cancel)};
+      AVDictionary* settings = nullptr;
+      av_dict_set(&settings, "format_whitelist", kContainers, 0);
+      av_dict_set(&settings, "protocol_whitelist", "file", 0);
+      av_dict_set(&settings, "max_streams", "32", 0);  // each may have large tables
+      // It frees the context when it fails.
+      AVFormatContext* opened = format.release();
+      // With the protocol, as a name may contain a colon.
+      // By its content alone, a stream of JPEG images is taken for a single one.
+      const AVInputFormat* known =
+          boost::iends_with(path, ".mjpeg") ? av_find_input_format("mjpeg") : nullptr;
+      const int status = avformat_open_input(&opened, ("file:" + path).c_str(), known, &settings);
+      av_dict_free(&settings);
+      format.reset(opened);
+      check(status, "opened");
+      for (unsigned i = 0; i < format->nb_streams; ++i) {
+        const AVCodecParameters& parameters = *format->streams[i]->codecpar;
+        if (parameters.codec_type == AVMEDIA_TYPE_VIDEO) checkSize({parameters.width, parameters.height});
+      }
+      // A few frames are decoded to know their format.
+      const std::string max_pixels = std::to_string(options.max_pixels);
+      std::vector<AVDictionary*> limits(format->nb_streams);
+      for (AVDictionary*& limit : limits) av_dict_set(&limit, "max_pixels", max_pixels.c_str(), 0);
+      const int found = avformat_find_stream_info(format.get(), limits.data());
+      for (AVDictionary*& limit : limits) av_dict_free(&limit);
+      check(found, "read");
+    }
+
+    // Goes to the next packet, or the end.
+    void advance() {
+      av_packet_unref(packet.get());
+      const int status = av_read_frame(format.get(), packet.get());
+      throwIfCancelled(options.cancel);
+      is_at_end = status < 0;
+      is_cut = is_at_end && (status != AVERROR_EOF || (format->pb != nullptr && format->pb->error < 0));
+      if (is_at_end) return;
+      ++num_packets;
+      num_packet_bytes += packet->size;
+      checkExtent();
+      const std::int64_t time = packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts;
+      if (time == AV_NOPTS_VALUE) return;
+      Track& track = tracks[packet->stream_index];
+      const double tick = av_q2d(format->streams[packet->stream_index]->time_base);
+      const double seconds = static_cast<double>(time) * tick;
+      if (track.num_packets++ == 0) track.first = track.last = seconds;
+      track.first = std::min(track.first, seconds);
+      track.last = std::max(track.last, seconds);
+      track.end = std::max(track.end, seconds + static_cast<double>(packet->duration) * tick);
+    }
+
+    // Each byte of a file is read about once. Tables that list the same data again and again would make a
+    // small file a video without end. Matroska has none, but may be compressed.
+    void checkExtent() const {
+      constexpr std::int64_t kMostReadings = 4;
+      constexpr std::int64_t kSlack = 1 << 20;
+      const bool is_too_much = num_packet_bytes > kMostReadings * num_file_bytes + kSlack;
+      if (!(is_too_much && !isMatroska()) && num_packets <= num_file_bytes) return;
+      throw videoError(path, "the video is damaged: it gives more data than the file holds");
+    }
+
+    // Where its structure is damaged, FFmpeg passes over to the next intact part without a word. The packets
+    // of an intact file follow each other but for short headers.
+    [[nodiscard]] bool hasGapBeforePacket() {
+      constexpr std::int64_t kMostHeaders = 512;
+      if (!isMatroska() || packet->pos < 0) return false;
+      const bool is_gap = end_position > 0 && packet->pos > end_position + kMostHeaders;
+      end_position = std::max(end_position, packet->pos + packet->size);
+      return is_gap;
+    }
+
+    // End of the last packet of any stream; sound may be longer than the pictures.
+    [[nodiscard]] double endSeconds() const {
+      double end = 0;
+      for (const auto& [index, track] : tracks) {
+        const double gap = track.num_packets > 1 ? (track.last - track.first) / (track.num_packets - 1) : 0;
+        end = std::max({end, track.end, track.last + gap});
+      }
+      return end;
+    }
   };
 
-  State(std::string file, const VideoOptions& wanted) : path(std::move(file)), options(wanted) {}
+  State(const std::string& path, const VideoOptions& options) : file(path, options) {}
 
-  std::string path;
-  VideoOptions options;
-  Owned<AVFormatContext> format;
+  File file;
   Owned<AVCodecContext> codec;
   Owned<AVFrame> frame{av_frame_alloc()};
-  Owned<AVPacket> packet{av_packet_alloc()};
   Owned<SwsContext> scaler;
-  int stream_index = -1;
-  int exif_orientation = 1;
   std::size_t num_frames = 0;
   std::size_t num_lost = 0;
-  bool is_packet_waiting = false;  // the decoder had no room for the packet
-  bool is_at_end = false;          // the end of the file is reached
-  bool is_cut = false;             // the end of the file could not be read
-  bool is_matroska = false;
-  std::int64_t num_file_bytes = 0;
-  ReadExtent extent;
-  std::int64_t end_position = 0;  // in the file, after the packets so far
-  bool is_repaired = false;       // a frame since the last key frame was repaired
+  bool is_packet_waiting = false;  // the decoder had no room for it
+  bool is_repaired = false;        // a frame since the last key frame
   std::int64_t repair_time =
       AV_NOPTS_VALUE;  // of the last packet with errors; frames may leave the decoder in a different order
 
-  [[nodiscard]] const AVStream& stream() const { return *format->streams[stream_index]; }
-  [[nodiscard]] double secondsPerTick() const { return av_q2d(stream().time_base); }
-
-  // Treats a lack of memory like other errors, because damaged headers may ask for any amount.
-  void check(int status, const char* what) const {
-    throwIfCancelled(options.cancel);
-    if (status >= 0) return;
-    throw videoError(path, std::string("the video cannot be ") + what + " (" + reasonOf(status) + ")");
-  }
-
-  void checkSize(const ImageSize& size) const {
-    if (std::int64_t{size.width} * size.height <= options.max_pixels) return;
-    throw inputError(
-        {.where = path,
-         .found = "frames of " + std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
-         .expected = "at most " + std::to_string(options.max_pixels) + " pixels in a frame",
-         .next_step = "check that the file is not damaged, or make the video smaller"});
-  }
-
-  void openFile() {
-    format.reset(avformat_alloc_context());
-    if (!format) throw std::bad_alloc();
-    format->interrupt_callback = {[](void* state) {
-                                    const CancelFlag* cancel = static_cast<State*>(state)->options.cancel;
-                                    return cancel != nullptr && cancel->load() ? 1 : 0;
-                                  },
-                                  this};
-    AVDictionary* settings = nullptr;
-    av_dict_set(&settings, "format_whitelist", kContainers, 0);
-    av_dict_set(&settings, "protocol_whitelist", "file", 0);
-    av_dict_set(&settings, "max_streams", "32", 0);  // each may have large tables
-    // FFmpeg frees the context when opening fails.
-    AVFormatContext* opened = format.release();
-    // With the protocol, because a name may contain a colon. Judged by content alone, a stream of JPEG images
-    // looks like a single image.
-    const AVInputFormat* known = boost::iends_with(path, ".mjpeg") ? av_find_input_format("mjpeg") : nullptr;
-    const int status = avformat_open_input(&opened, ("file:" + path).c_str(), known, &settings);
-    av_dict_free(&settings);
-    format.reset(opened);
-    check(status, "opened");
-    is_matroska = std::string_view(format->iformat->name).starts_with("matroska");
-    for (unsigned i = 0; i < format->nb_streams; ++i) {
-      const AVCodecParameters& parameters = *format->streams[i]->codecpar;
-      if (parameters.codec_type == AVMEDIA_TYPE_VIDEO) checkSize({parameters.width, parameters.height});
-    }
-    // Decodes a few frames to find their format.
-    const std::string max_pixels = std::to_string(options.max_pixels);
-    std::vector<AVDictionary*> limits(format->nb_streams);
-    for (AVDictionary*& limit : limits) av_dict_set(&limit, "max_pixels", max_pixels.c_str(), 0);
-    const int found = avformat_find_stream_info(format.get(), limits.data());
-    for (AVDictionary*& limit : limits) av_dict_free(&limit);
-    check(found, "read");
-  }
-
   void open() {
-    openFile();
+    file.open();
     const AVCodec* decoder = nullptr;
-    stream_index = av_find_best_stream(format.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &decoder, 0);
-    if (stream_index < 0 || decoder == nullptr) {
-      throw videoError(path, stream_index == AVERROR_DECODER_NOT_FOUND || stream_index >= 0
-                                 ? "a video that FFmpeg cannot decode"
-                                 : "no pictures in the file");
+    file.stream_index = av_find_best_stream(file.format.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &decoder, 0);
+    if (file.stream_index < 0 || decoder == nullptr) {
+      throw videoError(file.path, file.stream_index == AVERROR_DECODER_NOT_FOUND || file.stream_index >= 0
+                                      ? "a video that FFmpeg cannot decode"
+                                      : "no pictures in the file");
     }
-    const AVCodecParameters& parameters = *stream().codecpar;
-    checkSize({parameters.width, parameters.height});
+    const AVCodecParameters& parameters = *file.stream().codecpar;
+    file.checkSize({parameters.width, parameters.height});
     codec.reset(avcodec_alloc_context3(decoder));
     if (!codec || avcodec_parameters_to_context(codec.get(), &parameters) < 0) throw std::bad_alloc();
     // Enables all checks: otherwise, most damage is repaired silently.
@@ -251,15 +278,14 @@ struct VideoReader::State {
     // the H.264 decoder does not check for missing parts.
     codec->thread_type = FF_THREAD_SLICE;
     codec->thread_count = decoder->id == AV_CODEC_ID_H264 ? 1 : 0;  // 0: one per processor
-    codec->pkt_timebase = stream().time_base;
-    codec->max_pixels = options.max_pixels;
-    check(avcodec_open2(codec.get(), decoder, nullptr), "decoded");
-    exif_orientation = exifOrientationOf(stream());
+    codec->pkt_timebase = file.stream().time_base;
+    codec->max_pixels = file.options.max_pixels;
+    file.check(avcodec_open2(codec.get(), decoder, nullptr), "decoded");
   }
 
   void noteError() {
     is_repaired = true;
-    if (packet->pts != AV_NOPTS_VALUE) repair_time = std::max(repair_time, packet->pts);
+    if (file.packet->pts != AV_NOPTS_VALUE) repair_time = std::max(repair_time, file.packet->pts);
   }
 
   void noteLoss() {
@@ -267,49 +293,21 @@ struct VideoReader::State {
     ++num_lost;
   }
 
-  // Each byte of a file is normally read about once. Tables that list the same data repeatedly would turn a
-  // small file into an endless video. Matroska has no such tables, but may be compressed.
-  void checkExtent() const {
-    constexpr std::int64_t kMostReadings = 4;
-    constexpr std::int64_t kSlack = 1 << 20;
-    const bool is_too_much = extent.numBytes() > kMostReadings * num_file_bytes + kSlack;
-    if (!(is_too_much && !is_matroska) && extent.numPackets() <= num_file_bytes) return;
-    throw videoError(path, "the video is damaged: it gives more data than the file holds");
-  }
-
-  // FFmpeg silently skips damaged structure to the next intact part. The packets of an intact file follow
-  // each other with only short headers between them.
-  void noteGap() {
-    constexpr std::int64_t kMostHeaders = 512;
-    if (packet->pos < 0) return;
-    const bool is_gap = end_position > 0 && packet->pos > end_position + kMostHeaders;
-    end_position = std::max(end_position, packet->pos + packet->size);
-    if (!is_gap) return;
-    ++num_lost;
-    const bool is_fresh = packet->stream_index == stream_index && (packet->flags & AV_PKT_FLAG_KEY) != 0;
-    if (!is_fresh) noteError();
-  }
-
   void readPacket() {
-    av_packet_unref(packet.get());
-    const int status = av_read_frame(format.get(), packet.get());
-    throwIfCancelled(options.cancel);
-    if (status < 0) {
-      is_at_end = true;
-      is_cut = status != AVERROR_EOF || (format->pb != nullptr && format->pb->error < 0);
-      return;
-    }
-    extent.add(*packet, *format->streams[packet->stream_index]);
-    if (is_matroska) noteGap();
-    checkExtent();
-    is_packet_waiting = packet->stream_index == stream_index;
-    if (is_packet_waiting && (packet->flags & AV_PKT_FLAG_CORRUPT) != 0) noteError();
+    file.advance();
+    if (file.is_at_end) return;
+    is_packet_waiting = file.packet->stream_index == file.stream_index;
+    const bool is_gap = file.hasGapBeforePacket();
+    const bool is_fresh = is_packet_waiting && (file.packet->flags & AV_PKT_FLAG_KEY) != 0;
+    const bool is_corrupt = is_packet_waiting && (file.packet->flags & AV_PKT_FLAG_CORRUPT) != 0;
+    num_lost += is_gap ? 1 : 0;
+    if ((is_gap && !is_fresh) || is_corrupt) noteError();
   }
 
   // Sends the decoder its next packet, or the end.
   void feed() {
-    while (!is_packet_waiting && !is_at_end) readPacket();
-    const int status = avcodec_send_packet(codec.get(), is_packet_waiting ? packet.get() : nullptr);
+    while (!is_packet_waiting && !file.is_at_end) readPacket();
+    const int status = avcodec_send_packet(codec.get(), is_packet_waiting ? file.packet.get() : nullptr);
     is_packet_waiting = false;
     // The decoder has room, because it had no frame to give.
     if (status < 0 && status != AVERROR_EOF) noteLoss();
@@ -317,35 +315,34 @@ struct VideoReader::State {
 
   bool advance() {
     for (;;) {
-      throwIfCancelled(options.cancel);
+      throwIfCancelled(file.options.cancel);
       av_frame_unref(frame.get());
       const int status = avcodec_receive_frame(codec.get(), frame.get());
       if (status == AVERROR_EOF) return false;
       if (status == AVERROR(EAGAIN)) {
         feed();
-        continue;
-      }
-      if (status < 0) {
+      } else if (status < 0) {
         noteLoss();
-        continue;
+      } else {
+        break;
       }
-      const bool is_flawed = frame->decode_error_flags != 0 || (frame->flags & AV_FRAME_FLAG_CORRUPT) != 0;
-      const std::int64_t time = frame->best_effort_timestamp;
-      const bool is_fresh = frame->key_frame != 0 && (time == AV_NOPTS_VALUE || time > repair_time);
-      is_repaired = is_flawed || (is_repaired && !is_fresh);
-      ++num_frames;
-      return true;
     }
+    const bool is_flawed = frame->decode_error_flags != 0 || (frame->flags & AV_FRAME_FLAG_CORRUPT) != 0;
+    const std::int64_t time = frame->best_effort_timestamp;
+    const bool is_fresh = frame->key_frame != 0 && (time == AV_NOPTS_VALUE || time > repair_time);
+    is_repaired = is_flawed || (is_repaired && !is_fresh);
+    ++num_frames;
+    return true;
   }
 
   GrayImage grayImage() {
     const ImageSize size{frame->width, frame->height};
-    checkSize(size);
+    file.checkSize(size);
     GrayImage gray{.size = size, .pixels = {}};
     gray.pixels.resize(static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height));
     const auto pixel_format = static_cast<AVPixelFormat>(frame->format);
     const AVPixFmtDescriptor* description = av_pix_fmt_desc_get(pixel_format);
-    if (description == nullptr) throw videoError(path, "pixels in an unknown format");
+    if (description == nullptr) throw videoError(file.path, "pixels in an unknown format");
     if (hasLumaRows(*description)) {
       copyLuma(*frame, *description, gray);
       return gray;
@@ -358,7 +355,7 @@ struct VideoReader::State {
     auto* const rows = reinterpret_cast<std::uint8_t*>(wide.data());
     const int stride = 2 * size.width;
     if (!scaler || sws_scale(scaler.get(), frame->data, frame->linesize, 0, size.height, &rows, &stride) < 0)
-      throw videoError(path, "pixels that cannot be converted to grey");
+      throw videoError(file.path, "pixels that cannot be converted to grey");
     std::ranges::transform(wide, gray.pixels.begin(),
                            [](std::uint16_t value) { return roundedTo8Bits(value, 16); });
     return gray;
@@ -377,7 +374,7 @@ VideoReader::VideoReader(const std::string& path, const VideoOptions& options)
   }();
   checkVideoFile(path);
   std::error_code error;
-  state_->num_file_bytes = static_cast<std::int64_t>(std::filesystem::file_size(path, error));
+  state_->file.num_file_bytes = static_cast<std::int64_t>(std::filesystem::file_size(path, error));
   state_->open();
 }
 
@@ -406,23 +403,23 @@ bool VideoReader::isInterlaced() const {
 }
 
 LoadedImage VideoReader::image() const {
-  return {.image = state_->grayImage(), .exif_orientation = state_->exif_orientation};
+  return {.image = state_->grayImage(), .exif_orientation = exifOrientationOf(state_->file.stream())};
 }
 
 std::size_t VideoReader::statedFrames() const {
-  return static_cast<std::size_t>(std::max<std::int64_t>(state_->stream().nb_frames, 0));
+  return static_cast<std::size_t>(std::max<std::int64_t>(state_->file.stream().nb_frames, 0));
 }
 
 double VideoReader::statedSeconds() const {
-  const AVFormatContext& format = *state_->format;
+  const AVFormatContext& format = *state_->file.format;
   // Otherwise, it is a guess from the file size.
   if (format.duration_estimation_method != AVFMT_DURATION_FROM_STREAM) return 0;
-  const AVStream& stream = state_->stream();
+  const AVStream& stream = state_->file.stream();
   // For a truncated file, FFmpeg reduces the duration, but not the number of frames. One frame is one tick
   // here.
   if (std::string_view(format.iformat->name) == "avi" && stream.nb_frames > 0)
-    return static_cast<double>(stream.nb_frames) * state_->secondsPerTick();
-  const double of_stream = static_cast<double>(stream.duration) * state_->secondsPerTick();
+    return static_cast<double>(stream.nb_frames) * state_->file.secondsPerTick();
+  const double of_stream = static_cast<double>(stream.duration) * state_->file.secondsPerTick();
   const double of_file = static_cast<double>(format.duration) / AV_TIME_BASE;
   if (stream.duration > 0 && format.duration > 0)
     return std::min(of_stream, of_file);  // edit lists may hide frames
@@ -433,27 +430,27 @@ double VideoReader::missingShare() const {
   const auto shareOf = [](double reached, double stated) {
     return stated > 0 ? std::clamp(1 - reached / stated, 0.0, 1.0) : 1.0;
   };
-  const AVFormatContext& format = *state_->format;
+  const AVFormatContext& format = *state_->file.format;
   // In Matroska the stated duration counts from 0.
-  const bool is_from_start = format.start_time != AV_NOPTS_VALUE && !state_->is_matroska;
+  const bool is_from_start = format.start_time != AV_NOPTS_VALUE && !state_->file.isMatroska();
   const double start = is_from_start ? static_cast<double>(format.start_time) / AV_TIME_BASE : 0;
   const double of_frames = shareOf(static_cast<double>(state_->num_frames + state_->num_lost),
                                    static_cast<double>(statedFrames()));
-  const double of_seconds = shareOf(state_->extent.endSeconds() - start, statedSeconds());
+  const double of_seconds = shareOf(state_->file.endSeconds() - start, statedSeconds());
   if (statedFrames() == 0 && statedSeconds() <= 0) return 0;
   return std::min(of_frames, of_seconds);
 }
 
 bool VideoReader::isCut() const {
-  return state_->is_cut;
+  return state_->file.is_cut;
 }
 
 double VideoReader::seconds() const {
-  const AVStream& stream = state_->stream();
+  const AVStream& stream = state_->file.stream();
   const std::int64_t time = state_->frame->best_effort_timestamp;
   if (time == AV_NOPTS_VALUE) return 0;
   const std::int64_t start = stream.start_time == AV_NOPTS_VALUE ? 0 : stream.start_time;
-  return static_cast<double>(time - start) * state_->secondsPerTick();
+  return static_cast<double>(time - start) * state_->file.secondsPerTick();
 }
 
 void checkVideoFile(const std::string& path) {

@@ -95,6 +95,34 @@ void checkViewSizes(ImageSize source_size, ImageSize size) {
   }
 }
 
+std::pair<Vector2d, Vector2d> axisOf(const AnyCamera& camera, const std::string& where,
+                                     const std::string& next_step) {
+  std::array<double, 6> J{};
+  const Projection axis = camera.project(Eigen::Vector3d::UnitZ(), J.data(), nullptr);
+  if (axis.ok() && J[0] > 0 && J[4] > 0) return {axis.pixel, {J[0], J[4]}};
+  throw inputError({.where = where,
+                    .found = "a camera that cannot project its optical axis",
+                    .expected = "a camera that sees along its axis",
+                    .next_step = next_step});
+}
+
+double halfWidthOf(double field_rad, bool is_flat, double largest_rad, const std::string& expected,
+                   const std::string& next_step) {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  constexpr double kRounding = 1e-12;  // of degrees turned into radians
+  if (field_rad > 0 && field_rad <= largest_rad * (1 + kRounding))
+    return is_flat ? std::tan(field_rad / 2) : field_rad / 2;
+  throw usageError({.where = "field of view",
+                    .found = std::to_string(field_rad * kDegrees) + " degrees",
+                    .expected = expected,
+                    .next_step = is_flat ? next_step : ""});
+}
+
+double scaleOfAll(ImageSize size, const Vector2d& extent) {
+  constexpr double kMargin = 1e-9;  // against the rounding of pixels' places
+  return (1 - kMargin) * std::min((size.width - 1) / extent.x(), (size.height - 1) / extent.y());
+}
+
 PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, const PlaneOfRay& plane_of) {
   constexpr int kStride = 16;
   PlaneBox box;

@@ -42,8 +42,6 @@ FootageFrame::FootageFrame(const FootageScene& scene, const AnyCamera& camera, c
       bodies_(bodies),
       index_(index),
       is_stabilised_(scene.effects.stabilisation_frames > 0),
-      picture_from_sensor_(Matrix3d::Identity()),
-      sensor_from_picture_(Matrix3d::Identity()),
       views_(viewsAt(index)) {
   if (!is_stabilised_) return;
   correction_ = motion.smoothRotation(index, scene.effects.stabilisation_frames) *
@@ -66,10 +64,6 @@ Vector2d FootageFrame::toSensor(const Vector2d& picture) const {
   return is_stabilised_ ? transformed(sensor_from_picture_, picture) : picture;
 }
 
-Vector2d FootageFrame::toPicture(const Vector2d& sensor) const {
-  return is_stabilised_ ? transformed(picture_from_sensor_, sensor) : sensor;
-}
-
 std::vector<BodyView> FootageFrame::viewsAt(double time_frames) const {
   return viewBodies(bodies_, motion_.pose(time_frames), time_frames);
 }
@@ -79,9 +73,13 @@ SurfaceHit FootageFrame::look(const Vector2d& picture) const {
   if (!sensor.allFinite()) return {};
   const auto ray = camera_.unproject(sensor);
   if (!ray) return {};
-  if (scene_.effects.rolling_shutter == 0) return castRay(bodies_, views_, views_, 0, *ray);
-  const auto views = viewsAt(timeOfRow(sensor.y()));
-  return castRay(bodies_, views, views, 0, *ray);
+  return cast(timeOfRow(sensor.y()), *ray);
+}
+
+SurfaceHit FootageFrame::cast(double time_frames, const Vector3d& ray) const {
+  if (!hasRollingShutter()) return castRay(bodies_, views_, views_, 0, ray);
+  const auto views = viewsAt(time_frames);
+  return castRay(bodies_, views, views, 0, ray);
 }
 
 std::optional<FootageFrame::Sighting> FootageFrame::sight(int body, const Vector3d& in_body) const {
@@ -98,34 +96,28 @@ std::optional<FootageFrame::Sighting> FootageFrame::sight(int body, const Vector
     if (!projection.ok()) return std::nullopt;
     const double change = std::abs(projection.pixel.y() - row);
     row = projection.pixel.y();
-    if (scene_.effects.rolling_shutter == 0 || change < kTolerancePx)
-      return Sighting{projection.pixel, in_camera, time};
+    if (hasRollingShutter() && change >= kTolerancePx) continue;
+    const Vector2d picture =
+        is_stabilised_ ? transformed(picture_from_sensor_, projection.pixel) : projection.pixel;
+    return picture.allFinite() ? std::optional(Sighting{picture, in_camera, time}) : std::nullopt;
   }
   return std::nullopt;
 }
 
 std::optional<Vector2d> FootageFrame::project(int body, const Vector3d& in_body) const {
   const auto sighting = sight(body, in_body);
-  if (!sighting) return std::nullopt;
-  const Vector2d picture = toPicture(sighting->sensor);
-  if (!picture.allFinite()) return std::nullopt;
-  return picture;
+  return sighting ? std::optional(sighting->picture) : std::nullopt;
 }
 
 std::optional<Vector2d> FootageFrame::see(int body, const Vector3d& in_body) const {
   const auto sighting = sight(body, in_body);
-  if (!sighting) return std::nullopt;
-  const Vector2d picture = toPicture(sighting->sensor);
-  if (!picture.allFinite() || !isInPicture(picture, scene_.image_size)) return std::nullopt;
+  if (!sighting || !isInPicture(sighting->picture, scene_.image_size)) return std::nullopt;
   // The point is on a surface, so the first hit of its ray is the point itself, up to rounding, or hides it.
   constexpr double kRounding = 1e-7;
   const double distance = sighting->in_camera.norm();
-  const Vector3d ray = sighting->in_camera / distance;
-  const auto hit = [&](const std::vector<BodyView>& views) { return castRay(bodies_, views, views, 0, ray); };
-  const SurfaceHit first =
-      scene_.effects.rolling_shutter == 0 ? hit(views_) : hit(viewsAt(sighting->time_frames));
+  const SurfaceHit first = cast(sighting->time_frames, sighting->in_camera / distance);
   if (first.distance_m < (1 - kRounding) * distance) return std::nullopt;
-  return picture;
+  return sighting->picture;
 }
 
 }  // namespace alidade

@@ -7,6 +7,8 @@
 #include <Eigen/Core>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/core/cancel.h"
+#include "alidade/core/image.h"
 #include "alidade/record/footage_scene.h"
 #include "alidade/simulate/footage_motion.h"
 #include "alidade/simulate/scene_bodies.h"
@@ -41,12 +43,12 @@ class FootageFrame {
 
  private:
   struct Sighting {
-    Eigen::Vector2d sensor;
+    Eigen::Vector2d picture;
     Eigen::Vector3d in_camera;
     double time_frames;
   };
+  [[nodiscard]] SurfaceHit cast(double time_frames, const Eigen::Vector3d& ray) const;
   [[nodiscard]] std::optional<Sighting> sight(int body, const Eigen::Vector3d& in_body) const;
-  [[nodiscard]] Eigen::Vector2d toPicture(const Eigen::Vector2d& sensor) const;
 
   const FootageScene& scene_;
   AnyCamera camera_;
@@ -55,10 +57,18 @@ class FootageFrame {
   int index_;
   bool is_stabilised_;
   SO3 correction_;
-  Eigen::Matrix3d picture_from_sensor_;
-  Eigen::Matrix3d sensor_from_picture_;
+  Eigen::Matrix3d picture_from_sensor_ = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d sensor_from_picture_ = Eigen::Matrix3d::Identity();
   std::vector<BodyView> views_;  // at the frame's time
 };
+
+/// The picture of a frame. Each pixel has 2 x 2 rays, and its light is the mean of all rays near it, weighted
+/// with the lens' blur and the pixel's square. The texture has no detail finer than a pixel.
+/// @param noise_seed  of this frame
+/// @throws Cancelled once `cancel` is raised
+[[nodiscard]] GrayImage renderFootageFrame(const FootageScene& scene, const std::vector<SceneBody>& bodies,
+                                           const FootageFrame& frame, std::uint64_t noise_seed,
+                                           const CancelFlag* cancel);
 
 /// Pixels per radian at the place where the optical axis meets the image, along u and v.
 [[nodiscard]] Eigen::Vector2d focalAtCentre(const AnyCamera& camera);

@@ -58,17 +58,14 @@ FootageMotion::FootageMotion(const FootageScene& scene, double focal_px) : path_
     amplitude *= scene.effects.shake_px / (focal_px * std::sqrt(variance));
 }
 
-SE3 FootageMotion::steadyPose(double time_frames) const {
+SE3 FootageMotion::pose(double time_frames) const {
+  const SE3 shake{SO3::exp(shake_.at(time_frames)), Vector3d::Zero()};
   const double along = speed_ * time_frames;
-  if (path_ == FootagePath::kStraight) return {SO3(), {0, 0, -along}};
+  if (path_ == FootagePath::kStraight) return shake * SE3{SO3(), {0, 0, -along}};
   const Vector3d turn = turn_.at(along);
   const SO3 world_from_camera =
       SO3::exp({0, turn.y(), 0}) * SO3::exp({turn.x(), 0, 0}) * SO3::exp({0, 0, turn.z()});
-  return SE3{world_from_camera, position_.at(along)}.inverse();
-}
-
-SE3 FootageMotion::pose(double time_frames) const {
-  return SE3{SO3::exp(shake_.at(time_frames)), Vector3d::Zero()} * steadyPose(time_frames);
+  return shake * SE3{world_from_camera, position_.at(along)}.inverse();
 }
 
 SO3 FootageMotion::smoothRotation(double time_frames, double sigma_frames) const {

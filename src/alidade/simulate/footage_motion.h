@@ -31,8 +31,6 @@ class FootageMotion {
   [[nodiscard]] double speed() const { return speed_; }
   void setSpeed(double speed) { speed_ = speed; }
 
-  /// camera_from_world without hand shake.
-  [[nodiscard]] SE3 steadyPose(double time_frames) const;
   /// camera_from_world.
   [[nodiscard]] SE3 pose(double time_frames) const;
   /// The rotation of pose() smoothed by a Gaussian over time of this standard deviation, in frames.

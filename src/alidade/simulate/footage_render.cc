@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/simulate/footage_render.h"
+#include "alidade/simulate/footage_frame.h"
 
 #include <algorithm>
 #include <cmath>

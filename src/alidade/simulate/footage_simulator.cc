@@ -13,7 +13,6 @@
 #include "alidade/core/random.h"
 #include "alidade/core/text.h"
 #include "alidade/record/scene.h"
-#include "alidade/simulate/footage_render.h"
 
 namespace alidade {
 namespace {
@@ -53,18 +52,16 @@ std::vector<AnyCamera> zoomedCameras(const FootageScene& scene) {
   return cameras;
 }
 
-Vector2d gridPlace(ImageSize size, int columns, int rows, int i, int j) {
-  return {size.width * (i + 0.5) / columns - 0.5, size.height * (j + 0.5) / rows - 0.5};
-}
-
-Vector3d inBodyOf(const SceneBody& body, const SurfaceHit& hit) {
-  if (body.shape == SceneBody::Shape::kPlane) return {hit.on_face.x(), hit.on_face.y(), 0};
-  const int axis = hit.face / 2;
-  Vector3d p;
-  p[axis] = hit.face % 2 == 1 ? body.half_size[axis] : -body.half_size[axis];
-  p[(axis + 1) % 3] = hit.on_face.x();
-  p[(axis + 2) % 3] = hit.on_face.y();
-  return p;
+// Calls visit(place, hit) for what a frame shows at the places of a grid.
+template <class Visit>
+void forEachHit(const FootageFrame& frame, ImageSize size, int columns, int rows, const Visit& visit) {
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const Vector2d place(size.width * (i + 0.5) / columns - 0.5, size.height * (j + 0.5) / rows - 0.5);
+      const SurfaceHit hit = frame.look(place);
+      if (hit.body >= 0) visit(place, hit);
+    }
+  }
 }
 
 // Frames at which a quantity is measured, spread over the footage.
@@ -101,17 +98,12 @@ double FootageSimulator::meanFlow() const {
   for (const int index : sampleFrames(scene_.num_frames, kNumFrames)) {
     const FootageFrame now(plain, plain.camera, motion, bodies_, index);
     const FootageFrame next(plain, plain.camera, motion, bodies_, index + 1);
-    for (int j = 0; j < kRows; ++j) {
-      for (int i = 0; i < kColumns; ++i) {
-        const Vector2d from = gridPlace(scene_.image_size, kColumns, kRows, i, j);
-        const SurfaceHit hit = now.look(from);
-        if (hit.body < 0) continue;
-        const auto to = next.project(hit.body, inBodyOf(bodies_[static_cast<std::size_t>(hit.body)], hit));
-        if (!to) continue;
-        sum += (*to - from).norm();
-        ++count;
-      }
-    }
+    forEachHit(now, scene_.image_size, kColumns, kRows, [&](const Vector2d& from, const SurfaceHit& hit) {
+      const auto to = next.project(hit.body, pointOf(hit).in_body);
+      if (!to) return;
+      sum += (*to - from).norm();
+      ++count;
+    });
   }
   return count > 0 ? sum / count : 0;
 }
@@ -166,15 +158,10 @@ double FootageSimulator::movingShare() const {
   int num_moving = 0;
   int num_rays = 0;
   for (const int index : sampleFrames(scene_.num_frames, kNumFrames)) {
-    const FootageFrame now = frame(index);
-    for (int j = 0; j < kRows; ++j) {
-      for (int i = 0; i < kColumns; ++i) {
-        const SurfaceHit hit = now.look(gridPlace(scene_.image_size, kColumns, kRows, i, j));
-        if (hit.body < 0) continue;
-        ++num_rays;
-        if (bodies_[static_cast<std::size_t>(hit.body)].is_moving) ++num_moving;
-      }
-    }
+    forEachHit(frame(index), scene_.image_size, kColumns, kRows, [&](const Vector2d&, const SurfaceHit& hit) {
+      ++num_rays;
+      if (pointOf(hit).is_moving) ++num_moving;
+    });
   }
   return num_rays > 0 ? static_cast<double>(num_moving) / num_rays : 0;
 }
@@ -228,10 +215,21 @@ GrayImage FootageSimulator::renderFrame(int frame_index, const CancelFlag* cance
 
 std::optional<ScenePoint> FootageSimulator::pointAt(int frame_index, const Vector2d& pixel) const {
   const SurfaceHit hit = frame(frame_index).look(pixel);
-  if (hit.body < 0) return std::nullopt;
+  return hit.body < 0 ? std::nullopt : std::optional(pointOf(hit));
+}
+
+ScenePoint FootageSimulator::pointOf(const SurfaceHit& hit) const {
   const SceneBody& body = bodies_[static_cast<std::size_t>(hit.body)];
-  return ScenePoint{
-      .body = hit.body, .face = hit.face, .in_body = inBodyOf(body, hit), .is_moving = body.is_moving};
+  ScenePoint point{.body = hit.body, .face = hit.face, .in_body = {}, .is_moving = body.is_moving};
+  if (body.shape == SceneBody::Shape::kPlane) {
+    point.in_body = {hit.on_face.x(), hit.on_face.y(), 0};
+    return point;
+  }
+  const int axis = hit.face / 2;
+  point.in_body[axis] = hit.face % 2 == 1 ? body.half_size[axis] : -body.half_size[axis];
+  point.in_body[(axis + 1) % 3] = hit.on_face.x();
+  point.in_body[(axis + 2) % 3] = hit.on_face.y();
+  return point;
 }
 
 std::optional<Vector2d> FootageSimulator::pixelOf(const ScenePoint& point, int frame_index) const {
@@ -275,10 +273,8 @@ std::vector<TrueTrack> FootageSimulator::trackPoints(const TrackOptions& options
         const double v = scene_.image_size.height * (j + random.uniform()) / options.rows - 0.5;
         const SurfaceHit hit = now.look({u, v});
         if (hit.body < 0) continue;
-        const SceneBody& body = bodies_[static_cast<std::size_t>(hit.body)];
-        if (body.is_moving && !options.on_moving_objects) continue;
-        const ScenePoint point{
-            .body = hit.body, .face = hit.face, .in_body = inBodyOf(body, hit), .is_moving = body.is_moving};
+        const ScenePoint point = pointOf(hit);
+        if (point.is_moving && !options.on_moving_objects) continue;
         const auto pixel = now.see(point.body, point.in_body);
         if (!pixel) continue;  // exactly on the border, by rounding
         active.push_back(tracks.size());

@@ -98,6 +98,7 @@ class FootageSimulator {
   void addMovingBodies();
   [[nodiscard]] double meanFlow() const;
   [[nodiscard]] double movingShare() const;
+  [[nodiscard]] ScenePoint pointOf(const SurfaceHit& hit) const;
   [[nodiscard]] FootageFrame frame(int index) const {
     return {scene_, cameraOf(index), motion_, bodies_, index};
   }

@@ -108,12 +108,8 @@ RayLattice::Block RayLattice::makeBlock(int block_x, int block_y) const {
   // reach the centres of the outermost pixels (0.5 pixels inside), the edge of a domain would need a radius
   // of curvature below 25 pixels.
   if (num_rays == 0) return block;
-  if (num_rays == kNumNodes * kNumNodes + 4 && matchesAt(block, corner_rays)) {
-    block.kind = Block::Kind::kSmooth;
-  } else {
-    block.kind = Block::Kind::kRim;
-    block.pixels = expandAtRim(block_x * kBlock, block_y * kBlock);
-  }
+  block.is_smooth = num_rays == kNumNodes * kNumNodes + 4 && matchesAt(block, corner_rays);
+  if (!block.is_smooth) block.pixels = expandAtRim(block_x * kBlock, block_y * kBlock);
   return block;
 }
 
@@ -140,9 +136,9 @@ void RayLattice::expandRow(int y, std::vector<RayExpansion>& out) const {
         blocks_[static_cast<std::size_t>(y / kBlock) * static_cast<std::size_t>(num_blocks_x_) +
                 static_cast<std::size_t>(block_x)];
     const int first_x = block_x * kBlock;
-    if (block.kind == Block::Kind::kSmooth) {
+    if (block.is_smooth) {
       expandSmooth(block, first_x, y, out);
-    } else if (block.kind == Block::Kind::kRim) {
+    } else if (!block.pixels.empty()) {
       const auto row = block.pixels.begin() + std::ptrdiff_t{y % kBlock} * kBlock;
       std::copy_n(row, std::min(kBlock, size_.width - first_x), out.begin() + first_x);
     }

@@ -52,10 +52,9 @@ class RayLattice {
     Basis();
   };
   struct Block {
-    enum class Kind { kNoRay, kSmooth, kRim } kind = Kind::kNoRay;
-    std::array<Eigen::Matrix<double, 3, kNumNodes>, kNumNodes> rays;  // kSmooth: rays of one row of nodes
-                                                                      // each
-    std::vector<RayExpansion> pixels;                                 // kRim: row by row
+    bool is_smooth = false;
+    std::array<Eigen::Matrix<double, 3, kNumNodes>, kNumNodes> rays;  // if smooth, of a row of nodes each
+    std::vector<RayExpansion> pixels;                                 // at the rim, row by row
   };
 
   [[nodiscard]] Block makeBlock(int block_x, int block_y) const;

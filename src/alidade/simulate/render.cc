@@ -18,28 +18,6 @@ namespace {
 
 constexpr double kMaxLevel = 255;
 
-// Tones and edge distances of a checkerboard, in squares, by boardTone() and edgeDistance().
-class SquaresPattern {
- public:
-  SquaresPattern(const Checkerboard& board, double border_square)
-      : board_in_squares_{board.columns, board.rows, 1.0},
-        unit_m_(board.square_m),
-        border_square_(border_square) {}
-
-  [[nodiscard]] double unit() const { return unit_m_; }
-  [[nodiscard]] BoardTone tone(const Eigen::Vector2d& p) const {
-    return boardTone(board_in_squares_, p, border_square_);
-  }
-  [[nodiscard]] double edgeDistance(const Eigen::Vector2d& p) const {
-    return alidade::edgeDistance(board_in_squares_, p, border_square_);
-  }
-
- private:
-  Checkerboard board_in_squares_;
-  double unit_m_;
-  double border_square_;
-};
-
 // The light of one board in one pose, in grey levels. `Pattern` gives the tone of a place and a lower bound
 // of its distance to the nearest edge, in units of unit() metres.
 template <class Pattern>
@@ -137,12 +115,6 @@ std::uint8_t withNoise(double light, const RenderOptions& options, Random& rando
   return static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0, kMaxLevel)));
 }
 
-// Distance in squares by which a place is outside the squares, along both axes; negative if inside.
-std::array<double, 2> beyondSquares(const Checkerboard& board, double x, double y, double border_square) {
-  return {std::max(-border_square - x, x - (board.columns - 1 + border_square)),
-          std::max(-border_square - y, y - (board.rows - 1 + border_square))};
-}
-
 // The place at which pointSpreadShare() is `share`, by bisection; share in (0, 0.5].
 double leftQuantile(double share, double blur_px) {
   if (blur_px == 0) return share - 0.5;
@@ -191,33 +163,34 @@ GrayImage renderPattern(const RayLattice& lattice, Pattern pattern, const SE3& c
 
 }  // namespace
 
-BoardTone boardTone(const Checkerboard& board, const Eigen::Vector2d& point_board, double border_square) {
-  const double x = point_board.x() / board.square_m;
-  const double y = point_board.y() / board.square_m;
-  const auto [beyond_x, beyond_y] = beyondSquares(board, x, y, border_square);
+// How far a place is outside the squares, along both axes; negative is inside.
+Eigen::Array2d SquaresPattern::beyondSquares(const Eigen::Vector2d& p) const {
+  return {std::max(-border_square_ - p.x(), p.x() - (board_.columns - 1 + border_square_)),
+          std::max(-border_square_ - p.y(), p.y() - (board_.rows - 1 + border_square_))};
+}
+
+BoardTone SquaresPattern::tone(const Eigen::Vector2d& p) const {
+  const Eigen::Array2d beyond = beyondSquares(p);
   // Rejects NaN too, and comes before the conversion to int, for which the value must be in range.
-  if (!(beyond_x < 1 && beyond_y < 1)) return BoardTone::kBackground;
-  if (beyond_x >= 0 || beyond_y >= 0) return BoardTone::kBright;
-  const int i = static_cast<int>(x + 1);  // from 0 at the outermost square
-  const int j = static_cast<int>(y + 1);
+  if (!(beyond.x() < 1 && beyond.y() < 1)) return BoardTone::kBackground;
+  if (beyond.x() >= 0 || beyond.y() >= 0) return BoardTone::kBright;
+  const int i = static_cast<int>(p.x() + 1);  // from 0 at the outermost square
+  const int j = static_cast<int>(p.y() + 1);
   return (i + j) % 2 == 0 ? BoardTone::kDark : BoardTone::kBright;
 }
 
-double edgeDistance(const Checkerboard& board, const Eigen::Vector2d& point_board, double border_square) {
-  const double x = point_board.x() / board.square_m;
-  const double y = point_board.y() / board.square_m;
-  const auto [beyond_x, beyond_y] = beyondSquares(board, x, y, border_square);
+double SquaresPattern::edgeDistance(const Eigen::Vector2d& p) const {
+  const Eigen::Array2d beyond = beyondSquares(p);
   const auto distanceToBox = [](double dx, double dy) {
     return dx > 0 && dy > 0 ? std::hypot(dx, dy) : std::abs(std::max(dx, dy));
   };
-  const double to_paper = distanceToBox(beyond_x - 1, beyond_y - 1);
-  double distance = to_paper;
-  if (beyond_x <= 0 && beyond_y <= 0) {
-    distance = std::min({std::abs(x - std::round(x)), std::abs(y - std::round(y)), -beyond_x, -beyond_y});
-  } else if (beyond_x <= 1 && beyond_y <= 1) {
-    distance = std::min(distanceToBox(beyond_x, beyond_y), to_paper);
+  if (beyond.x() <= 0 && beyond.y() <= 0) {
+    return std::min(
+        {std::abs(p.x() - std::round(p.x())), std::abs(p.y() - std::round(p.y())), -beyond.x(), -beyond.y()});
   }
-  return distance * board.square_m;
+  const double to_paper = distanceToBox(beyond.x() - 1, beyond.y() - 1);
+  const bool is_on_paper = beyond.x() <= 1 && beyond.y() <= 1;
+  return is_on_paper ? std::min(distanceToBox(beyond.x(), beyond.y()), to_paper) : to_paper;
 }
 
 double pointSpreadShare(double x_px, double blur_px) {

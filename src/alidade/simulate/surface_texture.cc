@@ -67,16 +67,16 @@ double detailWeight(double size_m, double footprint_m) {
 }
 
 // Unit vectors in 256 directions.
-struct UnitVectors {
-  std::array<Vector2d, 256> at;
+using UnitVectors = std::array<Vector2d, 256>;
 
-  UnitVectors() {
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(at.size());
-      at[i] = {std::cos(angle), std::sin(angle)};
-    }
+UnitVectors makeUnitVectors() {
+  UnitVectors at;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(at.size());
+    at[i] = {std::cos(angle), std::sin(angle)};
   }
-};
+  return at;
+}
 
 // Gradient noise of lattice spacing 1 with the interpolant of Perlin 2002; within about +-0.7.
 double gradientNoise(const Vector2d& p, std::uint32_t seed, const UnitVectors& vectors) {
@@ -86,7 +86,7 @@ double gradientNoise(const Vector2d& p, std::uint32_t seed, const UnitVectors& v
   const double y = p.y() - static_cast<double>(j);
   const std::array<std::uint32_t, 2> rows = {rowHash(j, seed), rowHash(j + 1, seed)};
   const auto corner = [&](int di, std::size_t dj) {
-    const Vector2d& g = vectors.at[cellHash(i + di, rows[dj]) & 0xffU];
+    const Vector2d& g = vectors[cellHash(i + di, rows[dj]) & 0xffU];
     return g.x() * (x - di) + g.y() * (y - static_cast<double>(dj));
   };
   const auto fade = [](double t) { return t * t * t * (t * (6 * t - 15) + 10); };
@@ -112,7 +112,7 @@ double shapeTone(const Vector2d& p, double cell_m, double footprint_m, std::uint
   if ((hash & 8U) != 0) {
     beyond = offset.norm() - 0.9 * radius;
   } else {
-    const Vector2d& side = vectors.at[more >> 24U];
+    const Vector2d& side = vectors[more >> 24U];
     const double half_side = radius / std::numbers::sqrt2;
     beyond = std::max(std::abs(side.dot(offset)), std::abs(side.x() * offset.y() - side.y() * offset.x())) -
              half_side;
@@ -154,7 +154,7 @@ SurfaceTexture::SurfaceTexture(std::uint32_t seed) {
 }
 
 double SurfaceTexture::levelAt(const Vector2d& p, double footprint_m) const {
-  static const UnitVectors kVectors;
+  static const UnitVectors kVectors = makeUnitVectors();
   double level = kToneLevels * tone_;
   double spacing = kCoarsestM;
   for (const std::uint32_t seed : seeds_) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Grids of circles, rendered from what would be printed of them.
-#include "alidade/detect/board/circle_grid_detector.h"
+#include "alidade/detect/board/find_board.h"
 
 #include <algorithm>
 #include <cmath>

@@ -67,7 +67,7 @@ TEST(MarkerLayouts, TellCountsOfCharucoBoardsOfBothLayouts) {
         for (const double side : {0.5, 0.75, 0.9}) {
           const auto layouts = layoutsOf(charucoMarkers(columns, rows, side, is_dark_first), false);
           ASSERT_EQ(layouts.size(), 1U) << columns << "x" << rows;
-          EXPECT_EQ(layouts[0].lattice, MarkerLattice::kDiagonal);
+          EXPECT_TRUE(layouts[0].is_diagonal);
           EXPECT_EQ(layouts[0].columns, columns) << columns << "x" << rows << " dark " << is_dark_first;
           EXPECT_EQ(layouts[0].rows, rows) << columns << "x" << rows << " dark " << is_dark_first;
           EXPECT_NEAR(layouts[0].spacing * side, 1, 0.1);
@@ -86,7 +86,7 @@ TEST(MarkerLayouts, TellCountsAndFirstIdsOfAprilGrids) {
       for (const int first_id : {0, 5, 36}) {
         const auto layouts = layoutsOf(gridMarkers(columns, rows, 0.3, first_id), true);
         ASSERT_EQ(layouts.size(), 1U) << columns << "x" << rows;
-        EXPECT_EQ(layouts[0].lattice, MarkerLattice::kUpright);
+        EXPECT_FALSE(layouts[0].is_diagonal);
         EXPECT_EQ(layouts[0].columns, columns) << columns << "x" << rows << ":" << first_id;
         EXPECT_EQ(layouts[0].rows, rows) << columns << "x" << rows << ":" << first_id;
         EXPECT_EQ(layouts[0].first_id, first_id) << columns << "x" << rows;

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "alidade/core/random.h"
+#include "alidade/imagery/gray_image.h"
 
 namespace alidade {
 namespace {
@@ -123,13 +124,13 @@ TEST(Smoothed, IsTheBinomialMeanAndKeepsTheBorder) {
 TEST(Halved, IsTheMeanOfFourAndKnowsWhereItsPixelsLie) {
   const GrayImage image{.size = {.width = 5, .height = 3},
                         .pixels = {10, 20, 30, 40, 99, 30, 40, 50, 61, 99, 99, 99, 99, 99, 99}};
-  const GrayImage half = halved(image);
+  const GrayImage half = detail::shrunk(image, 2);
   EXPECT_EQ(half.size, (ImageSize{.width = 2, .height = 1}));
   EXPECT_EQ(half.pixels, (std::vector<std::uint8_t>{25, 45}));
   EXPECT_EQ(fromHalved({0, 0}, 1), Vector2d(0.5, 0.5));
   EXPECT_EQ(fromHalved({1, 0}, 1), Vector2d(2.5, 0.5));
   EXPECT_EQ(fromHalved({0, 0}, 2), Vector2d(1.5, 1.5));
-  EXPECT_TRUE(halved({.size = {.width = 1, .height = 4}, .pixels = {1, 2, 3, 4}}).empty());
+  EXPECT_TRUE(detail::shrunk({.size = {.width = 1, .height = 4}, .pixels = {1, 2, 3, 4}}, 2).empty());
 }
 
 }  // namespace

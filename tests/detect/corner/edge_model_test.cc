@@ -46,16 +46,16 @@ TEST(EdgeKernel, SumsTheModelsResidualsAndDerivatives) {
   for (const int count : {1, 7, 8, 9, 127, 128, 129, 1000, 3000}) {  // about the sizes of vectors and chunks
     const EdgePixels pixels = somePixels(count);
     const EdgeModel model = someModel();
-    NormalEquations sums;
+    EdgeSums sums;
     sumNormalEquations(pixels, model, sums);
-    NormalEquations expected;
+    EdgeSums expected;
     expected.hessian.setZero();
     expected.gradient.setZero();
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const double x = pixels.x()[i];
       const double y = pixels.y()[i];
-      Eigen::Matrix<double, NormalEquations::kSize, 1> derivative;
-      for (int p = 0; p < NormalEquations::kSize; ++p) {
+      Eigen::Matrix<double, EdgeModel::kNumParameters, 1> derivative;
+      for (int p = 0; p < EdgeModel::kNumParameters; ++p) {
         constexpr double kStep = 1e-5;
         EdgeModel above = model;
         EdgeModel below = model;
@@ -69,10 +69,10 @@ TEST(EdgeKernel, SumsTheModelsResidualsAndDerivatives) {
       expected.cost += residual * residual;
     }
     EXPECT_NEAR(sums.cost, expected.cost, 1e-5 * expected.cost);
-    for (int i = 0; i < NormalEquations::kSize; ++i) {
+    for (int i = 0; i < EdgeModel::kNumParameters; ++i) {
       const double scale = std::sqrt(expected.hessian(i, i));
       EXPECT_NEAR(sums.gradient(i), expected.gradient(i), 1e-4 * scale * std::sqrt(expected.cost) + 1e-4);
-      for (int j = 0; j < NormalEquations::kSize; ++j) {
+      for (int j = 0; j < EdgeModel::kNumParameters; ++j) {
         const double scales = scale * std::sqrt(expected.hessian(j, j));
         EXPECT_NEAR(sums.hessian(i, j), expected.hessian(i, j), 1e-4 * scales + 1e-3) << i << " " << j;
       }

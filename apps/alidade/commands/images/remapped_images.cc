@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 std::optional<RasterImage> load(RemappedImage& image, ImageSize expected) {
   try {
-    LoadedRaster loaded = readImage(image.path);
+    Loaded<RasterImage> loaded = readImage(image.path);
     image.exif_orientation = loaded.exif_orientation;
     const RasterImage& raster = loaded.image;
     if (raster.size != expected) {

@@ -9,6 +9,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/files/camera_source.h"
+#include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/projection_file.h"
 #include "alidade/imagery/remap.h"
@@ -56,7 +57,7 @@ class UndistortCommand final : public Command {
     append(sources, {cameraFilePath(camera_path_), common_.config});
     refuseFolderOfInputs(output_, sources);
     std::vector<RemappedImage> images = namedImages(paths);
-    const ViewChoice choice = chooseView(source.camera, source.image_size, view_.request<ViewRequest>(flags));
+    const ViewChoice choice = chooseView(source.camera, source.image_size, view_.request(flags));
     const double dark_share = write(source, choice, images, cancel);
     const std::vector<std::string> notes = notesOn(choice, images);
     if (common_.json) {
@@ -102,8 +103,8 @@ class UndistortCommand final : public Command {
 
   static void writeView(const OutputView& view, const PendingFolder& folder) {
     if (view.projection != ViewProjection::kRectilinear)
-      return writeProjectionFile(folder.path(kProjectionName),
-                                 {.view = view, .created_by = programName() + " undistort"});
+      return writeFileAtomically(folder.path(kProjectionName),
+                                 projectionFileText(view, programName() + " undistort"));
     saveCamera(folder.path(kCameraName),
                bareRecord(pinholeOf(view), view.size, programName() + " undistort"));
   }

@@ -215,8 +215,8 @@ class RigRectifyCommand final : public Command {
                       .next_step = "the rig has " + join(known, ", ")});
   }
 
-  [[nodiscard]] RectificationRequest request(const Flags& flags) const {
-    auto request = view_.request<RectificationRequest>(flags);
+  [[nodiscard]] ViewRequest request(const Flags& flags) const {
+    ViewRequest request = view_.request(flags);
     request.has_own_centres = has_own_centres_;
     return request;
   }

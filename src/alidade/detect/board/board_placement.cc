@@ -10,24 +10,23 @@ using Eigen::Vector2d;
 
 // The image from the outermost line of corners outwards, over one square.
 struct OuterSquare {
-  bool is_dark = false;  // by the colours of the mesh
-  // The part beyond looks like the margin; a dark square must also end about one step from the line.
+  bool is_seen = false;     // with its colour
+  bool is_outside = false;  // what lies beyond it is outside of the image
+  bool is_dark = false;     // as the mesh's colours have it
+  // What lies beyond is like the margin; a dark square also ends a step from the line, give or take.
   bool closes = false;
   bool continues = false;  // the part beyond looks like a square of the other colour
 };
 
-enum class Visibility { kSeen, kHidden, kOutside };
-
-// Examines the square outside corners `a` and `b` of the outermost line, with `direction` leading out. Hidden
-// if the square does not have its colour.
-Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNode a, MeshNode b,
-                        int direction, OuterSquare& square) {
+// The square outside corners `a` and `b` of the outermost line, `direction` leading out.
+OuterSquare lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNode a, MeshNode b,
+                         int direction) {
   const MeshCorner* corner_a = mesh.find(a);
   const MeshCorner* corner_b = mesh.find(b);
-  if (corner_a == nullptr || corner_b == nullptr) return Visibility::kHidden;
+  if (corner_a == nullptr || corner_b == nullptr) return {};
   const auto next_a = mesh.predict(step(a, direction));
   const auto next_b = mesh.predict(step(b, direction));
-  if (!next_a || !next_b) return Visibility::kHidden;
+  if (!next_a || !next_b) return {};
   const Vector2d middle = 0.5 * (corner_a->pixel + corner_b->pixel);
   const Vector2d outwards = 0.5 * (*next_a + *next_b) - middle;
   // Margins may be narrow; where the image ends early, a narrower strip of the margin must be enough.
@@ -37,19 +36,19 @@ Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNo
   const Vector2d inner = middle - 0.5 * outwards;
   const Vector2d outer = middle + kInside * outwards;
   const double beyond = image.covers(middle + kBeyond * outwards) ? kBeyond : kNearBeyond;
-  if (!image.covers(inner) || !image.covers(outer)) return Visibility::kHidden;
-  if (!image.covers(middle + beyond * outwards)) return Visibility::kOutside;
+  if (!image.covers(inner) || !image.covers(outer)) return {};
+  if (!image.covers(middle + beyond * outwards)) return {.is_outside = true};
 
   // The lowest node of the square between two neighbours on the far side identifies it.
   const MeshNode out_a = step(a, direction);
   const MeshNode out_b = step(b, direction);
   const MeshNode lowest{std::min({a.i, b.i, out_a.i, out_b.i}), std::min({a.j, b.j, out_a.j, out_b.j})};
-  square.is_dark = mesh.squareIsDark(lowest);
+  OuterSquare square{.is_seen = true, .is_dark = mesh.squareIsDark(lowest)};
   const double level_inner = image.at(inner);
   const double level_outer = image.at(outer);
   const double contrast = square.is_dark ? level_inner - level_outer : level_outer - level_inner;
   constexpr double kNeededShare = 0.4;
-  if (contrast < kNeededShare * 0.5 * (corner_a->contrast + corner_b->contrast)) return Visibility::kHidden;
+  if (contrast < kNeededShare * 0.5 * (corner_a->contrast + corner_b->contrast)) return {};
   const double bright = square.is_dark ? level_inner : level_outer;
   const double dark = square.is_dark ? level_outer : level_inner;
   const double level_beyond = image.at(middle + beyond * outwards);
@@ -69,7 +68,7 @@ Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNo
     while (end < beyond && image.at(middle + end * outwards) < half) end += kStep;
     square.closes = square.closes && end >= kMinEnd && end <= kMaxEnd;
   }
-  return Visibility::kSeen;
+  return square;
 }
 
 MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direction) {
@@ -80,10 +79,9 @@ MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direct
   std::array<int, 2> num_continuing{};
   int num_outside = 0;
   for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
-    OuterSquare square;
-    const Visibility visibility = lookAtSquare(image, mesh, nodes[k], nodes[k + 1], direction, square);
-    num_outside += visibility == Visibility::kOutside ? 1 : 0;
-    if (visibility != Visibility::kSeen) continue;
+    const OuterSquare square = lookAtSquare(image, mesh, nodes[k], nodes[k + 1], direction);
+    num_outside += square.is_outside ? 1 : 0;
+    if (!square.is_seen) continue;
     const std::size_t colour = square.is_dark ? 1 : 0;
     ++num_seen[colour];
     num_closing[colour] += square.closes ? 1 : 0;

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "alidade/detect/board/corner_mesh.h"
-#include "alidade/detect/board/x_corner.h"
 #include "alidade/target/board_kinds.h"
 
 namespace alidade {

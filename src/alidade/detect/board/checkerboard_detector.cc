@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/board/checkerboard_detector.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,10 +11,10 @@
 #include <Eigen/SVD>
 
 #include "alidade/core/error.h"
-#include "alidade/core/median.h"
 #include "alidade/detect/board/board_placement.h"
-#include "alidade/detect/board/mesh_growth.h"
+#include "alidade/detect/board/find_board.h"
 #include "alidade/detect/corner/corner_fit.h"
+#include "alidade/imagery/gray_image.h"
 
 namespace alidade {
 namespace {
@@ -34,6 +32,7 @@ constexpr std::size_t kMinSeen =
     9;  // fewest corners that count as a board; fewer are seen in window panes and tiles
 constexpr std::size_t kMinPlaced = 8;  // corners that are worth placing on the board
 constexpr double kMinSpacingPx = 5;
+const Detection kNothing{.reason = DetectionReason::kNoBoard, .detail = "no checkerboard pattern found"};
 
 // A mesh at one level of the pyramid, and its placement on the board.
 struct BoardCandidate {
@@ -175,71 +174,42 @@ Placement choosePlacement(const std::vector<Placement>& placements, const Corner
                            [&](const Placement& a, const Placement& b) { return merit(a) < merit(b); });
 }
 
-Detection refused(Detection detection, DetectionReason reason, std::string detail) {
-  detection.reason = reason;
-  detection.detail = std::move(detail);
-  return detection;
-}
-
 // Explains why a mesh has no unique placement on the board.
 Detection describeUnplaced(Detection detection, const BoardCandidate& candidate, const Checkerboard& board) {
   const SeenGrid seen = *detection.seen;
-  if (candidate.mesh.size() < kMinSeen) {
-    detection.seen.reset();
-    return refused(std::move(detection), DetectionReason::kNoBoard, "no checkerboard pattern found");
-  }
+  if (candidate.mesh.size() < kMinSeen) return kNothing;
   const std::string counts = fmt::format("{}x{} inner corners", seen.columns, seen.rows);
   const std::string asked = fmt::format("{}x{}", board.columns, board.rows);
-  const auto refuse = [&](DetectionReason reason, std::string detail) {
-    return refused(std::move(detection), reason, std::move(detail));
-  };
   if (seen.columns > std::max(board.columns, board.rows) || seen.rows > std::min(board.columns, board.rows))
-    return refuse(DetectionReason::kLargerBoard,
-                  "shows " + counts + ", more in one direction than the expected " + asked);
+    return detection.withdraw(DetectionReason::kLargerBoard,
+                              "shows " + counts + ", more in one direction than the expected " + asked);
   if (seen.is_closed)
-    return refuse(DetectionReason::kOtherBoard, "shows a whole board of " + counts + ", not " + asked);
+    return detection.withdraw(DetectionReason::kOtherBoard,
+                              "shows a whole board of " + counts + ", not " + asked);
   if (candidate.placements.empty() && seen.hasCountsOf(board.columns, board.rows))
-    return refuse(DetectionReason::kLargerBoard, "the squares continue beyond " + asked + " inner corners");
+    return detection.withdraw(DetectionReason::kLargerBoard,
+                              "the squares continue beyond " + asked + " inner corners");
   if (candidate.placements.empty())
-    return refuse(DetectionReason::kOtherBoard,
-                  "shows part of a board (" + counts + ") that does not fit " + asked);
-  return refuse(
+    return detection.withdraw(DetectionReason::kOtherBoard,
+                              "shows part of a board (" + counts + ") that does not fit " + asked);
+  return detection.withdraw(
       DetectionReason::kUnplaced,
       "shows part of a board (" + counts + "); too little of its border is visible to identify the part");
 }
 
-// Names the cause of missing corners.
-void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& placement,
-                     const Checkerboard& board, Detection& detection) {
-  const auto num_found = detection.corners.size();
-  const auto total = static_cast<std::size_t>(board.numCorners());
-  if (num_found == total) {
-    detection.reason = DetectionReason::kFound;
-    return;
-  }
-  constexpr double kMarginPx = 3;  // closer to the border, no corner is visible
-  const Eigen::AlignedBox2d visible(Vector2d(kMarginPx, kMarginPx),
-                                    Vector2d(size.width - 1 - kMarginPx, size.height - 1 - kMarginPx));
-  // Missing corners next to found ones, where the mesh can predict their position: inside the image or not.
-  int num_inside = 0;
-  int num_outside = 0;
+// Places of corners of the board that were not found, next to those that were.
+std::vector<Vector2d> missingPlaces(const CornerMesh& mesh, const Placement& placement,
+                                    const Checkerboard& board) {
+  std::vector<Vector2d> places;
   for (int j = mesh.min().j - 1; j <= mesh.max().j + 1; ++j) {
     for (int i = mesh.min().i - 1; i <= mesh.max().i + 1; ++i) {
-      const auto cell = placement.cell(mesh, {i, j});
-      const bool is_on_board =
-          cell[0] >= 0 && cell[1] >= 0 && cell[0] < board.columns && cell[1] < board.rows;
+      const auto [column, row] = placement.cell(mesh, {i, j});
+      const bool is_on_board = column >= 0 && row >= 0 && column < board.columns && row < board.rows;
       if (!is_on_board || mesh.find({i, j}) != nullptr) continue;
-      const auto place = mesh.predict({i, j});
-      if (!place) continue;
-      ++(visible.contains(*place) ? num_inside : num_outside);
+      if (const auto place = mesh.predict({i, j})) places.push_back(*place);
     }
   }
-  const bool is_cut = num_outside > num_inside;
-  detection.reason = is_cut ? DetectionReason::kCut : DetectionReason::kPartial;
-  detection.detail = fmt::format("{} of {} corners; ", num_found, total) +
-                     (num_outside == 0  ? "the others are covered or not clear enough"
-                      : num_inside == 0 ? "the others are outside the image"
-                                        : "the others are outside the image, covered or not clear enough");
+  return places;
 }
 
 // The corners of a mesh that could be refined, at their refined positions.
@@ -290,9 +260,6 @@ bool isRegular(const CornerMesh& mesh) {
 
 // Measures of the view from its refined corners.
 ViewMeasures measure(const RefinedMesh& refined, ImageSize size) {
-  const auto median = [](std::vector<double> values) {
-    return values.empty() ? std::numeric_limits<double>::quiet_NaN() : medianOf(std::move(values));
-  };
   std::vector<double> blurs;
   std::vector<double> spacings;
   std::vector<double> tilts;
@@ -314,10 +281,7 @@ ViewMeasures measure(const RefinedMesh& refined, ImageSize size) {
     if (right != nullptr && below != nullptr && across != nullptr)
       area += 0.5 * std::abs(crossProduct(across->pixel - here->pixel, below->pixel - right->pixel));
   }
-  return {.blur_px = median(blurs),
-          .spacing_px = median(spacings),
-          .area_share = area / (static_cast<double>(size.width) * size.height),
-          .tilt_deg = median(tilts) * 180 / std::numbers::pi};
+  return medianMeasures(std::move(blurs), std::move(spacings), std::move(tilts), area, size);
 }
 
 Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate, const Checkerboard& board) {
@@ -333,30 +297,25 @@ Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate
   const bool most_refined =
       static_cast<double>(refined.fits.size()) >= kMostShare * static_cast<double>(mesh.size());
   if (!most_refined || refined.fits.size() < kMinPlaced) {
-    return refused(
-        std::move(detection), DetectionReason::kBlurred,
+    return detection.withdraw(
+        DetectionReason::kBlurred,
         fmt::format("the board is visible, but {} of its {} corners are not clear enough to be located",
                     mesh.size() - refined.fits.size(), mesh.size()));
   }
   if (detection.measures.spacing_px < kMinSpacingPx) {
-    return refused(std::move(detection), DetectionReason::kTooSmall,
-                   "the board is visible, but its squares are less than 5 pixels wide");
+    return detection.withdraw(DetectionReason::kTooSmall,
+                              "the board is visible, but its squares are less than 5 pixels wide");
   }
   if (!isRegular(refined.mesh)) {
-    return refused(std::move(detection), DetectionReason::kIrregular,
-                   "the corners found do not form a regular grid");
+    return detection.withdraw(DetectionReason::kIrregular, "the corners found do not form a regular grid");
   }
   for (const auto& [node, fit] : refined.fits) {
     const auto [column, row] = placement.cell(mesh, node);
-    Corner corner;
-    corner.id = row * board.columns + column;
-    corner.pixel = fit.pixel;
-    corner.sigma_px = fit.sigma_px;
-    detection.corners.push_back(corner);
+    detection.corners.push_back(
+        {.id = row * board.columns + column, .pixel = fit.pixel, .sigma_px = fit.sigma_px});
   }
-  std::sort(detection.corners.begin(), detection.corners.end(),
-            [](const Corner& a, const Corner& b) { return a.id < b.id; });
-  describeMissing(mesh, image.size, placement, board, detection);
+  std::ranges::sort(detection.corners, {}, &Corner::id);
+  detection.describeMissing(board.numCorners(), "corners", missingPlaces(mesh, placement, board), image.size);
   return detection;
 }
 
@@ -367,7 +326,7 @@ Detection findBoard(const GrayImage& image, const Checkerboard& board) {
   std::vector<GrayImage> halves;  // made on demand
   const auto imageAt = [&](int level) -> const GrayImage& {
     while (static_cast<int>(halves.size()) < level)
-      halves.push_back(halved(halves.empty() ? image : halves.back()));
+      halves.push_back(detail::shrunk(halves.empty() ? image : halves.back(), 2));
     return level == 0 ? image : halves[static_cast<std::size_t>(level - 1)];
   };
   std::vector<BoardCandidate> candidates;
@@ -379,11 +338,11 @@ Detection findBoard(const GrayImage& image, const Checkerboard& board) {
         });
     if (!candidates.empty() && choose(candidates).isWhole(board)) break;
   }
-  if (candidates.empty()) return refused({}, DetectionReason::kNoBoard, "no checkerboard pattern found");
+  if (candidates.empty()) return kNothing;
   const BoardCandidate& chosen = choose(candidates);
   if (chosen.is_placed && isOneOfSeveral(candidates, chosen)) {
-    return refused({}, DetectionReason::kSeveralBoards,
-                   "shows two or more boards that match; cover all but one");
+    return {.reason = DetectionReason::kSeveralBoards,
+            .detail = "shows two or more boards that match; cover all but one"};
   }
   return placeAndRefine(image, chosen, board);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/board/circle_placement.h"
+#include "alidade/detect/board/disc_lattice.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,17 +18,11 @@ using Eigen::Vector2d;
 
 constexpr int kMostLines = 100;  // largest board, in each direction
 
-struct PlacedNode {
-  int x = 0;
-  int y = 0;
-  const Blob* blob = nullptr;
-};
-
 // Removes nearly empty lines at the ends, which do not belong to the grid.
-void trimEnds(std::vector<PlacedNode>& nodes, int PlacedNode::*line_of) {
+void trimEnds(DiscLattice& nodes, int LatticeNode::*line_of) {
   constexpr double kMinShare = 0.25;  // share of the typical line
   std::map<int, int> counts;
-  for (const PlacedNode& node : nodes) ++counts[node.*line_of];
+  for (const LatticeNode& node : nodes) ++counts[node.*line_of];
   std::deque<std::pair<int, int>> lines(counts.begin(), counts.end());
   while (!lines.empty()) {
     std::vector<double> sizes;
@@ -45,32 +39,32 @@ void trimEnds(std::vector<PlacedNode>& nodes, int PlacedNode::*line_of) {
       break;
     }
   }
-  std::erase_if(nodes, [&](const PlacedNode& node) {
+  std::erase_if(nodes, [&](const LatticeNode& node) {
     return lines.empty() || node.*line_of < lines.front().first || node.*line_of > lines.back().first;
   });
 }
 
-std::optional<GridPlacement> placedOn(std::vector<PlacedNode> nodes, bool is_asymmetric) {
-  trimEnds(nodes, &PlacedNode::y);
-  trimEnds(nodes, &PlacedNode::x);
+std::optional<GridPlacement> placedOn(DiscLattice nodes, bool is_asymmetric) {
+  trimEnds(nodes, &LatticeNode::j);
+  trimEnds(nodes, &LatticeNode::i);
   if (nodes.empty()) return std::nullopt;
-  const auto [left, right] = std::ranges::minmax(nodes, {}, &PlacedNode::x);
-  const auto [top, bottom] = std::ranges::minmax(nodes, {}, &PlacedNode::y);
-  const int x0 = left.x;
-  const int y0 = top.y;
-  const int width = right.x - x0 + 1;
+  const auto [left, right] = std::ranges::minmax(nodes, {}, &LatticeNode::i);
+  const auto [top, bottom] = std::ranges::minmax(nodes, {}, &LatticeNode::j);
+  const int x0 = left.i;
+  const int y0 = top.j;
+  const int width = right.i - x0 + 1;
   GridPlacement placement;
   placement.counts = {.is_asymmetric = is_asymmetric,
                       .columns = is_asymmetric ? width / 2 : width,
-                      .rows = bottom.y - y0 + 1};
+                      .rows = bottom.j - y0 + 1};
   if (is_asymmetric && width % 2 != 0) return std::nullopt;
   if (std::max(placement.counts.columns, placement.counts.rows) > kMostLines) return std::nullopt;
-  for (const PlacedNode& node : nodes) {
-    const int x = node.x - x0;
-    const int y = node.y - y0;
+  for (const LatticeNode& node : nodes) {
+    const int x = node.i - x0;
+    const int y = node.j - y0;
     if (is_asymmetric && (x + y) % 2 != 0) return std::nullopt;
     const int column = is_asymmetric ? x / 2 : x;
-    placement.blobs[y * placement.counts.columns + column] = *node.blob;
+    placement.blobs[y * placement.counts.columns + column] = node.blob;
   }
   return placement;
 }
@@ -105,13 +99,13 @@ std::vector<GridPlacement> gridPlacementsOf(const DiscLattice& lattice) {
         for (int d = -kMost; d <= kMost; ++d) {
           if (a * d - b * c != 1) continue;
           for (const bool is_asymmetric : {false, true}) {
-            std::vector<PlacedNode> nodes;
+            DiscLattice nodes;
             for (const LatticeNode& node : lattice) {
               const int i = a * node.i + b * node.j;
               const int j = c * node.i + d * node.j;
               // The steps of an asymmetric grid's lattice are the diagonals of the grid.
-              nodes.push_back(is_asymmetric ? PlacedNode{i - j, i + j, &node.blob}
-                                            : PlacedNode{i, j, &node.blob});
+              nodes.push_back(is_asymmetric ? LatticeNode{i - j, i + j, node.blob}
+                                            : LatticeNode{i, j, node.blob});
             }
             auto placement = placedOn(std::move(nodes), is_asymmetric);
             if (placement && placement->filled() >= kMinFilled) placements.push_back(std::move(*placement));

@@ -3,9 +3,12 @@
 
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "alidade/core/image.h"
 #include "alidade/target/board.h"
@@ -56,25 +59,36 @@ struct ViewMeasures {
   double tilt_deg = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// The measures of a view by those of its corners, tilts in radians.
+/// @param area_px  of the squares between the corners
+[[nodiscard]] ViewMeasures medianMeasures(std::vector<double> blurs, std::vector<double> spacings,
+                                          std::vector<double> tilts, double area_px, const ImageSize& size);
+
 struct Detection {
   DetectionReason reason = DetectionReason::kNoBoard;
-  std::string detail;           ///< one sentence for the user; empty if all corners were found
-  std::vector<Corner> corners;  ///< in order of id, each with its sigma; empty unless hasCorners()
-  ViewMeasures measures;
-  std::optional<SeenGrid> seen;
+  std::string detail = {};           ///< one sentence for the user; empty if all corners were found
+  std::vector<Corner> corners = {};  ///< in order of id, each with its sigma; empty unless hasCorners()
+  ViewMeasures measures = {};
+  std::optional<SeenGrid> seen = std::nullopt;
 
   [[nodiscard]] bool found() const { return reason == DetectionReason::kFound; }
   [[nodiscard]] bool hasCorners() const { return reason <= DetectionReason::kCut; }
+
+  /// Takes the corners away, if there are any, and says why.
+  Detection& withdraw(DetectionReason why, std::string sentence);
+  /// Says how many of all corners there are, and what hides the others.
+  /// @param points   what the board's corners are called
+  /// @param missing  where some of the others are expected in the image, or outside
+  void describeMissing(int num_all, std::string_view points, std::span<const Eigen::Vector2d> missing,
+                       const ImageSize& size);
 };
 
 /// The outcome for one image and one board.
 struct ImageOutcome {
-  std::string image;
-  ImageSize size;
+  std::string image = {};
+  ImageSize size = {};
   int exif_orientation = 1;
-  Detection detection;
-  std::optional<std::size_t> same_as =
-      std::nullopt;  ///< kDuplicate: index of the outcome with the same corners
+  Detection detection = {};
   std::optional<std::size_t> sequence = std::nullopt;  ///< ImageSet::sequenceOf()
 
   [[nodiscard]] bool isReadable() const { return detection.reason != DetectionReason::kUnreadable; }

@@ -9,6 +9,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -17,6 +18,7 @@
 
 #include "alidade/core/mapped.h"
 #include "alidade/detect/corner/corner_fit.h"
+#include "alidade/imagery/gray_image.h"
 
 namespace alidade {
 namespace {
@@ -55,7 +57,8 @@ struct Spots {
   std::vector<Moments> moments;  // of each label; zero if the border cuts the spot
 };
 
-Spots findSpots(const cv::Mat& grey, bool is_bright, double window_share) {
+Spots findSpots(const GrayImage& image, bool is_bright, double window_share) {
+  const cv::Mat grey = detail::matOf(image);
   constexpr int kLeastWindow = 15;
   constexpr double kMinStep = 4;
   const int window =
@@ -65,11 +68,7 @@ Spots findSpots(const cv::Mat& grey, bool is_bright, double window_share) {
   cv::Mat mean;
   cv::boxFilter(grey, mean, CV_8U, {window, window}, {-1, -1}, true, cv::BORDER_REPLICATE);
   cv::Mat mask;
-  if (is_bright) {
-    cv::subtract(smooth, mean, mask);
-  } else {
-    cv::subtract(mean, smooth, mask);
-  }
+  cv::subtract(is_bright ? smooth : mean, is_bright ? mean : smooth, mask);
   cv::threshold(mask, mask, kMinStep, 255, cv::THRESH_BINARY);
   cv::Mat labels;
   const int num_labels = cv::connectedComponents(mask, labels, 4, CV_32S);
@@ -133,15 +132,8 @@ std::vector<Blob> findBlobs(const GrayImage& image, bool is_bright, double windo
   constexpr int kLeastSide = 12;
   const int fraction = (std::max(image.size.width, image.size.height) + kLargeSide - 1) / kLargeSide;
   if (std::min(image.size.width, image.size.height) / fraction < kLeastSide) return {};
-  cv::Mat grey(image.size.height, image.size.width, CV_8UC1,
-               const_cast<std::uint8_t*>(image.pixels.data()));  // OpenCV only reads it
-  if (fraction > 1) {
-    const cv::Rect whole(0, 0, grey.cols / fraction * fraction, grey.rows / fraction * fraction);
-    cv::Mat small;
-    cv::resize(grey(whole), small, {}, 1.0 / fraction, 1.0 / fraction, cv::INTER_AREA);
-    grey = small;
-  }
-  const Spots spots = findSpots(grey, is_bright, window_share);
+  const Spots spots = fraction > 1 ? findSpots(detail::shrunk(image, fraction), is_bright, window_share)
+                                   : findSpots(image, is_bright, window_share);
   const std::vector<std::optional<Blob>> ellipses = mapped(spots.moments, blobOf);
   const std::vector<char> are_round = areRound(spots, ellipses);
   std::vector<Blob> blobs;
@@ -209,10 +201,8 @@ class BlobIndex {
   std::map<std::pair<int, int>, std::vector<std::size_t>> cells_;
 };
 
-struct Basis {
-  Vector2d u;
-  Vector2d v;
-};
+using Place = std::pair<int, int>;      // along the lattice's two directions
+using Basis = std::array<Vector2d, 2>;  // the steps along them
 
 // Grows one lattice from a blob.
 class LatticeGrowth {
@@ -220,46 +210,42 @@ class LatticeGrowth {
   LatticeGrowth(const std::vector<Blob>& blobs, const BlobIndex& index, const std::vector<char>& is_taken)
       : blobs_(blobs), index_(index), is_taken_(is_taken) {}
 
-  [[nodiscard]] std::map<std::pair<int, int>, std::size_t> from(std::size_t seed) {
+  [[nodiscard]] std::map<Place, std::size_t> from(std::size_t seed) {
     nodes_.clear();
-    node_of_.clear();
+    used_.clear();
     const auto basis = basisAt(seed);
     if (!basis) return {};
-    struct Open {
-      std::pair<int, int> place;
-      Basis basis;
-    };
-    std::deque<Open> open = {{{0, 0}, *basis}};
+    std::deque<std::pair<Place, Basis>> open = {{{0, 0}, *basis}};
     add({0, 0}, seed);
     while (!open.empty()) {
-      const Open at = open.front();
+      const auto [here, basis_here] = open.front();
       open.pop_front();
       for (int direction = 0; direction < 4; ++direction) {
-        const auto place = neighbour(at.place, direction);
+        const Place place = neighbour(here, direction);
         if (nodes_.contains(place)) continue;
-        const auto found = seek(at.place, at.basis, direction);
+        const auto found = seek(here, basis_here, direction);
         if (!found) continue;
         add(place, *found);
-        Basis basis_there = at.basis;
-        const Vector2d step = blobs_[*found].pixel - blobs_[nodes_.at(at.place)].pixel;
-        (direction % 2 == 0 ? basis_there.u : basis_there.v) = direction < 2 ? step : Vector2d(-step);
-        open.push_back({place, basis_there});
+        Basis basis_there = basis_here;
+        const Vector2d step = blobs_[*found].pixel - blobs_[nodes_.at(here)].pixel;
+        basis_there[static_cast<std::size_t>(direction % 2)] = direction < 2 ? step : Vector2d(-step);
+        open.emplace_back(place, basis_there);
       }
     }
     return nodes_;
   }
 
  private:
-  static std::pair<int, int> neighbour(std::pair<int, int> place, int direction) {
+  static Place neighbour(Place place, int direction) {
     constexpr std::array<int, 4> kI = {1, 0, -1, 0};
     constexpr std::array<int, 4> kJ = {0, 1, 0, -1};
     const auto d = static_cast<std::size_t>(direction);
     return {place.first + kI[d], place.second + kJ[d]};
   }
 
-  void add(std::pair<int, int> place, std::size_t blob) {
+  void add(Place place, std::size_t blob) {
     nodes_[place] = blob;
-    node_of_[blob] = place;
+    used_.insert(blob);
   }
 
   // Two pairs of opposite neighbours, the shortest that are not collinear.
@@ -286,33 +272,29 @@ class LatticeGrowth {
         return (blobs_[other.second].pixel - of.pixel + step).norm() < kOpposite * step.norm();
       });
       if (!has_opposite) continue;
-      if (!first) {
-        first = step;
-      } else {
-        return crossProduct(*first, step) > 0 ? Basis{*first, step} : Basis{*first, -step};
-      }
+      if (first) return crossProduct(*first, step) > 0 ? Basis{*first, step} : Basis{*first, -step};
+      first = step;
     }
     return std::nullopt;
   }
 
-  [[nodiscard]] std::optional<std::size_t> seek(std::pair<int, int> place, const Basis& basis,
-                                                int direction) const {
+  [[nodiscard]] std::optional<std::size_t> seek(Place place, const Basis& basis, int direction) const {
     constexpr double kMostOff = 0.3;  // of the step
     const Blob& from = blobs_[nodes_.at(place)];
-    Vector2d step = direction % 2 == 0 ? basis.u : basis.v;
+    Vector2d step = basis[static_cast<std::size_t>(direction % 2)];
     if (direction >= 2) step = -step;
     const auto behind = nodes_.find(neighbour(place, direction ^ 2));
     if (behind != nodes_.end()) step = from.pixel - blobs_[behind->second].pixel;
     const auto found = index_.nearest(from.pixel + step, kMostOff * step.norm(), from.area_px);
-    if (!found || node_of_.contains(*found) || is_taken_[*found] != 0) return std::nullopt;
+    if (!found || used_.contains(*found) || is_taken_[*found] != 0) return std::nullopt;
     return found;
   }
 
   const std::vector<Blob>& blobs_;
   const BlobIndex& index_;
   const std::vector<char>& is_taken_;
-  std::map<std::pair<int, int>, std::size_t> nodes_;
-  std::map<std::size_t, std::pair<int, int>> node_of_;
+  std::map<Place, std::size_t> nodes_;
+  std::set<std::size_t> used_;
 };
 
 }  // namespace

@@ -7,15 +7,14 @@
 #include <functional>
 #include <numbers>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 #include "alidade/core/text.h"
-#include "alidade/detect/board/april_grid_detector.h"
-#include "alidade/detect/board/charuco_detector.h"
+#include "alidade/detect/board/find_board.h"
 #include "alidade/detect/board/marker_layout.h"
 #include "alidade/detect/board/marker_share.h"
 #include "alidade/target/board.h"
@@ -29,52 +28,35 @@ constexpr std::size_t kEnoughMarkers = 4;  // so many different ones are no coin
 constexpr std::size_t kEnoughImages = 4;   // images with markers
 constexpr std::size_t kMostImages = 12;
 
-// OpenCV's smaller dictionaries are the first markers of the largest one of their kind.
-struct MarkerFamily {
-  std::string_view largest;
-  int border = 1;
-  std::array<std::string_view, 3> smaller = {};
-};
-
-constexpr std::array<MarkerFamily, 8> kOfSquares = {
-    {{"DICT_4X4_1000", 1, {"DICT_4X4_50", "DICT_4X4_100", "DICT_4X4_250"}},
-     {"DICT_5X5_1000", 1, {"DICT_5X5_50", "DICT_5X5_100", "DICT_5X5_250"}},
-     {"DICT_6X6_1000", 1, {"DICT_6X6_50", "DICT_6X6_100", "DICT_6X6_250"}},
-     {"DICT_7X7_1000", 1, {"DICT_7X7_50", "DICT_7X7_100", "DICT_7X7_250"}},
-     {"DICT_ARUCO_ORIGINAL", 1},
-     {"DICT_APRILTAG_36h10", 1},
-     {"DICT_APRILTAG_25h9", 1},
-     {"DICT_APRILTAG_16h5", 1}}};
-
-// Families of dictionaries; those of AprilGrids, with every border, come first.
-const std::vector<MarkerFamily>& allFamilies() {
-  static const std::vector<MarkerFamily> kFamilies = [] {
-    std::vector<MarkerFamily> families;
-    for (const int border : AprilGrid::kBorders)
-      families.push_back({.largest = AprilGrid::kDictionary, .border = border});
-    families.insert(families.end(), kOfSquares.begin(), kOfSquares.end());
-    return families;
-  }();
-  return kFamilies;
-}
-
-std::vector<MarkerPrint> allPrints() {
-  std::vector<MarkerPrint> prints;
-  for (const MarkerFamily& family : allFamilies())
+// Those of AprilGrids, of every border, and then OpenCV's largest dictionary of each other kind, of which the
+// smaller ones are the first markers.
+const std::vector<MarkerPrint>& allPrints() {
+  static const std::vector<MarkerPrint> kPrints = [] {
+    std::vector<MarkerPrint> prints;
     // Markers with a border of one cell may belong to a ChArUco board, whose squares come near them.
-    prints.push_back({.dictionary = std::string(family.largest),
-                      .border = family.border,
-                      .is_apart = family.largest == AprilGrid::kDictionary && family.border > 1});
-  return prints;
+    for (const int border : AprilGrid::kBorders)
+      prints.push_back(
+          {.dictionary = std::string(AprilGrid::kDictionary), .border = border, .is_apart = border > 1});
+    for (const char* const name :
+         {"DICT_4X4_1000", "DICT_5X5_1000", "DICT_6X6_1000", "DICT_7X7_1000", "DICT_ARUCO_ORIGINAL",
+          "DICT_APRILTAG_36h10", "DICT_APRILTAG_25h9", "DICT_APRILTAG_16h5"})
+      prints.push_back({.dictionary = name});
+    return prints;
+  }();
+  return kPrints;
 }
 
-// The smallest dictionary of the family with at least this many markers.
-std::string dictionaryWith(const MarkerFamily& family, int num_markers) {
-  for (const std::string_view name : family.smaller) {
-    const auto known = findMarkerDictionary(name);
-    if (known && known->num_markers >= num_markers) return std::string(name);
+bool isOfAprilGrid(const MarkerPrint& print) {
+  return print.dictionary == AprilGrid::kDictionary;
+}
+
+// The smallest dictionary of the same kind that has so many markers.
+std::string dictionaryWith(const std::string& largest, int num_markers) {
+  for (const char* const size : {"_50", "_100", "_250"}) {
+    const auto known = findMarkerDictionary(markerFamily(largest) + size);
+    if (known && known->num_markers >= num_markers) return std::string(known->name);
   }
-  return std::string(family.largest);
+  return largest;
 }
 
 // Rounds to a share that a user may have chosen, if one is within the uncertainty of the measurement.
@@ -87,12 +69,7 @@ double plausibleShare(double measured) {
   return measured;
 }
 
-// An image and its markers of one print.
-struct ShownMarkers {
-  const GrayImage* image = nullptr;
-  const std::vector<SeenMarker>* markers = nullptr;
-  double lost_px = 0;
-};
+using Images = std::vector<const MarkedImage*>;
 
 const Corner* findCorner(const Detection& detection, int id) {
   const auto at = std::ranges::lower_bound(detection.corners, id, {}, &Corner::id);
@@ -148,8 +125,8 @@ double diagonalsOf(const std::array<Vector2d, 4>& corners) {
 
 // The ratio of a marker to its square, where all four corners of the square were found: from the marker's
 // edges if they are clear, otherwise from OpenCV's corners.
-std::optional<double> markerShare(const std::vector<Detection>& detections,
-                                  const std::vector<ShownMarkers>& images, int columns, int num_cells) {
+std::optional<double> markerShare(const std::vector<Detection>& detections, const Images& images,
+                                  std::size_t print, int columns) {
   std::vector<double> coarse;
   std::vector<double> fine;
   for (std::size_t i = 0; i < detections.size(); ++i) {
@@ -158,11 +135,12 @@ std::optional<double> markerShare(const std::vector<Detection>& detections,
       if (!square) continue;
       const double diagonals = diagonalsOf(*square);
       constexpr double kNear = 0.1;
-      for (const SeenMarker& marker : *images[i].markers) {
+      for (const SeenMarker& marker : images[i]->markers[print]) {
         if ((middleOf(marker.corners) - middleOf(*square)).norm() > kNear * diagonals) continue;
-        coarse.push_back((diagonalsOf(marker.corners) + 2 * std::numbers::sqrt2 * images[i].lost_px) /
+        coarse.push_back((diagonalsOf(marker.corners) + 2 * std::numbers::sqrt2 * images[i]->lost_px) /
                          diagonals);
-        if (const auto share = measuredMarkerShare(*images[i].image, *square, coarse.back(), num_cells))
+        if (const auto share =
+                measuredMarkerShare(images[i]->image, *square, coarse.back(), allPrints()[print].numCells()))
           fine.push_back(*share);
       }
     }
@@ -173,10 +151,8 @@ std::optional<double> markerShare(const std::vector<Detection>& detections,
 }
 
 template <class Kind>
-std::vector<Detection> detectIn(const std::vector<ShownMarkers>& images, const Kind& board) {
-  std::vector<Detection> detections;
-  for (const ShownMarkers& shown : images) detections.push_back(findBoard(*shown.image, board));
-  return detections;
+std::vector<Detection> detectIn(const Images& images, const Kind& board) {
+  return mapped(images, [&](const MarkedImage* shown) { return findBoard(shown->image, board); });
 }
 
 bool anyFound(const std::vector<Detection>& detections) {
@@ -187,13 +163,12 @@ constexpr int kMostRows = 100;
 constexpr int kMostTagRows = 24;
 
 // The board with the counts that follow from the ids, and with as many further rows as the images show.
-std::optional<CharucoBoard> charucoOf(const MarkerLayout& layout, const MarkerFamily& family,
-                                      const std::vector<ShownMarkers>& images) {
+std::optional<CharucoBoard> charucoOf(const MarkerLayout& layout, std::size_t print, const Images& images) {
   CharucoBoard board{.columns = layout.columns,
                      .rows = std::max(3, layout.rows),
                      .square_m = 1,
                      .marker_m = std::clamp(1 / layout.spacing, 0.3, 0.95),
-                     .dictionary = std::string(family.largest)};
+                     .dictionary = allPrints()[print].dictionary};
   std::vector<Detection> detections = detectIn(images, board);
   if (!anyFound(detections)) return std::nullopt;
   while (board.rows < kMostRows) {
@@ -204,15 +179,14 @@ std::optional<CharucoBoard> charucoOf(const MarkerLayout& layout, const MarkerFa
     board = larger;
     detections = std::move(beyond);
   }
-  const int num_cells = findMarkerDictionary(family.largest)->num_bits + 2 * family.border;
-  const auto share = markerShare(detections, images, board.columns - 1, num_cells);
+  const auto share = markerShare(detections, images, print, board.columns - 1);
   board.marker_m = plausibleShare(share.value_or(board.marker_m));
-  board.dictionary = dictionaryWith(family, board.numMarkers(true));
+  board.dictionary = dictionaryWith(board.dictionary, board.numMarkers(true));
   return board;
 }
 
 // The same for an AprilGrid, with further rows at the bottom, which have lower ids, and at the top.
-std::optional<AprilGrid> aprilGridOf(const MarkerLayout& layout, const std::vector<ShownMarkers>& images) {
+std::optional<AprilGrid> aprilGridOf(const MarkerLayout& layout, const Images& images) {
   AprilGrid board{.columns = layout.columns,
                   .rows = layout.rows,
                   .tag_m = 1,
@@ -261,18 +235,17 @@ std::string textOf(const std::vector<AprilGrid>& boards) {
 }
 
 // Text for uncertain counts.
-std::string textOf(const MarkerLayout& layout, const MarkerFamily& family) {
+std::string textOf(const MarkerLayout& layout, const MarkerPrint& print) {
   const int lowest = layout.ids.front();
   const int highest = layout.ids.back();
-  const std::string dictionary = dictionaryWith(family, highest + 1);
-  const bool is_april = family.largest == AprilGrid::kDictionary;
-  if (layout.lattice == MarkerLattice::kDiagonal) {
+  const std::string dictionary = dictionaryWith(print.dictionary, highest + 1);
+  if (layout.is_diagonal) {
     return fmt::format(
         "the images show markers of {0} in a checkerboard, with ids from {1} to {2}: --board "
         "charuco:COLUMNSxROWS:SQUARE:MARKER:{0}, counting squares",
         dictionary, lowest, highest);
   }
-  if (is_april) {
+  if (isOfAprilGrid(print)) {
     return fmt::format(
         "the images show AprilTags with ids from {} to {}: --board aprilgrid:COLUMNSxROWS:TAG:GAP, counting "
         "tags",
@@ -287,7 +260,6 @@ std::string textOf(const MarkerLayout& layout, const MarkerFamily& family) {
 }  // namespace
 
 void MarkerGuess::look(const GrayImage& image) {
-  static const std::vector<MarkerPrint> prints = allPrints();
   constexpr std::size_t kMany = 16;  // a closer look would reveal no more
   const auto most = [](const std::vector<std::vector<SeenMarker>>& markers) {
     return std::ranges::max(markers, {}, [](const auto& of_print) { return of_print.size(); }).size();
@@ -295,10 +267,10 @@ void MarkerGuess::look(const GrayImage& image) {
   GrayImage shown = image;
   for (const bool is_inverted : {false, true}) {
     if (is_inverted) shown = negativeOf(std::move(shown));
-    Seen best;
+    MarkedImage best;
     std::size_t most_seen = kEnoughMarkers - 1;
     for (const MarkerLook& look : markerLooks(image.size)) {
-      auto markers = seeMarkers(shown, prints, look);
+      auto markers = seeMarkers(shown, allPrints(), look);
       if (most(markers) <= most_seen) continue;
       most_seen = most(markers);
       // Outlines run through the centres of the outermost dark pixels.
@@ -312,7 +284,7 @@ void MarkerGuess::look(const GrayImage& image) {
   }
 }
 
-void MarkerGuess::keep(Seen seen) {
+void MarkerGuess::keep(MarkedImage seen) {
   bool is_news = false;
   for (std::size_t p = 0; p < seen.markers.size(); ++p) {
     if (seen.markers[p].size() < kEnoughMarkers) continue;
@@ -326,65 +298,57 @@ bool MarkerGuess::isSure() const {
   return seen_.size() >= kMostImages || (seen_.size() >= kEnoughImages && num_without_news_ >= 2);
 }
 
-std::vector<std::size_t> MarkerGuess::tellingImages(std::size_t print) const {
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < seen_.size(); ++i) {
-    if (!seen_[i].markers[print].empty()) order.push_back(i);
+std::vector<const MarkedImage*> MarkerGuess::tellingImages(std::size_t print) const {
+  Images order;
+  for (const MarkedImage& seen : seen_) {
+    if (!seen.markers[print].empty()) order.push_back(&seen);
   }
   if (order.size() <= kEnoughImages) return order;
-  const auto count = [&](std::size_t i) { return seen_[i].markers[print].size(); };
-  const auto lowest = [&](std::size_t i) {
-    return std::ranges::min(seen_[i].markers[print], {}, &SeenMarker::id).id;
+  const auto count = [&](const MarkedImage* seen) { return seen->markers[print].size(); };
+  const auto lowest = [&](const MarkedImage* seen) {
+    return std::ranges::min(seen->markers[print], {}, &SeenMarker::id).id;
   };
-  const auto highest = [&](std::size_t i) {
-    return std::ranges::max(seen_[i].markers[print], {}, &SeenMarker::id).id;
+  const auto highest = [&](const MarkedImage* seen) {
+    return std::ranges::max(seen->markers[print], {}, &SeenMarker::id).id;
   };
-  const std::size_t first = *std::ranges::min_element(order, {}, lowest);
-  const std::size_t last = *std::ranges::max_element(order, {}, highest);
+  const MarkedImage* const first = *std::ranges::min_element(order, {}, lowest);
+  const MarkedImage* const last = *std::ranges::max_element(order, {}, highest);
   std::ranges::stable_sort(order, std::greater(), count);
   order.resize(kEnoughImages);
-  for (const std::size_t i : {first, last}) {
-    if (std::ranges::count(order, i) == 0) order.push_back(i);
+  for (const MarkedImage* const seen : {first, last}) {
+    if (std::ranges::count(order, seen) == 0) order.push_back(seen);
   }
   return order;
 }
 
 std::string MarkerGuess::text() const {
   std::vector<MarkerLayout> best;
-  std::size_t best_family = 0;
+  std::size_t best_print = 0;
   std::size_t most = 0;
-  for (std::size_t f = 0; f < allFamilies().size(); ++f) {
-    std::vector<std::vector<SeenMarker>> markers;
-    for (const Seen& seen : seen_) markers.push_back(seen.markers[f]);
-    const bool is_april = allFamilies()[f].largest == AprilGrid::kDictionary;
-    auto layouts = markerLayouts(markers, is_april && AprilGrid::kIsUpsideDown);
+  for (std::size_t p = 0; p < allPrints().size(); ++p) {
+    const auto markers = mapped(seen_, [&](const MarkedImage& seen) { return seen.markers[p]; });
+    auto layouts = markerLayouts(markers, isOfAprilGrid(allPrints()[p]) && AprilGrid::kIsUpsideDown);
     std::size_t count = 0;
     for (const MarkerLayout& layout : layouts) count += layout.ids.size();
     if (count <= most) continue;
     most = count;
     best = std::move(layouts);
-    best_family = f;
+    best_print = p;
   }
   if (best.empty()) return {};
-  const MarkerFamily& family = allFamilies()[best_family];
-  std::vector<ShownMarkers> images;
-  for (const std::size_t i : tellingImages(best_family)) {
-    const Seen& seen = seen_[i];
-    images.push_back({.image = &seen.image, .markers = &seen.markers[best_family], .lost_px = seen.lost_px});
-  }
+  const MarkerPrint& print = allPrints()[best_print];
+  const Images images = tellingImages(best_print);
   const MarkerLayout& largest =
       *std::ranges::max_element(best, {}, [](const auto& l) { return l.ids.size(); });
-  if (largest.columns > 0 && largest.lattice == MarkerLattice::kDiagonal && family.border == 1) {
-    if (const auto board = charucoOf(largest, family, images)) return textOf(*board);
+  if (largest.columns > 0 && largest.is_diagonal && print.border == 1) {
+    if (const auto board = charucoOf(largest, best_print, images)) return textOf(*board);
   }
   std::vector<AprilGrid> grids;
   for (const MarkerLayout& layout : best) {
-    if (layout.columns == 0 || layout.lattice != MarkerLattice::kUpright ||
-        family.largest != AprilGrid::kDictionary)
-      continue;
+    if (layout.columns == 0 || layout.is_diagonal || !isOfAprilGrid(print)) continue;
     if (const auto board = aprilGridOf(layout, images)) grids.push_back(*board);
   }
-  return grids.empty() ? textOf(largest, family) : textOf(grids);
+  return grids.empty() ? textOf(largest, print) : textOf(grids);
 }
 
 }  // namespace alidade

@@ -12,6 +12,13 @@
 
 namespace alidade {
 
+/// An image and its markers.
+struct MarkedImage {
+  GrayImage image;
+  std::vector<std::vector<SeenMarker>> markers;  ///< by print
+  double lost_px = 0;                            ///< by which their sides are too short
+};
+
 /// Guesses a board of markers from images: its dictionary, counts and proportions.
 class MarkerGuess {
  public:
@@ -25,16 +32,11 @@ class MarkerGuess {
   [[nodiscard]] std::string text() const;
 
  private:
-  struct Seen {
-    GrayImage image;
-    std::vector<std::vector<SeenMarker>> markers;  ///< by print
-    double lost_px = 0;                            ///< loss of length of their sides
-  };
-  void keep(Seen seen);
+  void keep(MarkedImage seen);
   // The most informative images: those with the most markers, the lowest id and the highest id.
-  [[nodiscard]] std::vector<std::size_t> tellingImages(std::size_t print) const;
+  [[nodiscard]] std::vector<const MarkedImage*> tellingImages(std::size_t print) const;
 
-  std::vector<Seen> seen_;
+  std::vector<MarkedImage> seen_;
   std::set<std::pair<std::size_t, int>> ids_;  ///< of prints and markers
   int num_without_news_ = 0;                   ///< number of last images without new ids
 };

@@ -72,12 +72,11 @@ std::vector<Vector2d> nearestOffsets(const std::vector<std::vector<Neighbours>>&
 // Keeps the neighbours that lie in cells of the lattice, and sets their cells.
 void placeInLattice(const MarkerLayout& layout, bool is_turned, std::vector<Neighbours>& neighbours) {
   constexpr double kMostOff = 0.3;  // cells
-  const bool is_diagonal = layout.lattice == MarkerLattice::kDiagonal;
-  const int reach = is_diagonal ? 2 : 1;
+  const int reach = layout.is_diagonal ? 2 : 1;
   std::erase_if(neighbours, [&](Neighbours& n) {
     const Vector2d cells = (is_turned ? -1 : 1) * n.offset / layout.spacing;
     n.cells = {static_cast<int>(std::lround(cells.x())), static_cast<int>(std::lround(cells.y()))};
-    const bool is_of_lattice = !is_diagonal || n.cells.sum() % 2 == 0;
+    const bool is_of_lattice = !layout.is_diagonal || n.cells.sum() % 2 == 0;
     return !is_of_lattice || n.cells.isZero() || n.cells.cwiseAbs().maxCoeff() > reach ||
            (cells - n.cells.cast<double>()).cwiseAbs().maxCoeff() > kMostOff;
   });
@@ -114,14 +113,14 @@ Vector2i uprightCell(int id, int columns, int first_id) {
   return {n - row * columns, -row};
 }
 
-// Share of neighbours at the places that their ids predict, and the ids of those neighbours.
-struct Agreement {
-  double share = 0;
-  std::vector<int> ids = {};
-};
+constexpr int kMostColumns = 100;
 
+// Takes the ids of the neighbours that lie where `cellOf` says, if these are nearly all and more than the
+// share `best`.
 template <class CellOf>
-Agreement agreementWith(const std::vector<Neighbours>& neighbours, const CellOf& cellOf) {
+bool takeBetter(const std::vector<Neighbours>& neighbours, const CellOf& cellOf, double& best,
+                MarkerLayout& layout) {
+  constexpr double kLeastAgreeing = 0.9;
   std::set<int> ids;
   int count = 0;
   for (const Neighbours& n : neighbours) {
@@ -129,11 +128,12 @@ Agreement agreementWith(const std::vector<Neighbours>& neighbours, const CellOf&
     ++count;
     ids.insert(n.from);
   }
-  return {.share = count / static_cast<double>(neighbours.size()), .ids = {ids.begin(), ids.end()}};
+  const double share = count / static_cast<double>(neighbours.size());
+  if (share < kLeastAgreeing || share <= best) return false;
+  best = share;
+  layout.ids.assign(ids.begin(), ids.end());
+  return true;
 }
-
-constexpr double kLeastAgreeing = 0.9;
-constexpr int kMostColumns = 100;
 
 void countDiagonal(const std::vector<Neighbours>& neighbours, MarkerLayout& layout) {
   const int columns = commonestStep(neighbours, {0, 2});
@@ -141,10 +141,7 @@ void countDiagonal(const std::vector<Neighbours>& neighbours, MarkerLayout& layo
   double best = 0;
   for (const bool is_dark_first : {false, true}) {
     const auto cellOf = [&](int id) { return diagonalCell(id, columns, is_dark_first); };
-    Agreement agreement = agreementWith(neighbours, cellOf);
-    if (agreement.share < kLeastAgreeing || agreement.share <= best) continue;
-    best = agreement.share;
-    layout.ids = std::move(agreement.ids);
+    if (!takeBetter(neighbours, cellOf, best, layout)) continue;
     layout.columns = columns;
     layout.rows = cellOf(layout.ids.back()).y() + 1;
   }
@@ -157,10 +154,7 @@ void countUpright(const std::vector<Neighbours>& neighbours, MarkerLayout& layou
   double best = 0;
   for (int start = 0; start < columns; ++start) {
     const auto cellOf = [&](int id) { return uprightCell(id, columns, start); };
-    Agreement agreement = agreementWith(neighbours, cellOf);
-    if (agreement.share < kLeastAgreeing || agreement.share <= best) continue;
-    best = agreement.share;
-    layout.ids = std::move(agreement.ids);
+    if (!takeBetter(neighbours, cellOf, best, layout)) continue;
     const int lowest = -cellOf(layout.ids.front()).y();
     layout.columns = columns;
     layout.first_id = start + lowest * columns;
@@ -230,12 +224,10 @@ std::vector<MarkerLayout> markerLayouts(std::span<const std::vector<SeenMarker>>
   }
   MarkerLayout common;
   common.spacing = medianOf(std::move(longer));
-  common.lattice = medianOf(std::move(shorter)) > 0.5 * common.spacing ? MarkerLattice::kDiagonal
-                                                                       : MarkerLattice::kUpright;
-  const bool is_diagonal = common.lattice == MarkerLattice::kDiagonal;
+  common.is_diagonal = medianOf(std::move(shorter)) > 0.5 * common.spacing;
   std::vector<Neighbours> neighbours;
   for (auto& of_image : by_image) {
-    placeInLattice(common, !is_diagonal && is_upside_down, of_image);
+    placeInLattice(common, !common.is_diagonal && is_upside_down, of_image);
     neighbours.insert(neighbours.end(), of_image.begin(), of_image.end());
   }
   std::vector<MarkerLayout> layouts;
@@ -246,11 +238,7 @@ std::vector<MarkerLayout> markerLayouts(std::span<const std::vector<SeenMarker>>
     std::vector<Neighbours> own;
     std::ranges::copy_if(neighbours, std::back_inserter(own),
                          [&](const Neighbours& n) { return ids.contains(n.from); });
-    if (is_diagonal) {
-      countDiagonal(own, layout);
-    } else {
-      countUpright(own, layout);
-    }
+    (common.is_diagonal ? countDiagonal : countUpright)(own, layout);
     layouts.push_back(std::move(layout));
   }
   return layouts;

@@ -8,15 +8,9 @@
 
 namespace alidade {
 
-/// Arrangement of neighbouring markers.
-enum class MarkerLattice {
-  kDiagonal,  ///< in every other square, as on ChArUco boards
-  kUpright,   ///< in columns and rows, as on AprilGrids
-};
-
 /// The layout of a board's markers, as found in images.
 struct MarkerLayout {
-  MarkerLattice lattice = MarkerLattice::kDiagonal;
+  bool is_diagonal = true;  ///< in every other square, as on ChArUco boards, and not as on AprilGrids
   double spacing = 0;  ///< between columns of the lattice, in sides of a marker, accurate to a few per cent
   std::vector<int> ids = {};  ///< of the markers with a neighbour in the lattice, in order
   /// Number of squares or tags, from the change of ids between rows; 0 if ids contradict each other or there

@@ -14,7 +14,6 @@
 #include <Eigen/SVD>
 
 #include "alidade/core/error.h"
-#include "alidade/core/median.h"
 #include "alidade/detect/board/one_colour.h"
 #include "alidade/detect/corner/corner_fit.h"
 
@@ -22,7 +21,6 @@ namespace alidade {
 namespace {
 
 using Eigen::Vector2d;
-using BoardMarker = Marker<Vector2d>;
 
 constexpr int kNumNeighbours = 8;
 constexpr std::size_t kMinCorners = 6;
@@ -36,19 +34,12 @@ struct Sighting {
   int corner = -1;  ///< id of the corner at this point; -1 if there is none
 };
 
-// The image of the board around one of its points.
-struct LocalView {
-  Vector2d pixel;
-  Vector2d step_u;
-  Vector2d step_v;
-};
-
 // Sightings near a place of the board, and their squared distances.
 using NearSightings = std::vector<std::pair<double, const Sighting*>>;
 
 // The homography that maps the sightings near `at` to their pixels, expanded there; steps have the length
 // `step_m`. Nothing if there are too few nearby.
-std::optional<LocalView> viewAbout(const NearSightings& near, const Vector2d& at, double step_m) {
+std::optional<CornerGuess> viewAbout(const NearSightings& near, const Vector2d& at, double step_m) {
   constexpr int kMostEquations = 2 * kMostNear;
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, 8, 0, kMostEquations, 8>;
   using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostEquations, 1>;
@@ -73,15 +64,15 @@ std::optional<LocalView> viewAbout(const NearSightings& near, const Vector2d& at
   if (qr.rank() < 8) return std::nullopt;
   const Eigen::Matrix<double, 8, 1> h = qr.solve(right);
   const Vector2d q(h(2), h(5));
-  LocalView view{.pixel = origin + scale * q,
-                 .step_u = scale * (Vector2d(h(0), h(3)) - h(6) * q),
-                 .step_v = scale * (Vector2d(h(1), h(4)) - h(7) * q)};
+  CornerGuess view{.pixel = origin + scale * q,
+                   .step_u = scale * (Vector2d(h(0), h(3)) - h(6) * q),
+                   .step_v = scale * (Vector2d(h(1), h(4)) - h(7) * q)};
   if (!view.pixel.allFinite() || !view.step_u.allFinite() || !view.step_v.allFinite()) return std::nullopt;
   return view;
 }
 
 // Pixel of a place of the board, predicted by the corners of one marker alone.
-Vector2d placeBy(const BoardMarker& of, const SeenMarker& seen, const Vector2d& at) {
+Vector2d placeBy(const Marker& of, const SeenMarker& seen, const Vector2d& at) {
   const Vector2d u = of.corners[1] - of.corners[0];
   const Vector2d v = of.corners[3] - of.corners[0];
   const Vector2d offset = at - middleOf(of.corners);
@@ -93,21 +84,23 @@ Vector2d placeBy(const BoardMarker& of, const SeenMarker& seen, const Vector2d& 
 
 // A marker of the pattern and a marker in the image with the same id.
 struct MarkerPair {
-  const BoardMarker* of = nullptr;
+  const Marker* of = nullptr;
   const SeenMarker* seen = nullptr;
 };
 
-// Pairs of markers with the same id; a pair agrees if most of its nearest neighbours confirm it.
-struct MarkerPairs {
-  std::vector<MarkerPair> agreeing = {};
-  std::size_t num_others = 0;
+// A pattern beside the markers that are seen.
+struct ChosenPattern {
+  const MarkerPattern* pattern = nullptr;
+  std::vector<SeenMarker> seen = {};
+  std::vector<MarkerPair> agreeing = {};  // of the same id, which most of their nearest others confirm
+  std::size_t num_others = 0;             // of the same id
 };
 
-MarkerPairs pairsOf(const MarkerPattern& pattern, const std::vector<SeenMarker>& seen) {
-  std::map<int, const BoardMarker*> by_id;
-  for (const BoardMarker& marker : pattern.markers) by_id[marker.id] = &marker;
+void pairMarkers(ChosenPattern& chosen) {
+  std::map<int, const Marker*> by_id;
+  for (const Marker& marker : chosen.pattern->markers) by_id[marker.id] = &marker;
   std::vector<MarkerPair> pairs;
-  for (const SeenMarker& marker : seen) {
+  for (const SeenMarker& marker : chosen.seen) {
     const auto found = by_id.find(marker.id);
     if (found != by_id.end()) pairs.push_back({found->second, &marker});
   }
@@ -118,7 +111,6 @@ MarkerPairs pairsOf(const MarkerPattern& pattern, const std::vector<SeenMarker>&
     const double off = (placeBy(*a.of, *a.seen, to) - middleOf(b.seen->corners)).norm();
     return off <= kMostOff * (middleOf(b.seen->corners) - middleOf(a.seen->corners)).norm() && from != to;
   };
-  MarkerPairs result;
   for (const MarkerPair& pair : pairs) {
     std::vector<std::pair<double, const MarkerPair*>> others;
     for (const MarkerPair& other : pairs) {
@@ -131,17 +123,10 @@ MarkerPairs pairsOf(const MarkerPattern& pattern, const std::vector<SeenMarker>&
     const auto num = std::ranges::count_if(others, [&](const auto& other) {
       return confirms(pair, *other.second) && confirms(*other.second, pair);
     });
-    if (2 * num >= static_cast<std::ptrdiff_t>(count) && num > 0) result.agreeing.push_back(pair);
+    if (2 * num >= static_cast<std::ptrdiff_t>(count) && num > 0) chosen.agreeing.push_back(pair);
   }
-  result.num_others = pairs.size() - result.agreeing.size();
-  return result;
+  chosen.num_others = pairs.size() - chosen.agreeing.size();
 }
-
-struct ChosenPattern {
-  const MarkerPattern* pattern = nullptr;
-  std::vector<SeenMarker> seen = {};
-  MarkerPairs pairs = {};
-};
 
 // Looks closer until a quarter of a pattern's markers agree; the corners reveal the rest. A quick look misses
 // small markers, so it must have found three quarters.
@@ -158,18 +143,18 @@ ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPatt
     for (const MarkerPattern& pattern : patterns) {
       const auto print = static_cast<std::size_t>(std::ranges::find(prints, pattern.print) - prints.begin());
       ChosenPattern candidate{.pattern = &pattern, .seen = seen[print]};
-      candidate.pairs = pairsOf(pattern, candidate.seen);
-      const bool is_better = candidate.pairs.agreeing.size() > chosen.pairs.agreeing.size();
-      if (is_better || (chosen.seen.empty() && chosen.pairs.agreeing.empty())) chosen = std::move(candidate);
+      pairMarkers(candidate);
+      const bool is_better = candidate.agreeing.size() > chosen.agreeing.size();
+      if (is_better || (chosen.seen.empty() && chosen.agreeing.empty())) chosen = std::move(candidate);
     }
-    if (static_cast<double>(chosen.pairs.agreeing.size()) >= enough) break;
+    if (static_cast<double>(chosen.agreeing.size()) >= enough) break;
   }
   return chosen;
 }
 
 struct FoundCorner {
   CornerFit fit;
-  LocalView view;
+  CornerGuess view;
 };
 
 // State of the search for the corners of a board.
@@ -179,7 +164,7 @@ class CornerSearch {
       : image_(image), board_(board), pattern_(*chosen.pattern) {
     // OpenCV's corners are whole pixels, and those of tags extend into the adjacent small squares.
     constexpr double kMarkerWeight = 0.02;
-    for (const MarkerPair& pair : chosen.pairs.agreeing) {
+    for (const MarkerPair& pair : chosen.agreeing) {
       for (std::size_t k = 0; k < 4; ++k) {
         const Vector2d& place = pair.of->corners[k];
         markers_.push_back({place, pair.seen->corners[k], kMarkerWeight, cornerAt(place)});
@@ -208,7 +193,7 @@ class CornerSearch {
   }
 
   [[nodiscard]] const std::vector<std::optional<FoundCorner>>& found() const { return found_; }
-  [[nodiscard]] std::optional<LocalView> predict(int id, bool without_itself = false) const {
+  [[nodiscard]] std::optional<CornerGuess> predict(int id, bool without_itself = false) const {
     constexpr std::size_t kLeastNear = 6;
     const Vector2d at = board_.corner(id).head<2>();
     NearSightings near;
@@ -222,7 +207,9 @@ class CornerSearch {
     const double reach =
         1.6 * std::max(pattern_.step_m, board_.span().x() / std::max(1, board_.columns() - 1));
     if (count < kLeastNear || near.front().first > reach * reach) return std::nullopt;
-    return viewAbout(near, at, pattern_.step_m);
+    auto view = viewAbout(near, at, pattern_.step_m);
+    if (view) view->clear_share = pattern_.clear_share;
+    return view;
   }
 
  private:
@@ -240,12 +227,8 @@ class CornerSearch {
   }
 
   // Nothing if the corner is not where its neighbours predict it.
-  [[nodiscard]] std::optional<CornerFit> fitAt(const LocalView& view) {
-    const auto fit = fitter_.fit(image_, {.pixel = view.pixel,
-                                          .step_u = view.step_u,
-                                          .step_v = view.step_v,
-                                          .is_outermost = {},
-                                          .clear_share = pattern_.clear_share});
+  [[nodiscard]] std::optional<CornerFit> fitAt(const CornerGuess& view) {
+    const auto fit = fitter_.fit(image_, view);
     const double short_step = std::min(view.step_u.norm(), view.step_v.norm());
     return fit && (fit->pixel - view.pixel).norm() < kMostOffShare * short_step ? fit : std::nullopt;
   }
@@ -319,42 +302,14 @@ ViewMeasures measure(const CornerSearch& search, const Board& board, double step
     tilts.push_back(std::acos(std::min(1.0, stretch(1) / stretch(0))));
     area += stretch.prod() * area_in_steps;
   }
-  return {.blur_px = medianOf(std::move(blurs)),
-          .spacing_px = medianOf(std::move(spacings)),
-          .area_share = std::min(1.0, area / (static_cast<double>(size.width) * size.height)),
-          .tilt_deg = medianOf(std::move(tilts)) * 180 / std::numbers::pi};
-}
-
-void describeMissing(const CornerSearch& search, const Board& board, ImageSize size, Detection& detection) {
-  const std::size_t total = search.found().size();
-  if (detection.corners.size() == total) {
-    detection.reason = DetectionReason::kFound;
-    return;
-  }
-  int num_outside = 0;
-  int num_inside = 0;
-  for (std::size_t i = 0; i < total; ++i) {
-    if (search.found()[i]) continue;
-    const auto view = search.predict(static_cast<int>(i));
-    if (!view) continue;
-    constexpr double kMarginPx = 3;
-    const bool is_inside = (view->pixel.array() >= kMarginPx).all() &&
-                           view->pixel.x() <= size.width - 1 - kMarginPx &&
-                           view->pixel.y() <= size.height - 1 - kMarginPx;
-    ++(is_inside ? num_inside : num_outside);
-  }
-  detection.reason = num_outside > num_inside ? DetectionReason::kCut : DetectionReason::kPartial;
-  detection.detail = fmt::format("{} of {} {}; ", detection.corners.size(), total, board.words().points) +
-                     (num_outside == 0  ? "the others are covered or not clear enough"
-                      : num_inside == 0 ? "the others are outside the image"
-                                        : "the others are outside the image, covered or not clear enough");
+  return medianMeasures(std::move(blurs), std::move(spacings), std::move(tilts), area, size);
 }
 
 // Number of the board's markers that are seen at two places.
 int numSeenTwice(const ChosenPattern& chosen) {
   std::set<int> twice;
   for (const SeenMarker& a : chosen.seen) {
-    const bool is_of_board = std::ranges::count(chosen.pattern->markers, a.id, &BoardMarker::id) > 0;
+    const bool is_of_board = std::ranges::count(chosen.pattern->markers, a.id, &Marker::id) > 0;
     const double side = (a.corners[1] - a.corners[0]).norm();
     const bool is_elsewhere = std::ranges::any_of(chosen.seen, [&](const SeenMarker& b) {
       return b.id == a.id && (middleOf(a.corners) - middleOf(b.corners)).norm() > side;
@@ -364,21 +319,12 @@ int numSeenTwice(const ChosenPattern& chosen) {
   return static_cast<int>(twice.size());
 }
 
-Detection refuseAsOther(const ChosenPattern& chosen, const Board& board) {
-  Detection detection;
-  detection.reason = DetectionReason::kOtherBoard;
-  detection.detail =
-      fmt::format("{} of {} {}s do not lie as on {}", chosen.pairs.num_others,
-                  chosen.pairs.num_others + chosen.pairs.agreeing.size(), board.words().marker, board.spec());
-  return detection;
-}
-
 // A sentence about markers that fit no place of the board.
 std::string tellStrays(const ChosenPattern& chosen, const Board& board) {
   const std::string marker(board.words().marker);
   const std::string& dictionary = chosen.pattern->print.dictionary;
   if (chosen.seen.empty()) return fmt::format("no {} of {} was found", marker, dictionary);
-  const std::size_t num_own = chosen.pairs.num_others;
+  const std::size_t num_own = chosen.num_others;
   if (num_own == 0) {
     return fmt::format("found {} {}{} of {}, but with other ids than {} has", chosen.seen.size(), marker,
                        chosen.seen.size() == 1 ? "" : "s", dictionary, board.spec());
@@ -397,7 +343,7 @@ bool spansArea(const std::vector<Corner>& corners, int columns) {
 
 }  // namespace
 
-Marker<Vector2d> squareMarker(int id, const Vector2d& low, double side) {
+Marker squareMarker(int id, const Vector2d& low, double side) {
   return {.id = id,
           .corners = {low, low + Vector2d(side, 0), low + Vector2d(side, side), low + Vector2d(0, side)}};
 }
@@ -405,44 +351,43 @@ Marker<Vector2d> squareMarker(int id, const Vector2d& low, double side) {
 Detection findMarkerBoard(const GrayImage& image, const Board& board,
                           const std::vector<MarkerPattern>& patterns) {
   expect(!image.empty() && !patterns.empty(), "an image with pixels, and a pattern");
-  Detection detection;
   const ChosenPattern chosen = choosePattern(image, patterns);
-  const std::size_t num_agreeing = chosen.pairs.agreeing.size();
+  const std::size_t num_agreeing = chosen.agreeing.size();
+  const std::string_view points = board.words().points;
+  const std::string_view marker = board.words().marker;
   constexpr int kAccidents = 2;
   if (const int num_twice = numSeenTwice(chosen); num_twice > kAccidents) {
-    detection.reason = DetectionReason::kSeveralBoards;
-    detection.detail =
-        fmt::format("shows {} of the board's {}s at two places", num_twice, board.words().marker);
-    return detection;
+    return {.reason = DetectionReason::kSeveralBoards,
+            .detail = fmt::format("shows {} of the board's {}s at two places", num_twice, marker)};
   }
-  if (chosen.pairs.num_others > std::max<std::size_t>(1, num_agreeing / 2))
-    return refuseAsOther(chosen, board);  // a single marker may be a mistake
+  if (chosen.num_others > std::max<std::size_t>(1, num_agreeing / 2)) {  // a single marker may be a mistake
+    return {.reason = DetectionReason::kOtherBoard,
+            .detail = fmt::format("{} of {} {}s do not lie as on {}", chosen.num_others,
+                                  chosen.num_others + num_agreeing, marker, board.spec())};
+  }
   if (num_agreeing == 0) {
-    detection.detail = tellStrays(chosen, board);
-    detection.reason = chosen.seen.empty() ? DetectionReason::kNoBoard : DetectionReason::kUnplaced;
-    return detection;
+    return {.reason = chosen.seen.empty() ? DetectionReason::kNoBoard : DetectionReason::kUnplaced,
+            .detail = tellStrays(chosen, board)};
   }
   CornerSearch search(image, board, chosen);
   search.run();
-  for (std::size_t i = 0; i < search.found().size(); ++i) {
-    const auto& found = search.found()[i];
-    if (!found) continue;
-    Corner corner;
-    corner.id = static_cast<int>(i);
-    corner.pixel = found->fit.pixel;
-    corner.sigma_px = found->fit.sigma_px;
-    detection.corners.push_back(corner);
+  Detection detection;
+  std::vector<Vector2d> missing;
+  for (int id = 0; id < board.numCorners(); ++id) {
+    if (const auto& found = search.found()[static_cast<std::size_t>(id)]) {
+      detection.corners.push_back({.id = id, .pixel = found->fit.pixel, .sigma_px = found->fit.sigma_px});
+    } else if (const auto view = search.predict(id)) {
+      missing.push_back(view->pixel);
+    }
   }
   if (detection.corners.size() < kMinCorners || !spansArea(detection.corners, board.columns())) {
-    detection.reason = DetectionReason::kBlurred;
-    detection.detail = fmt::format("found {} of {} {}s, but only {} {} are clear enough to be located",
-                                   num_agreeing, chosen.pattern->markers.size(), board.words().marker,
-                                   detection.corners.size(), board.words().points);
-    detection.corners.clear();
-    return detection;
+    return detection.withdraw(
+        DetectionReason::kBlurred,
+        fmt::format("found {} of {} {}s, but only {} {} are clear enough to be located", num_agreeing,
+                    chosen.pattern->markers.size(), marker, detection.corners.size(), points));
   }
   detection.measures = measure(search, board, chosen.pattern->step_m, image.size);
-  describeMissing(search, board, image.size, detection);
+  detection.describeMissing(board.numCorners(), points, missing, image.size);
   return detection;
 }
 

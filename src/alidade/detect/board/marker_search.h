@@ -20,11 +20,11 @@ struct MarkerPattern {
   double clear_share = 0;  ///< blank distance from the sides, as a share of the step
   /// True if the square between columns and rows 0 and 1 is dark; the others alternate.
   bool is_first_dark = true;
-  std::vector<Marker<Eigen::Vector2d>> markers = {};  ///< board frame, metres
+  std::vector<Marker> markers = {};  ///< board frame, metres
 };
 
 /// An upright marker whose top left corner is at `low`.
-[[nodiscard]] Marker<Eigen::Vector2d> squareMarker(int id, const Eigen::Vector2d& low, double side);
+[[nodiscard]] Marker squareMarker(int id, const Eigen::Vector2d& low, double side);
 
 /// Finds a board by its markers. OpenCV's markers give ids and first guesses. The pattern on which
 /// neighbouring markers agree best is chosen. Corners are predicted from known ones around them, even next to

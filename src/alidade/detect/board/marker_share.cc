@@ -26,47 +26,35 @@ Eigen::Matrix3d homographyOf(const std::array<Vector2d, 4>& c) {
   return h;
 }
 
-// Mean grey values along a line that runs from a side of the square inwards.
-class Profile {
- public:
-  static constexpr int kNumSteps = 64;
-
-  // Nothing if the square extends beyond the image.
-  static std::optional<Profile> across(const GrayImage& image, const Eigen::Matrix3d& h, double depth,
-                                       double half_length) {
-    constexpr int kNumLines = 9;
-    Profile profile;
-    profile.step_ = depth / kNumSteps;
-    for (int i = 0; i <= kNumSteps; ++i) {
-      double sum = 0;
-      for (int line = 0; line < kNumLines; ++line) {
-        const double along = 0.5 + half_length * (2.0 * line / (kNumLines - 1) - 1);
-        const Vector3d p = h * Vector3d(along, i * profile.step_, 1);
-        const auto grey = greyAt(image, p.head<2>() / p.z());
-        if (!grey) return std::nullopt;
-        sum += *grey;
-      }
-      profile.values_[static_cast<std::size_t>(i)] = sum / kNumLines;
+// How far from a side of the square, up to `depth`, its brightest place is followed by one that is midway to
+// the darkest place behind it: by mean grey values along the side. Nothing where there is no contrast, or the
+// square reaches out of the image.
+std::optional<double> edgeDepth(const GrayImage& image, const Eigen::Matrix3d& h, double depth,
+                                double half_length) {
+  constexpr int kNumSteps = 64;
+  constexpr int kNumLines = 9;
+  constexpr double kLeastContrast = 20;
+  std::array<double, kNumSteps + 1> values{};
+  for (int i = 0; i <= kNumSteps; ++i) {
+    double sum = 0;
+    for (int line = 0; line < kNumLines; ++line) {
+      const double along = 0.5 + half_length * (2.0 * line / (kNumLines - 1) - 1);
+      const Vector3d p = h * Vector3d(along, i * (depth / kNumSteps), 1);
+      const auto grey = greyAt(image, p.head<2>() / p.z());
+      if (!grey) return std::nullopt;
+      sum += *grey;
     }
-    return profile;
+    values[static_cast<std::size_t>(i)] = sum / kNumLines;
   }
-
-  // Position after the brightest place where the level is midway to the darkest place behind it.
-  [[nodiscard]] std::optional<double> fallsAt() const {
-    constexpr double kLeastContrast = 20;
-    const auto* brightest = std::ranges::max_element(values_);
-    const auto* darkest = std::min_element(brightest, values_.end());
-    if (*brightest - *darkest < kLeastContrast) return std::nullopt;
-    const double midway = 0.5 * (*brightest + *darkest);
-    const auto* below = std::find_if(brightest, values_.end(), [&](double v) { return v < midway; });
-    const double rest = (midway - *below) / (*(below - 1) - *below);
-    return step_ * (static_cast<double>(below - values_.begin()) - rest);
-  }
-
- private:
-  double step_ = 0;
-  std::array<double, kNumSteps + 1> values_{};
-};
+  auto* const end = values.end();
+  auto* const brightest = std::ranges::max_element(values);
+  auto* const darkest = std::min_element(brightest, end);
+  if (*brightest - *darkest < kLeastContrast) return std::nullopt;
+  const double midway = 0.5 * (*brightest + *darkest);
+  auto* const below = std::find_if(brightest, end, [&](double v) { return v < midway; });
+  const double rest = (midway - *below) / (*(below - 1) - *below);
+  return depth / kNumSteps * (static_cast<double>(below - values.begin()) - rest);
+}
 
 }  // namespace
 
@@ -81,9 +69,7 @@ std::optional<double> measuredMarkerShare(const GrayImage& image, const std::arr
   double sum = 0;
   std::array<Vector2d, 4> turned = square;
   for (int side = 0; side < 4; ++side) {
-    const auto profile =
-        Profile::across(image, homographyOf(turned), margin + 0.6 * cell, 0.5 * expected - cell);
-    const auto at = profile ? profile->fallsAt() : std::nullopt;
+    const auto at = edgeDepth(image, homographyOf(turned), margin + 0.6 * cell, 0.5 * expected - cell);
     if (!at) return std::nullopt;
     sum += *at;
     std::rotate(turned.begin(), turned.begin() + 1, turned.end());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/board/mesh_growth.h"
+#include "alidade/detect/board/corner_mesh.h"
 
 #include <algorithm>
 #include <array>

@@ -11,17 +11,14 @@
 #include <opencv2/aruco.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "alidade/detect/corner/grey_at.h"
+#include "alidade/imagery/gray_image.h"
 #include "alidade/target/board_kinds.h"
 
 namespace alidade {
 namespace {
 
 using Quad = std::vector<cv::Point2f>;
-
-// OpenCV only reads it.
-cv::Mat matOf(const GrayImage& image) {
-  return {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
-}
 
 // A print and OpenCV's settings for it.
 struct PrintReader {
@@ -47,45 +44,31 @@ constexpr int kCellPx = 8;
 constexpr double kCellMargin = 0.2;  // share of a cell, on each side
 constexpr double kMostBorderErrors = 0.35;
 
-// Grey value at a place between pixels; places outside the image have the value of the border.
-double levelAt(const cv::Mat& image, const cv::Point2d& place) {
-  const double x = std::clamp(place.x, 0.0, image.cols - 1.0);
-  const double y = std::clamp(place.y, 0.0, image.rows - 1.0);
-  const int column = std::min(static_cast<int>(x), std::max(0, image.cols - 2));
-  const int row = std::min(static_cast<int>(y), std::max(0, image.rows - 2));
-  const int right = std::min(column + 1, image.cols - 1);
-  const int below = std::min(row + 1, image.rows - 1);
-  const double across = x - column;
-  const double down = y - row;
-  return (1 - down) * ((1 - across) * image.at<std::uint8_t>(row, column) +
-                       across * image.at<std::uint8_t>(row, right)) +
-         down * ((1 - across) * image.at<std::uint8_t>(below, column) +
-                 across * image.at<std::uint8_t>(below, right));
-}
-
 // A quadrilateral of the image whose sides are divided into cells.
 class CellFrame {
  public:
-  CellFrame(const cv::Mat& image, const Quad& corners, int num_cells) : image_(image) {
+  CellFrame(const GrayImage& image, const Quad& corners, int num_cells) : image_(image) {
     const auto side = static_cast<float>(num_cells);
     const Quad upright = {{0, 0}, {side, 0}, {side, side}, {0, side}};
     image_from_cells_ = cv::Matx33d(cv::getPerspectiveTransform(upright, corners));
   }
 
-  // Grey value at a place that is given in cells.
+  // Grey value at a place that is given in cells; places outside of the image have that of its border.
   [[nodiscard]] double levelAt(double across, double down) const {
     const cv::Vec3d p = image_from_cells_ * cv::Vec3d(across, down, 1);
-    return alidade::levelAt(image_, {p[0] / p[2], p[1] / p[2]});
+    const double x = std::clamp(p[0] / p[2], 0.0, image_.size.width - 1.0);
+    const double y = std::clamp(p[1] / p[2], 0.0, image_.size.height - 1.0);
+    return greyAt(image_, {x, y}).value_or(0);
   }
 
  private:
-  const cv::Mat& image_;
+  const GrayImage& image_;
   cv::Matx33d image_from_cells_;
 };
 
 // True if the sides of a quadrilateral are edges. A border wider than the window of the threshold also has an
 // inner outline, behind which the border continues.
-bool hasEdges(const cv::Mat& image, const Quad& corners, int num_cells) {
+bool hasEdges(const GrayImage& image, const Quad& corners, int num_cells) {
   const CellFrame frame(image, corners, num_cells);
   constexpr double kLeastContrast = 10;
   constexpr double kOff = 0.5;  // in cells, on either side
@@ -105,7 +88,7 @@ bool hasEdges(const cv::Mat& image, const Quad& corners, int num_cells) {
 }
 
 // Mean grey value of each cell of a quadrilateral in the image, including the cells of the border.
-cv::Mat cellLevels(const cv::Mat& image, const Quad& corners, int num_cells) {
+cv::Mat cellLevels(const GrayImage& image, const Quad& corners, int num_cells) {
   const CellFrame frame(image, corners, num_cells);
   constexpr std::array kPlaces = {0.27, 0.42, 0.58, 0.73};  // positions in a cell
   cv::Mat levels(num_cells, num_cells, CV_64FC1);
@@ -188,6 +171,10 @@ cv::Ptr<cv::aruco::DetectorParameters> searchParameters(const PrintReader& reade
 
 }  // namespace
 
+int MarkerPrint::numCells() const {
+  return findMarkerDictionary(dictionary).value().num_bits + 2 * border;
+}
+
 std::vector<MarkerLook> markerLooks(ImageSize size) {
   constexpr int kLeastSide = 12;  // no marker is visible in fewer pixels
   constexpr int kQuickSide = 1000;
@@ -208,22 +195,26 @@ std::vector<MarkerLook> markerLooks(ImageSize size) {
 
 std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image, std::span<const MarkerPrint> prints,
                                                 MarkerLook look, std::size_t enough) {
-  cv::Mat searched = matOf(image);
-  if (look.scale != 1) {
-    const int fraction = look.scale < 1 ? static_cast<int>(std::lround(1 / look.scale)) : 1;
-    const cv::Rect whole(0, 0, image.size.width / fraction * fraction,
-                         image.size.height / fraction * fraction);
-    cv::resize(searched(whole), searched, {}, look.scale, look.scale,
-               look.scale > 1 ? cv::INTER_CUBIC : cv::INTER_AREA);
+  GrayImage scaled;
+  if (look.scale < 1) scaled = detail::shrunk(image, static_cast<int>(std::lround(1 / look.scale)));
+  if (look.scale > 1) {
+    const int factor = static_cast<int>(look.scale);
+    scaled = {
+        .size = {factor * image.size.width, factor * image.size.height},
+        .pixels = std::vector<std::uint8_t>(static_cast<std::size_t>(factor * factor) * image.pixels.size())};
+    cv::Mat out = detail::matOf(scaled);
+    cv::resize(detail::matOf(image), out, out.size(), 0, 0, cv::INTER_CUBIC);
   }
+  const GrayImage& searched = look.scale == 1 ? image : scaled;
   std::vector<std::vector<SeenMarker>> markers(prints.size());
   std::vector<Quad> rest;
   if (!prints.empty()) {
     const PrintReader reader(prints[0]);
     std::vector<Quad> found;
     std::vector<int> ids;
-    cv::aruco::detectMarkers(searched, reader.dictionary, found, ids, searchParameters(reader), rest);
-    const int num_cells = reader.known.num_bits + 2 * reader.border;
+    cv::aruco::detectMarkers(detail::matOf(searched), reader.dictionary, found, ids, searchParameters(reader),
+                             rest);
+    const int num_cells = prints[0].numCells();
     for (std::size_t i = 0; i < ids.size(); ++i) {
       if (reader.is_apart && !hasEdges(searched, found[i], num_cells)) continue;
       markers[0].push_back(inImage(ids[i], found[i], look.scale));
@@ -232,7 +223,7 @@ std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image, std::spa
   std::map<int, std::vector<cv::Mat>> levels_of;  // by the number of cells along a side
   for (std::size_t p = 1; p < prints.size() && markers[p - 1].size() < enough; ++p) {
     const PrintReader reader(prints[p]);
-    const int num_cells = reader.known.num_bits + 2 * reader.border;
+    const int num_cells = prints[p].numCells();
     std::vector<cv::Mat>& levels = levels_of[num_cells];
     for (std::size_t i = levels.size(); i < rest.size(); ++i)
       levels.push_back(cellLevels(searched, rest[i], num_cells));

@@ -14,14 +14,12 @@
 
 namespace alidade {
 
-/// A marker and its corners, clockwise from its top left.
-template <class Point>
+/// A marker and its corners, clockwise from its top left: on a board, metres, or in an image, pixels.
 struct Marker {
   int id = 0;
-  std::array<Point, 4> corners;
+  std::array<Eigen::Vector2d, 4> corners;
 };
-
-using SeenMarker = Marker<Eigen::Vector2d>;  ///< pixels
+using SeenMarker = Marker;  ///< in an image
 
 [[nodiscard]] inline Eigen::Vector2d middleOf(const std::array<Eigen::Vector2d, 4>& corners) {
   return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
@@ -34,6 +32,7 @@ struct MarkerPrint {
   /// Nothing is printed within half a cell of its sides, except near its corners.
   bool is_apart = false;
 
+  [[nodiscard]] int numCells() const;  ///< along a side, the border's included
   friend bool operator==(const MarkerPrint&, const MarkerPrint&) = default;
 };
 

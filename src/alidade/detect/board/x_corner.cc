@@ -8,6 +8,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "alidade/imagery/gray_image.h"
+
 namespace alidade {
 namespace {
 
@@ -144,29 +146,14 @@ bool readRing(const SmoothImage& image, const Vector2d& center, double radius, X
   return true;
 }
 
-// OpenCV has no view of constant data; the result must not be written to.
-cv::Mat viewOf(const GrayImage& image) {
-  return {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
-}
-
 }  // namespace
-
-GrayImage halved(const GrayImage& image) {
-  GrayImage half{.size = {.width = image.size.width / 2, .height = image.size.height / 2}, .pixels = {}};
-  if (half.size.width == 0 || half.size.height == 0) return {};
-  half.pixels.resize(static_cast<std::size_t>(half.size.width) * static_cast<std::size_t>(half.size.height));
-  cv::Mat out(half.size.height, half.size.width, CV_8UC1, half.pixels.data());
-  cv::resize(viewOf(image)(cv::Rect(0, 0, 2 * out.cols, 2 * out.rows)), out, out.size(), 0, 0,
-             cv::INTER_AREA);
-  return half;
-}
 
 SmoothImage smoothed(const GrayImage& image) {
   SmoothImage out{.size = image.size, .values = std::vector<std::uint16_t>(image.pixels.size())};
   if (image.empty()) return out;
   cv::Mat smooth(image.size.height, image.size.width, CV_16UC1, out.values.data());
   cv::Mat scaled;
-  viewOf(image).convertTo(scaled, CV_16U, 256);
+  detail::matOf(image).convertTo(scaled, CV_16U, 256);
   // With a standard deviation of 0, OpenCV's kernel of five is the binomial one, and the result is exact.
   cv::GaussianBlur(scaled, smooth, cv::Size(5, 5), 0, 0, cv::BORDER_REPLICATE);
   return out;

@@ -23,11 +23,7 @@ struct XCorner {
   [[nodiscard]] bool sectorIsDark(int k) const { return first_sector_is_dark == (k % 2 == 0); }
 };
 
-/// The image at half size (rounded down); each pixel is the mean of four. A coordinate c of the result is 2
-/// (c + 0.5) - 0.5 in `image`. Empty if a side is shorter than 2.
-[[nodiscard]] GrayImage halved(const GrayImage& image);
-
-/// Position in the full-size image of a pixel of an image that was halved `times` times.
+/// Where a pixel of an image that was halved `times` times by detail::shrunk() lies in the whole one.
 [[nodiscard]] inline Eigen::Vector2d fromHalved(const Eigen::Vector2d& pixel, int times) {
   const double scale = 1 << times;
   return scale * (pixel.array() + 0.5).matrix() - Eigen::Vector2d(0.5, 0.5);

@@ -10,7 +10,6 @@
 
 #include "alidade/detect/corner/corner_task.h"
 #include "alidade/detect/corner/edge_fit.h"
-#include "alidade/detect/corner/saddle_corner.h"
 
 namespace alidade {
 namespace {
@@ -81,20 +80,16 @@ struct WindowFit {
   EdgeQuality quality;
   Eigen::Matrix2d covariance;
   double window = 0;
-  double reach_px = 0;  // of the line with the shorter reach
   [[nodiscard]] double sigma() const { return std::sqrt(0.5 * covariance.trace()); }
 };
 
 // Covariance of the corner. Each line's share of the error scales with the noise of its own cross-sections,
 // because the corner moves across line i only by the error of line i.
-Eigen::Matrix2d cornerCovariance(const EdgeModel& model, const NormalEquations& sums,
-                                 const EdgeQuality& quality) {
+Eigen::Matrix2d cornerCovariance(const EdgeModel& model, const EdgeSums& sums, const EdgeQuality& quality) {
   constexpr double kLeastVariance = 1.0 / 12;  // rounding to whole grey levels
-  using Matrix = Eigen::Matrix<double, NormalEquations::kSize, NormalEquations::kSize>;
-  using Columns = Eigen::Matrix<double, NormalEquations::kSize, 2>;
-  const Eigen::Matrix<double, NormalEquations::kSize, 1> scale =
-      sums.hessian.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
-  const Matrix system = scale.asDiagonal() * sums.hessian * scale.asDiagonal();
+  using Columns = Eigen::Matrix<double, EdgeModel::kNumParameters, 2>;
+  const EdgeSums::Vector scale = sums.scale();
+  const EdgeSums::Matrix system = scale.asDiagonal() * sums.hessian * scale.asDiagonal();
   const Columns solved = system.llt().solve(Columns::Identity());
   const Eigen::Matrix2d unit = (scale.asDiagonal() * solved).topRows<2>() * scale.head<2>().asDiagonal();
   Eigen::Matrix2d normals;
@@ -159,7 +154,7 @@ class Refinement {
       const double samples = 4 * share * share * area;
       const int stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(samples / kSearchSamples))));
       const EdgeWindow window = task_.window(model.corner(), share);
-      gatherLattice(task_.image, window, task_.origin, stride, pixels_);
+      task_.gatherLattice(window, stride, pixels_);
       if (pixels_.size() < kMinSearchPixels) return std::nullopt;
       if (is_first) startLevels(pixels_, model);
       // Starting with more blur widens the basin of convergence.
@@ -209,8 +204,7 @@ class Refinement {
   [[nodiscard]] std::optional<WindowFit> fit(const EdgeModel& start, double share) {
     if (!hasRoom(start, share, kMinReachPx, 1)) return std::nullopt;
     const EdgeWindow window = windowFor(start, share);
-    gatherBands(task_.image, window, task_.origin, start, kBandBlurs, {clearPx(start, 0), clearPx(start, 1)},
-                pixels_);
+    task_.gatherBands(window, start, kBandBlurs, {clearPx(start, 0), clearPx(start, 1)}, pixels_);
     if (pixels_.size() < kFewestPixels) return std::nullopt;
     EdgeSolverOptions options;
     options.max_blur_px = std::max(1.0, 0.5 * task_.spacing);
@@ -228,8 +222,7 @@ class Refinement {
     WindowFit candidate{.model = solution.model,
                         .quality = assessEdgeFit(pixels_, solution.model, residuals_, window.reachPx()),
                         .covariance = {},
-                        .window = share,
-                        .reach_px = window.shorterReach()};
+                        .window = share};
     candidate.covariance = cornerCovariance(solution.model, solution.sums, candidate.quality);
     // The model did not fit these pixels well, so its own estimate of the error is too small.
     constexpr double kSoftenedSigmas = 2;

@@ -4,8 +4,7 @@
 #include <optional>
 
 #include "alidade/core/image.h"
-#include "alidade/detect/corner/corner_guess.h"
-#include "alidade/detect/corner/edge_model.h"
+#include "alidade/detect/corner/corner_task.h"
 
 namespace alidade {
 

@@ -52,51 +52,38 @@ std::array<bool, 4> cutSides(const CornerTask& task) {
   return is_cut;
 }
 
-// Tests if places, relative to the origin, are in the window.
-class WindowTest {
+// The pixels of a window that are in the image, relative to the task's origin.
+class WindowPixels {
  public:
-  WindowTest(const EdgeWindow& window, const Eigen::Vector2i& origin) {
+  WindowPixels(const CornerTask& task, const EdgeWindow& window) {
     Eigen::Matrix2d steps;
     steps << window.step_u, window.step_v;
     shares_ = steps.inverse();
     shares_.row(0) /= window.reach_u;
     shares_.row(1) /= window.reach_v;
-    center_ = shares_ * (window.center - origin.cast<double>());
+    center_ = shares_ * (window.center - task.origin.cast<double>());
+    const Eigen::Array2d size(task.image.size.width, task.image.size.height);
+    const Eigen::Vector2d half =
+        window.reach_u * window.step_u.cwiseAbs() + window.reach_v * window.step_v.cwiseAbs();
+    const Eigen::Array2d low = (window.center - half).array().max(0.0).min(size + 1.0);
+    const Eigen::Array2d high = (window.center + half).array().max(-1.0).min(size - 1.0);
+    first = low.ceil().cast<int>() - task.origin.array();
+    last = high.floor().cast<int>() - task.origin.array();
   }
 
-  [[nodiscard]] bool contains(double x, double y) const {
+  [[nodiscard]] bool contain(double x, double y) const {
     return std::abs(shares_(0, 0) * x + shares_(0, 1) * y - center_.x()) <= 1 &&
            std::abs(shares_(1, 0) * x + shares_(1, 1) * y - center_.y()) <= 1;
   }
+
+  // Corners of the bounding box, both included; there are no pixels if last < first.
+  Eigen::Array2i first;
+  Eigen::Array2i last;
 
  private:
   Eigen::Matrix2d shares_;
   Eigen::Vector2d center_;
 };
-
-// Pixels of the window's bounding box within the image, relative to the origin; empty if last < first.
-struct PixelRange {
-  int first = 0;
-  int last = -1;
-};
-
-struct PixelBox {
-  PixelRange x;
-  PixelRange y;
-};
-
-PixelBox boxOf(const GrayImage& image, const EdgeWindow& window, const Eigen::Vector2i& origin) {
-  const Eigen::Vector2d half =
-      window.reach_u * window.step_u.cwiseAbs() + window.reach_v * window.step_v.cwiseAbs();
-  const Eigen::Vector2d low = window.center - half;
-  const Eigen::Vector2d high = window.center + half;
-  const auto rangeOf = [](double from, double to, int size, int at) {
-    return PixelRange{.first = static_cast<int>(std::ceil(std::clamp(from, 0.0, size + 1.0))) - at,
-                      .last = static_cast<int>(std::floor(std::clamp(to, -1.0, size - 1.0))) - at};
-  };
-  return {.x = rangeOf(low.x(), high.x(), image.size.width, origin.x()),
-          .y = rangeOf(low.y(), high.y(), image.size.height, origin.y())};
-}
 
 struct Line {
   Line(const EdgeModel& model, std::size_t line, double blur_reach, double most_px)
@@ -123,18 +110,16 @@ struct Line {
 
 }  // namespace
 
-void gatherLattice(const GrayImage& image, const EdgeWindow& window, const Eigen::Vector2i& origin,
-                   int stride, EdgePixels& pixels) {
+void CornerTask::gatherLattice(const EdgeWindow& window, int stride, EdgePixels& pixels) const {
   pixels.clear();
-  const WindowTest test(window, origin);
-  const PixelBox box = boxOf(image, window, origin);
+  const WindowPixels inside(*this, window);
   // Rows start at different columns; otherwise an edge along the columns would lie between the same two
   // samples in all rows.
   const int shift = std::max(1, static_cast<int>(std::lround(0.38 * stride)));
   int start = 0;
-  for (int y = box.y.first; y <= box.y.last; y += stride) {
-    for (int x = box.x.first + start; x <= box.x.last; x += stride) {
-      if (test.contains(x, y)) {
+  for (int y = inside.first.y(); y <= inside.last.y(); y += stride) {
+    for (int x = inside.first.x() + start; x <= inside.last.x(); x += stride) {
+      if (inside.contain(x, y)) {
         pixels.push(static_cast<float>(x), static_cast<float>(y), image.at(x + origin.x(), y + origin.y()));
       }
     }
@@ -142,12 +127,10 @@ void gatherLattice(const GrayImage& image, const EdgeWindow& window, const Eigen
   }
 }
 
-void gatherBands(const GrayImage& image, const EdgeWindow& window, const Eigen::Vector2i& origin,
-                 const EdgeModel& model, double blur_reach, const std::array<double, 2>& most_px,
-                 EdgePixels& pixels) {
+void CornerTask::gatherBands(const EdgeWindow& window, const EdgeModel& model, double blur_reach,
+                             const std::array<double, 2>& most_px, EdgePixels& pixels) const {
   pixels.clear();
-  const WindowTest test(window, origin);
-  const PixelBox box = boxOf(image, window, origin);
+  const WindowPixels inside(*this, window);
   const std::array<Line, 2> lines = {Line(model, 0, blur_reach, most_px[0]),
                                      Line(model, 1, blur_reach, most_px[1])};
   for (std::size_t i = 0; i < 2; ++i) {
@@ -156,23 +139,21 @@ void gatherBands(const GrayImage& image, const EdgeWindow& window, const Eigen::
     // other axis.
     const int along = std::abs(line.direction.x()) >= std::abs(line.direction.y()) ? 0 : 1;
     const int across = 1 - along;
-    const PixelRange& outer = along == 0 ? box.x : box.y;
-    const PixelRange& inner = along == 0 ? box.y : box.x;
     const double slope = line.direction[across] / line.direction[along];
     // One more pixel for the curvature, which is only approximate here: isNear() decides.
     const double half = line.half_width / std::abs(line.direction[along]) + 1;
-    for (int p = outer.first; p <= outer.last; ++p) {
+    for (int p = inside.first[along]; p <= inside.last[along]; ++p) {
       const double off = p - line.corner[along];
       const double u = off / line.direction[along];
       const double middle =
           line.corner[across] + slope * off + 0.5 * line.curvature * u * u / line.normal[across];
       if (!(std::abs(middle) < 1e6)) continue;
-      const int first = std::max(inner.first, static_cast<int>(std::ceil(middle - half)));
-      const int last = std::min(inner.last, static_cast<int>(std::floor(middle + half)));
+      const int first = std::max(inside.first[across], static_cast<int>(std::ceil(middle - half)));
+      const int last = std::min(inside.last[across], static_cast<int>(std::floor(middle + half)));
       for (int q = first; q <= last; ++q) {
         const int x = along == 0 ? p : q;
         const int y = along == 0 ? q : p;
-        if (!line.isNear(x, y) || !test.contains(x, y) || (i == 1 && lines[0].isNear(x, y))) continue;
+        if (!line.isNear(x, y) || !inside.contain(x, y) || (i == 1 && lines[0].isNear(x, y))) continue;
         pixels.push(static_cast<float>(x), static_cast<float>(y), image.at(x + origin.x(), y + origin.y()));
       }
     }

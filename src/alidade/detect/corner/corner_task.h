@@ -8,10 +8,40 @@
 #include <Eigen/Core>
 
 #include "alidade/core/image.h"
-#include "alidade/detect/corner/corner_guess.h"
 #include "alidade/detect/corner/edge_model.h"
 
 namespace alidade {
+
+/// Positive if b is clockwise of a, as the image is seen.
+[[nodiscard]] inline double crossProduct(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// What is known of a corner before it is refined. Pixels; (0, 0) is the centre of the top left pixel.
+struct CornerGuess {
+  Eigen::Vector2d pixel;  ///< within about a fifth of the spacing of the corner
+  Eigen::Vector2d
+      step_u;  ///< to the next corner along the board's columns: the mean of both sides where there are
+  Eigen::Vector2d step_v;  ///< the same along its rows
+  /// True where no corner follows, along +u, +v, -u, -v: the board's border may cut off the squares there.
+  std::array<bool, 4> is_outermost{};
+  /// How far off both lines the squares show nothing but their colour, as a share of the steps: markers lie
+  /// beyond.
+  double clear_share = 1;
+};
+
+/// A refined corner: of two crossing edges, see EdgeModel, or, where there are too few pixels for that, the
+/// saddle of the grey levels.
+struct CornerFit {
+  Eigen::Vector2d pixel;
+  Eigen::Matrix2d covariance;  ///< px^2
+  double sigma_px = 0;         ///< one standard deviation an axis: sqrt(trace(covariance) / 2)
+  double blur_px = 0;          ///< one standard deviation of the edges' blur, the pixel's own width included
+  /// Grey levels between the bright and the dark squares at the corner: > 0 if the square that lies between
+  /// step_u and step_v, seen from the corner, is dark, < 0 if it is bright.
+  double contrast = 0;
+  double window = 0;  ///< half of the window used, as a share of the steps
+};
 
 /// Largest distance from the guess, as a share of the spacing; a fit that moves further has left the corner.
 inline constexpr double kMaxMoveShare = 0.35;
@@ -34,22 +64,11 @@ struct EdgeWindow {
   [[nodiscard]] double shorterReach() const { return std::min(reachPx()[0], reachPx()[1]); }
 };
 
-/// Takes every `stride`-th pixel of the window, in both directions, that is in the image. Positions count
-/// from the pixel `origin`.
-void gatherLattice(const GrayImage& image, const EdgeWindow& window, const Eigen::Vector2i& origin,
-                   int stride, EdgePixels& pixels);
-
-/// Takes the pixels of the window that lie within `blur_reach` blurs + 0.5 px of one of the model's lines.
-/// Line 0 runs along step_u, line 1 along step_v.
-void gatherBands(const GrayImage& image, const EdgeWindow& window, const Eigen::Vector2i& origin,
-                 const EdgeModel& model, double blur_reach, const std::array<double, 2>& most_px,
-                 EdgePixels& pixels);
-
 /// Constants of the refinement of one corner.
 struct CornerTask {
   const GrayImage& image;
   const CornerGuess& guess;
-  Eigen::Vector2i origin;
+  Eigen::Vector2i origin;           // the pixel that positions of models and of EdgePixels count from
   double spacing = 0;               // length of the shorter step, px
   double crossing_sine = 0;         // sine of the angle between the steps
   std::array<bool, 4> is_cut = {};  // along +u, +v, -u, -v: a margin cuts the squares
@@ -86,6 +105,12 @@ struct CornerTask {
     constexpr double kMarginPx = 0.5;
     return (kMarginBlurs * blur_px + kMarginPx) / (step_px * crossing_sine);
   }
+  /// Takes every `stride`-th pixel of the window, in both directions, that is in the image.
+  void gatherLattice(const EdgeWindow& window, int stride, EdgePixels& pixels) const;
+  /// Takes the pixels of the window that lie within `blur_reach` blurs + 0.5 px of one of the model's lines.
+  /// Line 0 runs along step_u, line 1 along step_v.
+  void gatherBands(const EdgeWindow& window, const EdgeModel& model, double blur_reach,
+                   const std::array<double, 2>& most_px, EdgePixels& pixels) const;
   /// Contrast, as in CornerFit, from one place in each of the four squares; nothing if they do not alternate.
   [[nodiscard]] std::optional<double> contrastOfSquares(const Eigen::Vector2d& corner) const;
   /// True unless one of the four squares has the opposite colour of the fit, for example because an object
@@ -97,5 +122,9 @@ struct CornerTask {
 /// @returns nothing if refinement is impossible: numbers that are not finite, squares too small, steps along
 /// one line, or a place outside the image
 [[nodiscard]] std::optional<CornerTask> makeCornerTask(const GrayImage& image, const CornerGuess& guess);
+
+/// The corner as the saddle of the grey levels near `start`, px of the image: for squares too small, or too
+/// blurred, for the edge model. Nothing where there is no saddle, or none with the contrast of four squares.
+[[nodiscard]] std::optional<CornerFit> fitSaddleCorner(const CornerTask& task, const Eigen::Vector2d& start);
 
 }  // namespace alidade

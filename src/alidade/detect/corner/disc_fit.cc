@@ -7,9 +7,9 @@
 #include <numbers>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "alidade/detect/corner/edge_fit.h"
 #include "alidade/geometry/least_squares.h"
 
 namespace alidade {
@@ -19,8 +19,8 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 constexpr int kNumParameters = 10;
-using DiscVector = Eigen::Matrix<double, kNumParameters, 1>;
-using DiscMatrix = Eigen::Matrix<double, kNumParameters, kNumParameters>;
+using DiscSums = NormalEquations<kNumParameters>;
+using DiscVector = DiscSums::Vector;
 
 // Parameters in the order of the solver's unknowns. Lengths are in units of the guess's mean radius, from its
 // centre.
@@ -72,12 +72,6 @@ PixelValue evaluateRim(const DiscModel& model, double x, double y) {
   return at;
 }
 
-struct DiscSums {
-  DiscMatrix hessian = DiscMatrix::Zero();
-  DiscVector gradient = DiscVector::Zero();
-  double cost = 0;
-};
-
 DiscVector rimDerivatives(const DiscModel& model, const RimPixel& pixel, const PixelValue& at) {
   using P = DiscModel;
   const double dx = pixel.x - model.values(P::kX);
@@ -116,7 +110,6 @@ double rimCost(const DiscModel& model, const std::vector<RimPixel>& pixels) {
 // False if no minimum was reached.
 bool solveDisc(const std::vector<RimPixel>& pixels, double min_blur, DiscModel& model, DiscSums& sums) {
   constexpr double kStepShare = 0.02;  // share of the estimate's standard deviation
-  constexpr double kLeastVariance = 1.0 / 12;
   sums = sumUpRim(model, pixels);
   const DampingRule rule{
       .start = 1e-3,
@@ -124,13 +117,9 @@ bool solveDisc(const std::vector<RimPixel>& pixels, double min_blur, DiscModel& 
       .lowered = [](double damping) { return std::max(1e-7, 0.1 * damping); },
       .max_steps = 30};
   return minimise(rule, [&](double damping) {
-    const DiscVector scale = sums.hessian.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
-    DiscMatrix system = scale.asDiagonal() * sums.hessian * scale.asDiagonal();
-    system.diagonal().array() += damping;
-    const DiscVector step = scale.cwiseProduct(system.llt().solve(scale.cwiseProduct(sums.gradient)));
+    const DiscVector step = sums.step(damping);
     if (!step.allFinite()) return StepResult::kFailed;
-    const double variance = std::max(kLeastVariance, sums.cost / static_cast<double>(pixels.size()));
-    const bool is_short = step.dot(sums.gradient) <= kStepShare * kStepShare * variance;
+    const bool is_short = sums.isShort(step, kStepShare, pixels.size());
     DiscModel trial = model;
     trial.values += step;
     trial.values(DiscModel::kBlur) = std::max(trial.values(DiscModel::kBlur), min_blur);
@@ -190,9 +179,7 @@ class DiscTask {
         const Vector2d from = p - m.head<2>();
         const double radius = std::sqrt(from.dot(model_.shape() * from));
         if (radius > guess_.reach || std::abs(evaluateRim(model_, p.x(), p.y()).distance) > band) continue;
-        const auto at = static_cast<std::size_t>(row) * static_cast<std::size_t>(image_.size.width) +
-                        static_cast<std::size_t>(column);
-        pixels_.push_back({p.x(), p.y(), static_cast<double>(image_.pixels[at])});
+        pixels_.push_back({p.x(), p.y(), static_cast<double>(image_.at(column, row))});
       }
     }
     return pixels_.size() >= kFewest;
@@ -234,47 +221,35 @@ class DiscTask {
            2 * std::abs(m(DiscModel::kAmplitude)) > kMinContrast;
   }
 
-  // A section of the rim.
-  struct RimSection {
-    double information = 0;  // sum of squared slopes
-    double score = 0;        // sum of slope times residual
-    double count = 0, pattern = 0, pattern2 = 0, residual = 0, product = 0;
-
-    // Share of the contrast of the model.
-    [[nodiscard]] double contrast(double amplitude) const {
-      const double spread = pattern2 - pattern * pattern / std::max(1.0, count);
-      if (!(spread > 0.05 * count)) return 0;
-      return 1 + (product - pattern * residual / count) / (spread * amplitude);
-    }
-  };
-  static constexpr int kNumSections = 24;
-
-  [[nodiscard]] std::array<RimSection, kNumSections> sections(int num_sections) const {
-    std::array<RimSection, kNumSections> sections{};
+  // Sums over equal sections of the rim; `add` gets that of a pixel, what the model makes of the pixel, and
+  // its residual.
+  template <class Sums, std::size_t kCount, class Add>
+  [[nodiscard]] std::array<Sums, kCount> alongRim(const Add& add) const {
+    std::array<Sums, kCount> sums{};
     for (const RimPixel& pixel : pixels_) {
       const PixelValue at = evaluateRim(model_, pixel.x, pixel.y);
       const double angle =
           std::atan2(pixel.y - model_.values(DiscModel::kY), pixel.x - model_.values(DiscModel::kX));
       const double turn = angle / (2 * std::numbers::pi) + 0.5;
-      RimSection& section = sections[static_cast<std::size_t>(
-          std::clamp(static_cast<int>(turn * num_sections), 0, num_sections - 1))];
-      const double residual = pixel.grey - at.grey;
-      section.information += at.slope * at.slope;
-      section.score += at.slope * residual;
-      section.count += 1;
-      section.pattern += at.pattern;
-      section.pattern2 += at.pattern * at.pattern;
-      section.residual += residual;
-      section.product += at.pattern * residual;
+      constexpr int kLast = static_cast<int>(kCount) - 1;
+      add(sums[static_cast<std::size_t>(
+              std::clamp(static_cast<int>(turn * static_cast<int>(kCount)), 0, kLast))],
+          at, pixel.grey - at.grey);
     }
-    return sections;
+    return sums;
+  }
+
+  static constexpr int kNumSections = 24;
+  [[nodiscard]] std::array<EdgeSection, kNumSections> sections() const {
+    return alongRim<EdgeSection, kNumSections>(
+        [](EdgeSection& section, const PixelValue& at, double residual) { section.add(at.slope, residual); });
   }
 
   // True if the rim is not an ellipse, for example that of a square or of a partly covered disc.
   [[nodiscard]] bool isOtherShape() const {
     constexpr double kMostOff = 0.04;  // share of the radius, RMS: the best ellipse for a square is 0.09 off
     double square = 0;
-    for (const RimSection& section : sections(kNumSections)) {
+    for (const EdgeSection& section : sections()) {
       const double off = section.information > 0 ? section.score / section.information : 0;
       square += off * off;
     }
@@ -283,11 +258,13 @@ class DiscTask {
 
   // True if an object covers a part of the rim.
   [[nodiscard]] bool isCovered() const {
-    constexpr int kParts = 8;
+    constexpr std::size_t kParts = 8;
     constexpr double kMinShare = 0.6;
-    const auto parts = sections(kParts);
-    return std::any_of(parts.begin(), parts.begin() + kParts, [&](const RimSection& part) {
-      return !(part.contrast(model_.values(DiscModel::kAmplitude)) > kMinShare);
+    constexpr double kMinVariance = 0.05;
+    const auto parts = alongRim<EdgeContrast, kParts>(
+        [](EdgeContrast& part, const PixelValue& at, double residual) { part.add(at.pattern, residual); });
+    return std::ranges::any_of(parts, [&](const EdgeContrast& part) {
+      return !(part.share(model_.values(DiscModel::kAmplitude), 1, kMinVariance) > kMinShare);
     });
   }
 
@@ -297,7 +274,7 @@ class DiscTask {
     constexpr double kLeastVariance = 1.0 / 12;
     double square = 0;
     int count = 0;
-    for (const RimSection& section : sections(kNumSections)) {
+    for (const EdgeSection& section : sections()) {
       if (!(section.information > 0)) continue;
       square += section.score * section.score / section.information;
       ++count;
@@ -308,13 +285,13 @@ class DiscTask {
 
   [[nodiscard]] std::optional<DiscFit> result() const {
     if (isCovered() || isOtherShape()) return std::nullopt;
-    const DiscMatrix inverse = sums_.hessian.inverse();
-    DiscFit fit{.pixel = guess_.pixel + unit_px_ * model_.values.head<2>(),
-                .shape = model_.shape() / (unit_px_ * unit_px_),
-                .covariance = noiseVariance() * unit_px_ * unit_px_ * inverse.topLeftCorner<2, 2>(),
-                .blur_px = model_.values(DiscModel::kBlur) * unit_px_,
-                .contrast = 2 * model_.values(DiscModel::kAmplitude)};
-    fit.sigma_px = std::sqrt(0.5 * fit.covariance.trace());
+    const DiscSums::Matrix inverse = sums_.hessian.inverse();
+    const Matrix2d covariance = noiseVariance() * unit_px_ * unit_px_ * inverse.topLeftCorner<2, 2>();
+    const DiscFit fit{.pixel = guess_.pixel + unit_px_ * model_.values.head<2>(),
+                      .shape = model_.shape() / (unit_px_ * unit_px_),
+                      .sigma_px = std::sqrt(0.5 * covariance.trace()),
+                      .blur_px = model_.values(DiscModel::kBlur) * unit_px_,
+                      .contrast = 2 * model_.values(DiscModel::kAmplitude)};
     constexpr double kMostSigmaShare = 0.1;  // share of the mean radius
     if (!std::isfinite(fit.sigma_px) || !(fit.sigma_px < kMostSigmaShare * unit_px_)) return std::nullopt;
     return fit;

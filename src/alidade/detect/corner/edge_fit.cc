@@ -13,11 +13,8 @@
 namespace alidade {
 namespace {
 
-using Matrix = Eigen::Matrix<double, NormalEquations::kSize, NormalEquations::kSize>;
-using Vector = Eigen::Matrix<double, NormalEquations::kSize, 1>;
-
 // Removes a parameter from the normal equations.
-void takeOut(int parameter, NormalEquations& sums) {
+void takeOut(int parameter, EdgeSums& sums) {
   sums.hessian.col(parameter).setZero();
   sums.hessian.row(parameter).setZero();
   sums.hessian(parameter, parameter) = 1;
@@ -25,10 +22,10 @@ void takeOut(int parameter, NormalEquations& sums) {
 }
 
 // Adds the prior's terms; `sums` are from the pixels alone.
-void addPrior(const EdgePrior& prior, const EdgeModel& model, NormalEquations& sums) {
-  for (int i = 0; i < NormalEquations::kSize; ++i) {
+void addPrior(const EdgePrior& prior, const EdgeModel& model, EdgeSums& sums) {
+  for (int i = 0; i < sums.gradient.size(); ++i) {
     const auto p = static_cast<std::size_t>(i);
-    const double off = prior.expected[p] - model[p];
+    const double off = 0 - model[p];
     sums.hessian(i, i) += prior.precision[p];
     sums.gradient(i) += prior.precision[p] * off;
     sums.cost += prior.precision[p] * off * off;
@@ -52,7 +49,7 @@ void addPrior(const EdgePrior& prior, const EdgeModel& model, NormalEquations& s
 }
 
 // Removes a blur from the step if it is at its bound and would exceed it.
-void holdAtBounds(const EdgeModel& model, const EdgeSolverOptions& options, NormalEquations& sums) {
+void holdAtBounds(const EdgeModel& model, const EdgeSolverOptions& options, EdgeSums& sums) {
   for (const auto p : {EdgeModel::kBlur1, EdgeModel::kBlur2}) {
     const int i = p;
     const bool is_held = (model[p] <= options.min_blur_px && sums.gradient(i) < 0) ||
@@ -66,37 +63,20 @@ constexpr int kNumSections = 2 * kSectionsPerArm;
 constexpr int kNumShapes =
     4;  // offset of a line: position, angle, curvature, and opposite steps on the two arms
 
-struct Section {
-  double information = 0;  // sum of squared slopes
-  double score = 0;        // sum of slope times residual
-};
-
-// Regression of the residuals on the pattern.
-struct Arm {
-  double count = 0;
-  double pattern = 0;
-  double pattern2 = 0;
-  double residual = 0;
-  double product = 0;
-};
-
-struct LineSums {
-  std::array<Section, kNumSections> sections;
-  std::array<Arm, 2> arms;  // forwards, backwards
-};
+using LineSections = std::array<EdgeSection, kNumSections>;
 
 // Noise variance from the scatter of the sections around the best smooth line. Each section is weighted by
 // its information, as in the fit.
-double scatterVariance(const LineSums& line, double otherwise) {
+double scatterVariance(const LineSections& sections, double otherwise) {
   double most = 0;
-  for (const Section& section : line.sections) most = std::max(most, section.information);
+  for (const EdgeSection& section : sections) most = std::max(most, section.information);
   Eigen::Matrix<double, kNumShapes, kNumShapes> normal =
       Eigen::Matrix<double, kNumShapes, kNumShapes>::Zero();
   Eigen::Matrix<double, kNumShapes, 1> right = Eigen::Matrix<double, kNumShapes, 1>::Zero();
   double square = 0;
   int count = 0;
   for (int i = 0; i < kNumSections; ++i) {
-    const Section& section = line.sections[static_cast<std::size_t>(i)];
+    const EdgeSection& section = sections[static_cast<std::size_t>(i)];
     if (!(section.information > 0.1 * most)) continue;
     const double u = (i + 0.5) / kSectionsPerArm - 1;
     const Eigen::Matrix<double, kNumShapes, 1> shape(1, u, u * u, u > 0 ? 1 : -1);
@@ -113,44 +93,37 @@ double scatterVariance(const LineSums& line, double otherwise) {
   return std::max(0.0, square - explained) / freedom;
 }
 
-double armContrast(const Arm& arm, double amplitude) {
-  constexpr double kMinPixels = 6;
-  const double spread = arm.pattern2 - arm.pattern * arm.pattern / std::max(1.0, arm.count);
-  if (arm.count < kMinPixels || !(spread > 0.1 * arm.count)) return std::numeric_limits<double>::quiet_NaN();
-  return 1 + (arm.product - arm.pattern * arm.residual / arm.count) / (spread * amplitude);
-}
-
 }  // namespace
+
+double EdgeContrast::share(double amplitude, double least_count, double least_variance) const {
+  const double spread = pattern2 - pattern * pattern / std::max(1.0, count);
+  if (count < least_count || !(spread > least_variance * count))
+    return std::numeric_limits<double>::quiet_NaN();
+  return 1 + (product - pattern * residual / count) / (spread * amplitude);
+}
 
 EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, const EdgePrior& prior,
                             const EdgeSolverOptions& options) {
-  // Images are stored in whole grey levels, so residuals cannot be smaller than rounding.
-  constexpr double kLeastVariance = 1.0 / 12;
   EdgeSolution solution{.model = start, .sums = {}, .converged = false};
-  const auto sumUp = [&](const EdgeModel& model, NormalEquations& sums) {
+  const auto sumUp = [&](const EdgeModel& model, EdgeSums& sums) {
     sumNormalEquations(pixels, model, sums);
     addPrior(prior, model, sums);
     holdAtBounds(model, options, sums);
   };
   sumUp(start, solution.sums);
-  NormalEquations trial_sums;
+  EdgeSums trial_sums;
   const DampingRule rule{
       .start = 1e-3,
       .raised = [](double damping) { return 10 * damping > 1e7 ? HUGE_VAL : 10 * damping; },
       .lowered = [](double damping) { return std::max(1e-7, 0.1 * damping); },
       .max_steps = options.max_iterations};
   solution.converged = minimise(rule, [&](double damping) {
-    const NormalEquations& sums = solution.sums;
-    const Vector scale = sums.hessian.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
-    Matrix system = scale.asDiagonal() * sums.hessian * scale.asDiagonal();
-    system.diagonal().array() += damping;
-    const Vector step = scale.cwiseProduct(system.llt().solve(scale.cwiseProduct(sums.gradient)));
+    const EdgeSums& sums = solution.sums;
+    const EdgeSums::Vector step = sums.step(damping);
     if (!step.allFinite()) return StepResult::kFailed;
-    // Length of the step in standard deviations, from the decrease that Gauss-Newton predicts.
-    const double variance = std::max(kLeastVariance, sums.cost / static_cast<double>(pixels.size()));
-    const bool is_short = step.dot(sums.gradient) <= options.step_share * options.step_share * variance;
+    const bool is_short = sums.isShort(step, options.step_share, pixels.size());
     EdgeModel trial = solution.model;
-    for (int i = 0; i < NormalEquations::kSize; ++i) trial[static_cast<std::size_t>(i)] += step(i);
+    for (int i = 0; i < step.size(); ++i) trial[static_cast<std::size_t>(i)] += step(i);
     if (prior.common_blur) trial[EdgeModel::kBlur2] = trial[EdgeModel::kBlur1];
     for (const auto blur : {EdgeModel::kBlur1, EdgeModel::kBlur2})
       trial[blur] = std::clamp(trial[blur], options.min_blur_px, options.max_blur_px);
@@ -179,7 +152,10 @@ EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model, cons
   // the corner they belong to no arm.
   constexpr double kSectionBlurs = 2.5;
   constexpr double kArmBlurs = 1.0;
-  std::array<LineSums, 2> lines{};
+  constexpr double kMinArmPixels = 6;
+  constexpr double kMinArmVariance = 0.1;
+  std::array<LineSections, 2> sections{};
+  std::array<EdgeContrast, 4> arms{};
   const Eigen::Vector2d corner = model.corner();
   const std::array<Eigen::Vector2d, 2> directions = {model.direction(0), model.direction(1)};
   const std::array<Eigen::Vector2d, 2> normals = {model.normal(0), model.normal(1)};
@@ -209,17 +185,9 @@ EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model, cons
       const double slope = i == 0 ? residuals.slope1[p] : residuals.slope2[p];
       const int section =
           std::clamp(static_cast<int>(std::floor(u * per_px[i])) + kSectionsPerArm, 0, kNumSections - 1);
-      Section& in = lines[i].sections[static_cast<std::size_t>(section)];
-      in.information += slope * slope;
-      in.score += slope * residual;
+      sections[i][static_cast<std::size_t>(section)].add(slope, residual);
     }
-    const double pattern = residuals.pattern[p];
-    Arm& arm = lines[i].arms[u > 0 ? 0 : 1];
-    arm.count += 1;
-    arm.pattern += pattern;
-    arm.pattern2 += pattern * pattern;
-    arm.residual += residual;
-    arm.product += pattern * residual;
+    arms[2 * i + (u > 0 ? 0 : 1)].add(residuals.pattern[p], residual);
   }
   EdgeQuality quality;
   const double freedom = static_cast<double>(pixels.size()) - static_cast<double>(EdgeModel::kNumParameters);
@@ -227,11 +195,10 @@ EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model, cons
   quality.inner_variance = squares[0] / std::max(1.0, counts[0]);
   quality.outer_variance = squares[1] / std::max(1.0, counts[1]);
   const double amplitude = model[EdgeModel::kAmplitude] * model.shadeAtCorner();
-  for (std::size_t i = 0; i < 2; ++i) {
-    quality.line_variance[i] = scatterVariance(lines[i], quality.residual_variance);
-    for (std::size_t side = 0; side < 2; ++side)
-      quality.arm_contrast[2 * i + side] = armContrast(lines[i].arms[side], amplitude);
-  }
+  for (std::size_t i = 0; i < 2; ++i)
+    quality.line_variance[i] = scatterVariance(sections[i], quality.residual_variance);
+  for (std::size_t i = 0; i < 4; ++i)
+    quality.arm_contrast[i] = arms[i].share(amplitude, kMinArmPixels, kMinArmVariance);
   return quality;
 }
 

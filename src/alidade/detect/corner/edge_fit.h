@@ -7,12 +7,11 @@
 
 namespace alidade {
 
-/// Prior knowledge of a model's parameters, as terms precision * (value - expected)^2 next to the sum of
-/// squared residuals; precisions are in squared grey levels over the parameter's unit squared.
+/// What is known of a model's parameters apart from the pixels, as terms precision * value^2 next to the sum
+/// of squared residuals; precisions are in squared grey levels over the parameter's unit squared.
 struct EdgePrior {
-  static constexpr double kHeld = 1e12;  ///< a precision that holds a parameter at its expected value
+  static constexpr double kHeld = 1e12;  ///< a precision that keeps a parameter at 0
 
-  EdgeModel expected;
   EdgeModel precision;
   double equal_blur = 0;     ///< precision of the difference of the two blurs
   bool common_blur = false;  ///< both lines use the first line's blur
@@ -30,13 +29,40 @@ struct EdgeSolverOptions {
 
 struct EdgeSolution {
   EdgeModel model;
-  NormalEquations sums;  ///< at `model`
+  EdgeSums sums;  ///< at the model
   bool converged = false;
 };
 
 /// Least squares from `start` by damped Gauss-Newton steps (Levenberg 1944, Marquardt 1963).
 [[nodiscard]] EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start,
                                           const EdgePrior& prior, const EdgeSolverOptions& options);
+
+/// How far a short section of an edge is off the model, by its pixels.
+struct EdgeSection {
+  double information = 0;  ///< sum of squared slopes
+  double score = 0;        ///< sum of slope times residual
+
+  void add(double slope, double residual) {
+    information += slope * slope;
+    score += slope * residual;
+  }
+};
+
+/// Regression of the residuals along an edge on its pattern, which is -1 on one side and 1 on the other.
+struct EdgeContrast {
+  double count = 0, pattern = 0, pattern2 = 0, residual = 0, product = 0;
+
+  void add(double of_pattern, double of_residual) {
+    count += 1;
+    pattern += of_pattern;
+    pattern2 += of_pattern * of_pattern;
+    residual += of_residual;
+    product += of_pattern * of_residual;
+  }
+  /// The contrast as a share of the model's; NaN where there are too few pixels, or too few of one side:
+  /// `least_variance` is that of the pattern.
+  [[nodiscard]] double share(double amplitude, double least_count, double least_variance) const;
+};
 
 /// Quality of a model for the pixels that it was fitted to.
 struct EdgeQuality {

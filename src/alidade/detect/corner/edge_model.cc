@@ -224,14 +224,14 @@ void EdgePixels::grow() {
   grey_.resize(size);
 }
 
-void sumNormalEquations(const EdgePixels& pixels, const EdgeModel& model, NormalEquations& sums) {
+void sumNormalEquations(const EdgePixels& pixels, const EdgeModel& model, EdgeSums& sums) {
   double totals[kNumSums];
   callVectorised([&]() ALIDADE_INLINE_LAMBDA { sumAll(pixels, model, totals); });
   const double* total = totals;
-  for (int i = 0; i < NormalEquations::kSize; ++i) {
+  for (int i = 0; i < sums.gradient.size(); ++i) {
     for (int j = 0; j <= i; ++j) sums.hessian(i, j) = sums.hessian(j, i) = *total++;
   }
-  for (int i = 0; i < NormalEquations::kSize; ++i) sums.gradient(i) = *total++;
+  for (int i = 0; i < sums.gradient.size(); ++i) sums.gradient(i) = *total++;
   sums.cost = *total;
 }
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include <Eigen/Core>
+#include <Eigen/Cholesky>
 
 namespace alidade {
 
@@ -89,12 +89,33 @@ class EdgePixels {
 
 /// Sums over the pixels: hessian = J^T J, gradient = J^T r and cost = r^T r, where r = observed - modelled
 /// grey level and J is the derivative of the modelled level by the parameters.
+template <int kSize>
 struct NormalEquations {
-  static constexpr int kSize = EdgeModel::kNumParameters;
-  Eigen::Matrix<double, kSize, kSize> hessian;
-  Eigen::Matrix<double, kSize, 1> gradient;
+  using Vector = Eigen::Matrix<double, kSize, 1>;
+  using Matrix = Eigen::Matrix<double, kSize, kSize>;
+  Matrix hessian = Matrix::Zero();
+  Vector gradient = Vector::Zero();
   double cost = 0;
+
+  /// The factors of the unknowns with which the Hessian has a diagonal of 1.
+  [[nodiscard]] Vector scale() const { return hessian.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse(); }
+  /// The step to the minimum, with a damping of the scaled unknowns.
+  [[nodiscard]] Vector step(double damping) const {
+    const Vector scaled = scale();
+    Matrix system = scaled.asDiagonal() * hessian * scaled.asDiagonal();
+    system.diagonal().array() += damping;
+    return scaled.cwiseProduct(system.llt().solve(scaled.cwiseProduct(gradient)));
+  }
+  /// True if a step is shorter than this share of the estimate's standard deviation, by what Gauss-Newton
+  /// expects to gain.
+  [[nodiscard]] bool isShort(const Vector& step, double share, std::size_t num_pixels) const {
+    // Images are stored in whole grey levels: no residuals are smaller than their rounding.
+    constexpr double kLeastVariance = 1.0 / 12;
+    const double variance = std::fmax(kLeastVariance, cost / static_cast<double>(num_pixels));
+    return step.dot(gradient) <= share * share * variance;
+  }
 };
+using EdgeSums = NormalEquations<EdgeModel::kNumParameters>;
 
 /// Residuals and derivatives of each pixel after a fit.
 struct EdgeResiduals {
@@ -107,7 +128,7 @@ struct EdgeResiduals {
 /// Single precision per pixel: erf is accurate to 1.5e-7 (Abramowitz and Stegun 1964, 7.1.26), relative
 /// errors of the sums are about 1e-6. Results are the same on every thread; between processors with and
 /// without AVX2, they may differ by rounding.
-void sumNormalEquations(const EdgePixels& pixels, const EdgeModel& model, NormalEquations& sums);
+void sumNormalEquations(const EdgePixels& pixels, const EdgeModel& model, EdgeSums& sums);
 
 /// Fills columns of at least pixels.size() values.
 void evaluateResiduals(const EdgePixels& pixels, const EdgeModel& model, EdgeResiduals& residuals);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/detect/corner/saddle_corner.h"
+#include "alidade/detect/corner/corner_task.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+// Damage that OpenCV's decoders do not report.
+
 namespace alidade {
 
 /// Damage in the coded data of a JPEG file, in libjpeg's words; empty if none is found. Decoders continue
@@ -11,5 +13,10 @@ namespace alidade {
 /// are encoded again, which must give the same bytes. A changed byte that leaves codes of the same length
 /// cannot be detected. One or two bytes between the data and the end are accepted as padding of some cameras.
 [[nodiscard]] std::string jpegDamage(std::string_view content);
+
+/// Whether the first image of a TIFF file cannot be decoded without an error. OpenCV ignores what libtiff
+/// says of single strips and tiles. Damage within valid codes is only seen where they have a checksum
+/// (Deflate).
+[[nodiscard]] bool isTiffDamaged(std::string_view content);
 
 }  // namespace alidade
