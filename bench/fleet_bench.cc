@@ -18,7 +18,7 @@
 #include <unistd.h>
 
 #include "alidade/core/parallel.h"
-#include "alidade/files/camera_save.h"
+#include "alidade/files/camera_source.h"
 #include "support/drawn_fleet.h"
 
 namespace alidade {
