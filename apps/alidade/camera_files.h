@@ -9,15 +9,8 @@
 
 namespace alidade {
 
-/// Properties that a camera file of another tool may leave open.
-struct CameraOptions {
-  std::string size;     ///< "640x480"; empty = the file says
-  std::string read_as;  ///< model; empty = the file says
-
-  /// The flags --image-size and --read-as.
-  void addOptions(Flags& flags);
-  [[nodiscard]] ReadOptions readOptions() const;
-};
+/// The flags --image-size and --read-as for what a camera file of another tool may leave open.
+void addReadOptions(Flags& flags, ReadOptions& options);
 
 /// The one camera of a file of any format. What was passed over or assumed in reading it is told, unless
 /// `quiet`.

@@ -6,7 +6,7 @@
 #include "alidade/core/degrees.h"
 #include "alidade/imagery/remap.h"
 #include "alidade/imagery/undistortion_view.h"
-#include "command.h"
+#include "flags.h"
 
 namespace alidade {
 
@@ -14,8 +14,8 @@ namespace alidade {
 struct ViewOptions {
   std::string projection = "rectilinear";
   double fov_deg = 0;
-  std::string keep;  ///< all, valid or empty
-  std::string size;  ///< "1280x720"; empty: of the input
+  std::string keep;               ///< all, valid or empty
+  std::optional<ImageSize> size;  ///< none: of the input
   std::string interpolation = "linear";
   bool may_overwrite = false;
 
@@ -32,7 +32,7 @@ struct ViewOptions {
     request.projection = projectionOf(projection);
     request.extent = extent(flags);
     request.horizontal_field_rad = fov_deg / kDegPerRad;
-    request.size = parseSize(size);
+    request.size = size;
     return request;
   }
   [[nodiscard]] Interpolation interpolationKind() const {

@@ -68,9 +68,8 @@ class BoardCommand final : public Command {
   }
 
   int run(const Flags&) override {
-    if (board_.empty())
-      throw missingError("board", "no board", "a board SPEC, for example checkerboard:9x6:25mm");
-    if (output_.empty()) throw missingError("board", "no --output", "-o FILE, for example -o board.pdf");
+    if (board_.empty()) throw missing("no board", "a board SPEC, for example checkerboard:9x6:25mm");
+    if (output_.empty()) throw missing("no --output", "-o FILE, for example -o board.pdf");
     const auto* format = std::ranges::find_if(
         kFormats, [&](const auto& known) { return boost::iends_with(output_, known.first); });
     if (format == kFormats.end()) {
@@ -90,17 +89,19 @@ class BoardCommand final : public Command {
           "smaller",
           sheet.drawing_mm.x(), sheet.drawing_mm.y(), sheet.paper.name, sheet.numPages()));
     }
-    if (common_.json) {
-      printResult(jsonText({{"output", output_},
-                            {"board", sheet.spec},
-                            {"paper", sheet.paper.name},
-                            {"page_mm", {sheet.paper.size_mm.x(), sheet.paper.size_mm.y()}},
-                            {"drawing_mm", {sheet.drawing_mm.x(), sheet.drawing_mm.y()}},
-                            {"num_pages", sheet.numPages()}}));
-    } else if (!common_.quiet) {
-      printResult(fmt::format("{}: {} on {} ({}); print at 100 %\n", printable(output_), sheet.spec,
-                              sheet.paper.name, counted(sheet.numPages(), "page")));
-    }
+    answer(
+        [&] {
+          return jsonText({{"output", output_},
+                           {"board", sheet.spec},
+                           {"paper", sheet.paper.name},
+                           {"page_mm", vectorJson(sheet.paper.size_mm)},
+                           {"drawing_mm", vectorJson(sheet.drawing_mm)},
+                           {"num_pages", sheet.numPages()}});
+        },
+        [&] {
+          return fmt::format("{}: {} on {} ({}); print at 100 %\n", printable(output_), sheet.spec,
+                             sheet.paper.name, counted(sheet.numPages(), "page"));
+        });
     return 0;
   }
 
@@ -113,8 +114,6 @@ class BoardCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeBoardCommand() {
-  return std::make_unique<BoardCommand>();
-}
+const CommandEntry kBoardCommand = {"board", "Draw a board to print, at exact scale", made<BoardCommand>};
 
 }  // namespace alidade

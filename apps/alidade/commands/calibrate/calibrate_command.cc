@@ -11,6 +11,7 @@
 #include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/camera/model_fit.h"
 #include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_save.h"
 #include "alidade/files/camera_source.h"
@@ -26,20 +27,11 @@
 #include "camera_files.h"
 #include "command.h"
 #include "commands/calibrate/calibration_output.h"
-#include "commands/calibrate/coverage_picture.h"
 #include "console.h"
 #include "outputs.h"
-#include "report_output.h"
 
 namespace alidade {
 namespace {
-
-GivenImages imagesOf(const GivenViews& given) {
-  return {.num_images = given.num_images,
-          .num_found = given.num_found,
-          .reasons = given.reasons,
-          .notes = given.notes};
-}
 
 class CalibrateCommand final : public Command {
  public:
@@ -64,10 +56,10 @@ class CalibrateCommand final : public Command {
 
   int run(const Flags& flags) override {
     checkUsage();
-    options_.cancel = catchInterrupts();
+    options_.cancel = common_.cancel = catchInterrupts();
     readOptions();
     given_.pictures = report_.empty() ? nullptr : &passing_;
-    const GivenViews given = readViews(given_, common_, options_.cancel);
+    const GivenViews given = readViews(given_, common_);
     requireViews(given);
     const Calibration result = calibrate(given.boards, given.views, options_);
     const Advice advice = adviceOn(result, given.views, parsePixels(target_sigma_));
@@ -152,13 +144,12 @@ class CalibrateCommand final : public Command {
   }
 
   void checkUsage() const {
-    if (given_.inputs.empty())
-      throw missingError("calibrate", "no input", "folders, images or a corners file");
+    if (given_.inputs.empty()) throw missing("no input", "folders, images or a corners file");
     std::vector<std::string> sources = isOfCorners() ? given_.inputs : withImages(given_.inputs);
     append(sources, given_.boards);
     append(sources, {cameraFilePath(init_), common_.config});
-    if (!given_.image_size.empty() && !isVnlFile(given_.inputs.front())) {
-      throw usageError({.where = "--image-size " + given_.image_size,
+    if (given_.image_size && !isVnlFile(given_.inputs.front())) {
+      throw usageError({.where = "--image-size " + sizeText(*given_.image_size),
                         .found = "inputs that state their own size",
                         .expected = "this flag only with .vnl files",
                         .next_step = "remove it"});
@@ -243,13 +234,14 @@ class CalibrateCommand final : public Command {
       writeFileAtomically(next_view_, nextViewSvg(result, given.views, advice.guidance));
     if (!evidence_.empty() || !report_.empty()) {
       const nlohmann::json evidence = evidenceDocument(
-          result, imagesOf(given), given.views, advice,
+          result, given, given.views, advice,
           {.settings = flags.settings(), .tolerance_px = options_.tolerance_px, .created_by = programName()});
       if (!evidence_.empty()) writeFileAtomically(evidence_, jsonText(evidence));
       if (!report_.empty())
         writeFileAtomically(report_,
                             reportPage(evidence, evidence_,
-                                       {.pictures = picturesOf(given, passing_), .num_jobs = common_.jobs}));
+                                       {.pictures = picturesOf(given.images, given.image_set, &passing_),
+                                        .num_jobs = common_.jobs}));
     }
     if (!output_.empty() && output_ != "-" && isKept(result)) saveCamera(output_, recordOf(result), format_);
   }
@@ -262,7 +254,7 @@ class CalibrateCommand final : public Command {
              (is_verbose_ ? "\n" + detailsText(result, given, advice) : "");
     };
     if (common_.json) {
-      printResult(summaryJson(result, imagesOf(given), given.views, advice));
+      printResult(summaryJson(result, given, given.views, advice));
     } else if (output_ == "-") {
       if (isKept(result)) printResult(cameraText(recordOf(result), format_));
       if (!common_.quiet) printHelp(summary(false));
@@ -287,7 +279,7 @@ class CalibrateCommand final : public Command {
     return 0;
   }
 
-  BoardInputs given_{.command = "calibrate"};
+  BoardInputs given_;
   CalibratorOptions options_;
   std::string init_;
   std::string board_shape_ = "auto";
@@ -307,8 +299,7 @@ class CalibrateCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeCalibrateCommand() {
-  return std::make_unique<CalibrateCommand>();
-}
+const CommandEntry kCalibrateCommand = {
+    "calibrate", "Calibrate a camera from images of a board or from a corners file", made<CalibrateCommand>};
 
 }  // namespace alidade

@@ -247,14 +247,14 @@ class DiffCommand final : public Command {
     flags.add("-o,--output", &figure_,
               "SVG file to write: the difference over the image of A, as colours and arrows",
               {.word = kFile.word, .complaint = figureComplaint});
-    camera_.addOptions(flags);
+    addReadOptions(flags, camera_);
     flags.addCommon(common_, false);
   }
 
   int run(const Flags&) override {
     checkUsage();
-    const CameraSource source_a = loadCameras(files_[0], camera_.readOptions());
-    const CameraSource source_b = loadCameras(files_[1], camera_.readOptions());
+    const CameraSource source_a = loadCameras(files_[0], camera_);
+    const CameraSource source_b = loadCameras(files_[1], camera_);
     if (isRigSource(source_a) || isRigSource(source_b)) return runOnRigs(source_a, source_b);
     const CameraRecord a = onlyCameraTelling(source_a, common_.quiet);
     const CameraRecord b = onlyCameraTelling(source_b, common_.quiet);
@@ -273,7 +273,7 @@ class DiffCommand final : public Command {
 
  private:
   void checkUsage() const {
-    if (files_.size() != 2) throw missingError("diff", counted(files_.size(), "file"), "two camera files");
+    if (files_.size() != 2) throw missing(counted(files_.size(), "file"), "two camera files");
     if (same_frame_ && distance_m_) {
       throw usageError({.where = "--same-frame and --distance",
                         .found = "both",
@@ -436,7 +436,7 @@ class DiffCommand final : public Command {
   }
 
   std::vector<std::string> files_;
-  CameraOptions camera_;
+  ReadOptions camera_;
   std::optional<double> distance_m_;
   bool same_frame_ = false;
   std::optional<int> rotate_;
@@ -447,8 +447,7 @@ class DiffCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeDiffCommand() {
-  return std::make_unique<DiffCommand>();
-}
+const CommandEntry kDiffCommand = {"diff", "Compare two cameras by their projection difference",
+                                   made<DiffCommand>};
 
 }  // namespace alidade

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <filesystem>
-#include <optional>
 
 #include <fmt/format.h>
 
@@ -44,69 +43,60 @@ class UndistortCommand final : public Command {
     view_.addOptions(flags, "; rectilinear keeps straight lines straight", "size of the input");
     flags.addSwitch("--camera-only", camera_only_,
                     "Write only the camera or projection file; do not read inputs");
-    camera_.addOptions(flags);
+    addReadOptions(flags, camera_);
     flags.addCommon(common_, true);
   }
 
   int run(const Flags& flags) override {
     checkUsage(flags);
-    const CancelFlag* cancel = catchInterrupts();
-    const CameraRecord source = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
+    common_.cancel = catchInterrupts();
+    const CameraRecord source = readCameraTelling(camera_path_, camera_, common_.quiet);
     const std::vector<std::string> paths = camera_only_ ? std::vector<std::string>() : listImages(inputs_);
     std::vector<std::string> sources = paths;
     append(sources, {cameraFilePath(camera_path_), common_.config});
     refuseFolderOfInputs(output_, sources);
     std::vector<RemappedImage> images = namedImages(paths);
     const ViewChoice choice = chooseView(source.camera, source.image_size, view_.request<ViewRequest>(flags));
-    const double dark_share = write(source, choice, images, cancel);
+    const double dark_share = write(source, choice, images);
     const std::vector<std::string> notes = notesOn(choice, images);
-    if (common_.json) {
-      printResult(viewJson(choice, images, dark_share, notes));
-    } else if (!common_.quiet) {
-      printResult(summary(choice.view, images, dark_share));
-    }
+    answer([&] { return viewJson(choice, images, dark_share, notes); },
+           [&] { return summary(choice.view, images, dark_share); });
     if (!common_.quiet) printNotes(notes);
     return reportSkipped(images) ? static_cast<int>(ErrorCode::kInput) : 0;
   }
 
  private:
   // @returns the share of the view's pixels that have no source
-  double write(const CameraRecord& source, const ViewChoice& choice, std::vector<RemappedImage>& images,
-               const CancelFlag* cancel) const {
-    PendingFolder folder(output_, "undistort", view_.may_overwrite, common_.quiet);
+  double write(const CameraRecord& source, const ViewChoice& choice,
+               std::vector<RemappedImage>& images) const {
+    PendingFolder folder(output_, common_.command, view_.may_overwrite, common_.quiet);
     const RemapTable table =
-        makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, cancel);
+        makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, common_.cancel);
     folder.write([&] {
       remapAll(images, table, folder,
                {.label = "undistorting",
                 .subfolder = "",
                 .interpolation = view_.interpolationKind(),
-                .num_jobs = common_.jobs,
-                .is_quiet = common_.quiet,
-                .cancel = cancel});
+                .common = common_});
     });
     requireAnImage(images);
     folder.write([&] { writeView(choice.view, folder); });
     folder.commit();
-    return static_cast<double>(table.num_without_source) /
-           static_cast<double>(std::max<std::size_t>(1, table.pixels.size()));
+    return darkShare(table);
   }
 
   void checkUsage(const Flags& flags) const {
-    if (camera_path_.empty())
-      throw missingError("undistort", "no camera file", "a camera file (YAML) and images");
+    if (camera_path_.empty()) throw missing("no camera file", "a camera file (YAML) and images");
     if (inputs_.empty() && !camera_only_)
-      throw missingError("undistort", "no images", "folders, files or patterns, or --camera-only");
-    if (output_.empty()) throw missingError("undistort", "no --output", "-o FOLDER");
+      throw missing("no images", "folders, files or patterns, or --camera-only");
+    if (output_.empty()) throw missing("no --output", "-o FOLDER");
     view_.checkUsage(flags);
   }
 
-  static void writeView(const OutputView& view, const PendingFolder& folder) {
+  void writeView(const OutputView& view, const PendingFolder& folder) const {
     if (view.projection != ViewProjection::kRectilinear)
-      return writeProjectionFile(folder.path(kProjectionName),
-                                 {.view = view, .created_by = programName() + " undistort"});
-    saveCamera(folder.path(kCameraName),
-               bareRecord(pinholeOf(view), view.size, programName() + " undistort"));
+      return writeProjectionFile(folder.path(kProjectionName), {.view = view, .created_by = maker()});
+    saveCamera(folder.path(kCameraName), bareRecord(pinholeOf(view), view.size, maker()));
   }
 
   static std::vector<std::string> notesOn(const ViewChoice& choice,
@@ -158,7 +148,7 @@ class UndistortCommand final : public Command {
   }
 
   std::string camera_path_;
-  CameraOptions camera_;
+  ReadOptions camera_;
   std::vector<std::string> inputs_;
   std::string output_;
   ViewOptions view_;
@@ -167,8 +157,7 @@ class UndistortCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeUndistortCommand() {
-  return std::make_unique<UndistortCommand>();
-}
+const CommandEntry kUndistortCommand = {"undistort", "Remove lens distortion from images",
+                                        made<UndistortCommand>};
 
 }  // namespace alidade

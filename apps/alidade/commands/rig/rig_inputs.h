@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "alidade/core/cancel.h"
 #include "alidade/record/rig_record.h"
 #include "alidade/rig/rig_frames.h"
 #include "alidade/target/board.h"
@@ -30,11 +29,11 @@ struct RigInputs : BoardInputs {
   [[nodiscard]] std::vector<std::string> sources() const;
   /// @throws Error (kUsage) for names that are missing, empty or not different, and for inputs or images that
   /// are those of two cameras
-  [[nodiscard]] std::vector<std::string> cameraNames() const;
+  [[nodiscard]] std::vector<std::string> cameraNames(const CommonOptions& common) const;
   /// Puts inputs whose names are those of the cameras in the order of these, and tells that it did. Other
   /// inputs stay in their order.
   /// @throws Error (kUsage) as cameraNames()
-  void sortLike(const std::vector<std::string>& cameras, bool is_quiet);
+  void sortLike(const std::vector<std::string>& cameras, const CommonOptions& common);
 };
 
 /// For each name the place of the camera of this name; nothing if there is none for some name, or one for
@@ -57,6 +56,6 @@ struct RigInputViews {
 /// table of frames, and tells which of its images no corners file has.
 /// @throws Error (kInput) as readViews(), and for cameras of different boards; Cancelled
 [[nodiscard]] RigInputViews readRigViews(const RigInputs& inputs, const std::vector<std::string>& names,
-                                         const CommonOptions& common, const CancelFlag* cancel);
+                                         const CommonOptions& common);
 
 }  // namespace alidade
