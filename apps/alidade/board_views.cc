@@ -59,11 +59,8 @@ void prepareDebugFolder(const std::string& folder, const std::vector<std::string
   for (const std::string& image : images) {
     const std::filesystem::path parent = std::filesystem::path(image).parent_path();
     if (!std::filesystem::equivalent(parent.empty() ? "." : parent, folder, error)) continue;
-    throw usageError(
-        {.where = "--debug " + folder,
-         .found = "this is the folder of the input " + image,
-         .expected = "a different folder",
-         .next_step = "choose another folder, otherwise the next run would read the debug images as inputs"});
+    throw flagError("--debug " + folder, "this is the folder of the input " + image, "a different folder",
+                    "choose another folder, otherwise the next run would read the debug images as inputs");
   }
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder)) {
@@ -374,9 +371,7 @@ void BoardInputs::checkDebugFolder(const std::string& output) const {
     return whole.has_filename() ? whole : whole.parent_path();
   };
   if (debug_folder.empty() || output.empty() || normal(debug_folder) != normal(output)) return;
-  throw usageError({.where = "--debug " + debug_folder,
-                    .found = "this is also the output",
-                    .expected = "a different folder"});
+  throw flagError("--debug " + debug_folder, "this is also the output", "a different folder");
 }
 
 BoardShapeMode shapeMode(std::string_view name) {

@@ -33,6 +33,11 @@ std::string Command::maker() const {
   return programName() + " " + common_.command;
 }
 
+Error flagError(const std::string& flag, const std::string& found, const std::string& expected,
+                const std::string& next_step) {
+  return usageError({.where = flag, .found = found, .expected = expected, .next_step = next_step});
+}
+
 Error noneUsableError(std::size_t num_images, const std::string& complaint, const std::string& first_error) {
   constexpr std::string_view kNextLine = "\n  next: ";
   const std::size_t end = first_error.find(kNextLine);

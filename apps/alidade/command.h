@@ -72,6 +72,10 @@ extern const CommandEntry kBoardCommand;
 extern const CommandEntry kSimulateCommand;
 extern const CommandEntry kHelpCommand;
 
+/// The complaint about a flag, or a flag and its value, that cannot be used as it was given.
+[[nodiscard]] Error flagError(const std::string& flag, const std::string& found, const std::string& expected,
+                              const std::string& next_step = "");
+
 /// The complaint about images of which none is usable ("none of them can be read"), with the message of the
 /// first one's error and its next step.
 [[nodiscard]] Error noneUsableError(std::size_t num_images, const std::string& complaint,

@@ -50,7 +50,7 @@ void addLines(Lines& lines, std::string_view label, fmt::format_string<Args...> 
 [[nodiscard]] Lines moreLines(std::size_t num_warnings, std::size_t num_notes);
 
 /// Adds the diagnoses for which there is room, so many lines, behind `lines`.
-/// @param lines_of  what is told of a diagnosis where so many lines are left; none: nothing
+/// @param lines_of  the lines for a diagnosis where so many are left; none: it is only counted
 /// @returns moreLines() of the others
 [[nodiscard]] Lines addDiagnoses(Lines& lines, std::span<const Diagnosis> diagnoses, std::size_t room,
                                  const std::function<Lines(const Diagnosis&, std::size_t)>& lines_of);

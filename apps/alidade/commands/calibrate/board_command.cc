@@ -43,10 +43,9 @@ Paper parsePaper(const std::string& text) {
     if (size.minCoeff() >= kLeastMm && size.maxCoeff() <= kMostMm)
       return {.name = text, .size_mm = {size.minCoeff(), size.maxCoeff()}};
   }
-  throw usageError({.where = "--paper",
-                    .found = "'" + text + "'",
-                    .expected = join(names, ", ") + ", or WIDTHxHEIGHT with a unit, 50 mm to 5 m",
-                    .next_step = didYouMean(text, names, "for example --paper A3 or --paper 300x400mm")});
+  throw flagError("--paper", "'" + text + "'",
+                  join(names, ", ") + ", or WIDTHxHEIGHT with a unit, 50 mm to 5 m",
+                  didYouMean(text, names, "for example --paper A3 or --paper 300x400mm"));
 }
 
 class BoardCommand final : public Command {
@@ -73,9 +72,8 @@ class BoardCommand final : public Command {
     const auto* format = std::ranges::find_if(
         kFormats, [&](const auto& known) { return boost::iends_with(output_, known.first); });
     if (format == kFormats.end()) {
-      throw usageError({.where = "--output " + output_,
-                        .found = "a name without a known ending",
-                        .expected = "a name that ends with .pdf, .svg or .png"});
+      throw flagError("--output " + output_, "a name without a known ending",
+                      "a name that ends with .pdf, .svg or .png");
     }
     checkOutput(output_, {board_, common_.config}, common_);
     const Board board = readBoard(board_);

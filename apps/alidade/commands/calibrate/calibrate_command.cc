@@ -112,8 +112,7 @@ class CalibrateCommand final : public Command {
               "effective settings",
               aside(kFile));
     flags.add("--report", &report_,
-              "HTML page to write: the verdict and its reasons in figures, in one file that needs no "
-              "network",
+              "HTML page to write: the verdict and its reasons in figures, in one file that needs no network",
               kFile);
     flags.under(kVerdictGroup);
     flags.add("--tolerance", &tolerance_,
@@ -149,10 +148,8 @@ class CalibrateCommand final : public Command {
     append(sources, given_.boards);
     append(sources, {cameraFilePath(init_), common_.config});
     if (given_.image_size && !isVnlFile(given_.inputs.front())) {
-      throw usageError({.where = "--image-size " + sizeText(*given_.image_size),
-                        .found = "inputs that state their own size",
-                        .expected = "this flag only with .vnl files",
-                        .next_step = "remove it"});
+      throw flagError("--image-size " + sizeText(*given_.image_size), "inputs that state their own size",
+                      "this flag only with .vnl files", "remove it");
     }
     given_.checkDebugFolder(output_);
     checkOutputs(std::vector<Output>{{"--output", output_},
@@ -182,9 +179,7 @@ class CalibrateCommand final : public Command {
     options_.tolerance_px = *parsePixels(tolerance_);
     if (!distance_.empty()) {
       options_.distance_m = parseLength(distance_, "--distance");
-      if (options_.distance_m <= 0)
-        throw usageError(
-            {.where = "--distance", .found = distance_, .expected = "a length above 0, such as 2m"});
+      if (options_.distance_m <= 0) throw flagError("--distance", distance_, "a length above 0, such as 2m");
     }
     options_.board_shape = shapeMode(board_shape_);
     if (!init_.empty()) {
@@ -203,10 +198,9 @@ class CalibrateCommand final : public Command {
     options_.models = held.models;
     const std::string model = namedModel(options_);
     if (model != kAutoModel && std::ranges::find(held.models, model) == held.models.end()) {
-      throw usageError({.where = "--to " + format_,
-                        .found = "the model " + model + ", which this format cannot represent",
-                        .expected = fmt::format("{}", fmt::join(held.models, ", ")),
-                        .next_step = "choose one of these with --model, or another format"});
+      throw flagError("--to " + format_, "the model " + model + ", which this format cannot represent",
+                      fmt::format("{}", fmt::join(held.models, ", ")),
+                      "choose one of these with --model, or another format");
     }
     std::vector<std::string_view> zero;
     for (const AbsentParameter& absent : held.absent) {
@@ -216,9 +210,9 @@ class CalibrateCommand final : public Command {
     if (!options_.initial || zero.empty()) return;
     const ModelFit fit = fitModel(options_.initial->camera, options_.initial->size, model, zero);
     if (!fit.is_exact && has_fixed) {
-      throw usageError({.where = "--fix with --to " + format_,
-                        .found = "values of an initial camera that this format cannot represent",
-                        .expected = fmt::format("an initial camera with {} = 0", fmt::join(zero, ", "))});
+      throw flagError("--fix with --to " + format_,
+                      "values of an initial camera that this format cannot represent",
+                      fmt::format("an initial camera with {} = 0", fmt::join(zero, ", ")));
     }
     options_.initial->camera = fit.camera;
   }

@@ -197,13 +197,12 @@ class ConvertCommand final : public Command {
         "alidade convert camera.yaml -o turned.yaml --rotate 90 --model radtan\nExample: alidade convert "
         "camchain.yaml#cam0 -o camera_info.yaml --to ros\nExample: alidade convert rig.yaml -o camchain.yaml "
         "--to kalibr\nExample: alidade convert rig.yaml -o camera_info --to ros\nExample: alidade convert "
-        "left.cameramodel right.cameramodel -o rig.yaml\nThe format of "
-        "FILE is detected from its content. FILE#NAME selects one camera of a file with several. Several\n"
-        "files become one rig; each has one camera and its pose in a common frame. OpenCV's intrinsics.yml "
-        "and\nextrinsics.yml are one pair. The edits are applied to each camera, in this order: crop, bin, "
-        "resize, rotate, model.\nPixel (0, 0) is the centre of the top-left pixel. --rotate also rotates the "
-        "axes of the camera frame.\nExit code 3: the result must not be used; no camera file is "
-        "written.");
+        "left.cameramodel right.cameramodel -o rig.yaml\nThe format of FILE is detected from its content. "
+        "FILE#NAME selects one camera of a file with several. Several\nfiles become one rig; each has one "
+        "camera and its pose in a common frame. OpenCV's intrinsics.yml and\nextrinsics.yml are one pair. "
+        "The edits are applied to each camera, in this order: crop, bin, resize, rotate, model.\nPixel (0, "
+        "0) is the centre of the top-left pixel. --rotate also rotates the axes of the camera frame.\nExit "
+        "code 3: the result must not be used; no camera file is written.");
     flags.add("file", &paths_, "Camera or rig file of any format (docs/formats.md), or the files of a rig",
               kFile);
     flags.add("-o,--output", &output_,
@@ -302,13 +301,11 @@ class ConvertCommand final : public Command {
     if (!isRectifiedPair()) return {output_};
     const std::filesystem::path folder(output_);
     if (output_ == "-" || folder.extension() == ".yaml" || folder.extension() == ".yml") {
-      throw usageError(
-          {.where = "--output " + output_,
-           .found = output_ == "-" ? "standard output" : "the name of a file",
-           .expected = "the name of a folder, because a pair has a file for each camera in the format " +
-                       std::string(format().title),
-           .next_step = "use -o FOLDER, or select one camera: alidade convert " + gathered_.where.front() +
-                        " -o FILE --to " + format_});
+      throw flagError("--output " + output_, output_ == "-" ? "standard output" : "the name of a file",
+                      "the name of a folder, because a pair has a file for each camera in the format " +
+                          std::string(format().title),
+                      "use -o FOLDER, or select one camera: alidade convert " + gathered_.where.front() +
+                          " -o FILE --to " + format_);
     }
     const auto paths = mapped(gathered_.source.cameras, [&](const StatedCamera& camera) {
       return (folder / (fileNameOf(cameraLabel(camera)) + ".yaml")).string();

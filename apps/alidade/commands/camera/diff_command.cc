@@ -275,10 +275,8 @@ class DiffCommand final : public Command {
   void checkUsage() const {
     if (files_.size() != 2) throw missing(counted(files_.size(), "file"), "two camera files");
     if (same_frame_ && distance_m_) {
-      throw usageError({.where = "--same-frame and --distance",
-                        .found = "both",
-                        .expected = "one of them",
-                        .next_step = "remove --distance: without alignment the distance has no effect"});
+      throw flagError("--same-frame and --distance", "both", "one of them",
+                      "remove --distance: without alignment the distance has no effect");
     }
     checkOutput(figure_, {cameraFilePath(files_[0]), cameraFilePath(files_[1]), common_.config}, common_);
   }
@@ -352,12 +350,10 @@ class DiffCommand final : public Command {
     options.rows = grid.height;
     const int num_pixels = options.columns * options.rows;
     if (options.freed && num_pixels < fewestPairs(*options.freed)) {
-      throw usageError(
-          {.where = "--grid " + grid_,
-           .found = fmt::format("{} pixels", num_pixels),
-           .expected = fmt::format("at least {} pixels to estimate the best {}", fewestPairs(*options.freed),
-                                   distance_m_ ? "pose" : "rotation"),
-           .next_step = "use a finer grid, or --same-frame to compare without alignment"});
+      throw flagError("--grid " + grid_, fmt::format("{} pixels", num_pixels),
+                      fmt::format("at least {} pixels to estimate the best {}", fewestPairs(*options.freed),
+                                  distance_m_ ? "pose" : "rotation"),
+                      "use a finer grid, or --same-frame to compare without alignment");
     }
     return options;
   }

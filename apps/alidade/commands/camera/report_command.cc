@@ -136,14 +136,11 @@ class ReportCommand final : public Command {
     if (!output_.empty()) writeFileAtomically(output_, reportPage(evidence, evidenceFile(), options));
   }
 
-  void print() {
+  void print() const {
     const auto orNone = [](const std::string& path) { return path.empty() ? json(nullptr) : json(path); };
-    answer(
-        [&] {
-          return jsonText({{"output", orNone(output_)}, {"figures", orNone(figures_)}});
-        },
-        [] { return ""; });
-    if (common_.json || common_.quiet) return;
+    if (common_.json)
+      return printResult(jsonText({{"output", orNone(output_)}, {"figures", orNone(figures_)}}));
+    if (common_.quiet) return;
     if (!figures_.empty()) printMessage("figures written to " + figures_);
     if (!output_.empty()) printMessage("report written to " + output_);
   }

@@ -125,15 +125,11 @@ class FleetCommand final : public Command {
  public:
   void setUp(Flags& flags) override {
     flags.explain(
-        "Example: alidade fleet calibrations/ -o fleet.html\n"
-        "Example: alidade fleet now/ --previous before/ --tolerance 0.5px -o fleet.csv --typical "
-        "typical.yaml\n"
-        "Cameras of one image size are compared with their typical camera, after the best rotation. Units "
-        "are "
-        "paired with their\nprevious calibration by serial number, name or file name.\n"
-        "Exit code 1: no camera file can be read. Exit code 3 with --strict: a unit deviates or changed, or "
-        "a "
-        "file cannot be read.");
+        "Example: alidade fleet calibrations/ -o fleet.html\nExample: alidade fleet now/ --previous before/ "
+        "--tolerance 0.5px -o fleet.csv --typical typical.yaml\nCameras of one image size are compared with "
+        "their typical camera, after the best rotation. Units are paired with their\nprevious calibration by "
+        "serial number, name or file name.\nExit code 1: no camera file can be read. Exit code 3 with "
+        "--strict: a unit deviates or changed, or a file cannot be read.");
     flags.add("file", &files_, "Camera files, folders, or patterns in quotes", kFile);
     flags.add("-o,--output", &output_,
               "What to write: a page with figures (.html) or a row for each unit (.csv)",

@@ -266,8 +266,7 @@ class TrackCommand final : public Command {
     json pieces = json::array();
     for (std::size_t s = 0; s < path_.segments.size(); ++s) {
       const PathSegment& segment = path_.segments[s];
-      json breaks = json::array();
-      for (const std::size_t frame : segment.scale_breaks) breaks.push_back(path_.frames[frame].number);
+      const auto numberOf = [&](std::size_t frame) { return path_.frames[frame].number; };
       const auto num_frames = std::count_if(path_.frames.begin(), path_.frames.end(),
                                             [&](const PathFrame& frame) { return frame.segment == s; });
       pieces.push_back({{"first_frame", path_.frames[segment.begin].number},
@@ -276,7 +275,7 @@ class TrackCommand final : public Command {
                         {"num_keyframes", segment.num_keys},
                         {"num_points", segment.points.size()},
                         {"length", segment.length},
-                        {"scale_guessed_from", std::move(breaks)}});
+                        {"scale_guessed_from", mapped(segment.scale_breaks, numberOf)}});
     }
     json lost = json::array();
     for (const auto& [first, last] : unposed(path_))

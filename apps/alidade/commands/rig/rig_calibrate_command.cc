@@ -34,7 +34,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kMillimetres = 1000;
+constexpr double kMmPerMetre = 1000;
 
 std::string transferText(const RigCalibration& rig) {
   const RigCamera* worst = nullptr;
@@ -88,10 +88,10 @@ std::string cameraText(const RigCalibration& rig, std::size_t index, const Given
   if (std::isfinite(camera.link.transfer_px))
     text += "; from its neighbour within " + pixels(camera.link.transfer_px);
   if (index == 0) return text;
-  const double std_mm = camera.link.distance_std_m * kMillimetres;
+  const double std_mm = camera.link.distance_std_m * kMmPerMetre;
   const int decimals = decimalsFor(std_mm, 3);
   return text +
-         fmt::format("; {:.{}f} mm from {}", fitted.camera_from_rig.translation.norm() * kMillimetres,
+         fmt::format("; {:.{}f} mm from {}", fitted.camera_from_rig.translation.norm() * kMmPerMetre,
                      decimals, rig.cameras.front().name) +
          (std_mm > 0 ? fmt::format(" (standard deviation {:.{}f} mm)", std_mm, decimals) : "");
 }
@@ -107,12 +107,12 @@ std::string nextStepText(const RigCalibration& rig) {
 }
 
 std::string poseText(const RigCamera& camera, const SE3& camera_from_rig) {
-  const Eigen::Vector3d origin = camera_from_rig.inverse().translation * kMillimetres;
+  const Eigen::Vector3d origin = camera_from_rig.inverse().translation * kMmPerMetre;
   return fmt::format(
       "at ({:.1f}, {:.1f}, {:.1f}) mm, {:.2f} mm from the first camera, turned by {:.3f} degrees; standard "
       "deviation {:.2f} mm, {:.3f} degrees",
       origin.x(), origin.y(), origin.z(), origin.norm(), camera_from_rig.rotation.log().norm() * kDegPerRad,
-      camera.link.position_std_m.norm() * kMillimetres, camera.link.rotation_std_rad.norm() * kDegPerRad);
+      camera.link.position_std_m.norm() * kMmPerMetre, camera.link.rotation_std_rad.norm() * kDegPerRad);
 }
 
 std::string imageList(const RigCalibration& rig, const std::string& title,
@@ -184,9 +184,6 @@ class RigCalibrateCommand final : public Command {
         "Example: alidade rig calibrate left/ right/ --board checkerboard:9x6:25mm -o rig.yaml\n"
         "Images with the same name, or else with the same last number in it, were taken at the same time.\n"
         "Exit code 3: done, but the rig must not be used; no rig file is written.");
-    flags.add("input", &views_.inputs,
-              "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)",
-              kFile);
     views_.addOptions(flags);
     std::vector<std::string> models = modelIds();
     models.emplace_back(kAutoModel);
@@ -243,10 +240,9 @@ class RigCalibrateCommand final : public Command {
     checkOutputs(std::vector<Output>{{"--output", output_}, {"--evidence", evidence_}, {"--report", report_}},
                  sources, common_);
     if (models_.size() > 1 && models_.size() != views_.inputs.size()) {
-      throw usageError(
-          {.where = "--model",
-           .found = fmt::format("{} models for {} cameras", models_.size(), views_.inputs.size()),
-           .expected = "one model, or one for each camera"});
+      throw flagError("--model",
+                      fmt::format("{} models for {} cameras", models_.size(), views_.inputs.size()),
+                      "one model, or one for each camera");
     }
   }
 
@@ -296,9 +292,8 @@ class RigCalibrateCommand final : public Command {
   // The cameras of --fixed, in the order of `names`: by their own names if these are names of the rig's.
   std::vector<std::optional<CameraRecord>> givenCameras(const std::vector<std::string>& names) const {
     if (!fixed_.empty() && fixed_.size() != views_.inputs.size()) {
-      throw usageError({.where = "--fixed",
-                        .found = fmt::format("{} files for {} cameras", fixed_.size(), views_.inputs.size()),
-                        .expected = "one for each camera, or '-'"});
+      throw flagError("--fixed", fmt::format("{} files for {} cameras", fixed_.size(), views_.inputs.size()),
+                      "one for each camera, or '-'");
     }
     std::vector<std::optional<CameraRecord>> given(fixed_.size());
     std::vector<std::size_t> places;  // of the files, in the order in which they were given
@@ -337,11 +332,10 @@ class RigCalibrateCommand final : public Command {
     for (std::size_t c = 0; c < given.size() && !is_for_others; ++c) {
       const std::string& model = models_.size() == 1 ? models_.front() : models_[c];
       if (!given[c] || model == kAutoModel || model == given[c]->camera.modelId()) continue;
-      throw usageError({.where = "--model",
-                        .found = fmt::format("{} for {}, whose lens --fixed keeps", model, names[c]),
-                        .expected = fmt::format("{}, the model of its file, or auto",
-                                                std::string(given[c]->camera.modelId())),
-                        .next_step = "leave out one of the two flags for this camera"});
+      throw flagError(
+          "--model", fmt::format("{} for {}, whose lens --fixed keeps", model, names[c]),
+          fmt::format("{}, the model of its file, or auto", std::string(given[c]->camera.modelId())),
+          "leave out one of the two flags for this camera");
     }
   }
 

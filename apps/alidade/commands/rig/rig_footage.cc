@@ -43,9 +43,7 @@ void requireFootage(const RigRecord& rig, const RigInputs& inputs) {
   }
   for (const std::string& input : inputs.inputs) {
     if (!isCornersFile(input)) continue;
-    throw usageError({.where = "--footage: " + input,
-                      .found = "a corners file",
-                      .expected = "a folder of images, or a pattern in quotes"});
+    throw flagError("--footage: " + input, "a corners file", "a folder of images, or a pattern in quotes");
   }
 }
 
@@ -186,17 +184,14 @@ Lines pairLines(const RigPairCheck& pair, std::string_view first, std::string_vi
   Lines lines = wrapped("Pair", text);
   if (!pair.changes.empty() || pair.is_behind) {
     addLines(lines, "",
-             "{}, {} of {} matches; epipolar error {:.2f} px RMS, noise "
-             "{:.2f} px; parallax {:.0f} px",
+             "{}, {} of {} matches; epipolar error {:.2f} px RMS, noise {:.2f} px; parallax {:.0f} px",
              counted(pair.num_instants, "instant"), pair.num_used, pair.num_matches, pair.rms_px,
              pair.noise_px, pair.parallax_px);
   }
   if (pair.verdict == FootageVerdict::kInconsistent) append(lines, wrapped("", "next: " + nextStepOf(pair)));
   if (pair.verdict != FootageVerdict::kInconsistent && pair.explanation) {
     const RigChange& change = pair.changes[*pair.explanation];
-    addLines(lines, "Note",
-             "{} fits better; rows differ by {}, which is not enough to call the "
-             "file wrong",
+    addLines(lines, "Note", "{} fits better; rows differ by {}, which is not enough to call the file wrong",
              describe(change, first, second), pixelWords(change.effect_px));
   }
   if (pair.verdict != FootageVerdict::kConsistent) return lines;

@@ -77,10 +77,6 @@ void requireDifferentInputs(const std::string& command, const std::vector<std::s
   }
 }
 
-FrameTable readFrames(const std::string& match) {
-  return match.empty() ? FrameTable() : readFrameTable(match);
-}
-
 void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>& cameras) {
   if (frames.empty()) return;
   const std::vector<RigImage> named = namedWithoutViews(frames, cameras);
@@ -95,6 +91,8 @@ void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>
 }  // namespace
 
 void RigInputs::addOptions(Flags& flags) {
+  flags.add("input", &inputs,
+            "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)", kFile);
   addBoards(flags);
   flags.under(kBoardGroup);
   flags.add("--names", &names, "Names of the cameras, separated by commas. Default: from the inputs",
@@ -168,7 +166,7 @@ void tellIfRejected(const RigRecord& rig, const std::string& path, bool is_quiet
 RigInputViews readRigViews(const RigInputs& inputs, const std::vector<std::string>& names,
                            const CommonOptions& common) {
   RigInputViews result;
-  result.frames = readFrames(inputs.match);
+  if (!inputs.match.empty()) result.frames = readFrameTable(inputs.match);
   for (std::size_t c = 0; c < inputs.inputs.size(); ++c) {
     BoardInputs of_camera = inputs;
     of_camera.inputs = {inputs.inputs[c]};

@@ -21,7 +21,7 @@ struct RigInputs : BoardInputs {
   std::vector<std::string> names = {};  ///< of the cameras; empty: from the inputs
   std::string match = {};               ///< table of frames; empty: none
 
-  /// Flags for all but `inputs`.
+  /// All flags, and the inputs as arguments.
   void addOptions(Flags& flags);
   /// The flag --match.
   void addMatch(Flags& flags);

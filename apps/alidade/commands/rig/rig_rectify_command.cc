@@ -111,14 +111,13 @@ class RigRectifyCommand final : public Command {
  public:
   void setUp(Flags& flags) override {
     flags.explain(
-        "Example: alidade rig rectify rig.yaml left/ right/ -o rectified\n"
-        "Example: alidade rig rectify rig.yaml --camera-only --maps -o rectified --overwrite\n"
-        "Writes one folder of images per camera, rig.yaml with the rectified pinhole cameras, and "
-        "rectification.yaml with\nR1, R2, P1, P2 and Q for cv::FileStorage. A point has the same row in both "
-        "images. If the cameras are one above\nthe other, it has the same column. Around the baseline, "
-        "cylindrical and equirectangular views show more than\nhalf of all directions. Corners files in "
-        "place of the folders only measure the errors "
-        "of the rows.");
+        "Example: alidade rig rectify rig.yaml left/ right/ -o rectified\nExample: alidade rig rectify "
+        "rig.yaml --camera-only --maps -o rectified --overwrite\nWrites one folder of images per camera, "
+        "rig.yaml with the rectified pinhole cameras, and rectification.yaml with\nR1, R2, P1, P2 and Q for "
+        "cv::FileStorage. A point has the same row in both images. If the cameras are one above\nthe other, "
+        "it has the same column. Around the baseline, cylindrical and equirectangular views show more "
+        "than\nhalf of all directions. Corners files in place of the folders only measure the errors of the "
+        "rows.");
     flags.add("rig", &rig_path_, "Rig file, or another file with several cameras and their poses", kFile);
     flags.add(
         "input", &views_.inputs,
@@ -181,9 +180,8 @@ class RigRectifyCommand final : public Command {
       throw misuse("--board with --camera-only", "one of them: boards are searched for in images");
     }
     if (!views_.match.empty() && !hasBoards()) {
-      throw usageError({.where = "--match",
-                        .found = "neither --board nor corners files",
-                        .expected = "one of them: only corners are compared between images"});
+      throw flagError("--match", "neither --board nor corners files",
+                      "one of them: only corners are compared between images");
     }
     view_.checkUsage(flags);
   }
@@ -362,9 +360,8 @@ class RigRectifyCommand final : public Command {
     if (errors_) {
       const auto& [num_boards, e] = *errors_;
       text += fmt::format(
-          "Errors    {} corners of {} boards: RMS {:.3f} px from the epipolar curves before\n"
-          "          {} differ by RMS {:.3f} px, mean {:.3f} px, at most {:.2f} px; {} corners in both "
-          "views\n",
+          "Errors    {} corners of {} boards: RMS {:.3f} px from the epipolar curves before\n          {} "
+          "differ by RMS {:.3f} px, mean {:.3f} px, at most {:.2f} px; {} corners in both views\n",
           e.num_pairs, num_boards, e.curve_rms_px, row, e.row_rms_px, e.row_mean_px, e.row_max_px,
           e.num_shown);
     }

@@ -140,10 +140,9 @@ class RigTriangulateCommand final : public Command {
  public:
   void setUp(Flags& flags) override {
     flags.explain(
-        "Example: alidade rig triangulate rig.yaml pixels.csv -o points.csv\n"
-        "Output: id,x,y,z,std_x,std_y,std_z,std_by_pixels,std_by_rig,error_px,num_cameras,status, in metres "
-        "in "
-        "the frame of\nthe rig. std_x to std_z are standard deviations from the noise of the pixels and the "
+        "Example: alidade rig triangulate rig.yaml pixels.csv -o points.csv\nOutput: "
+        "id,x,y,z,std_x,std_y,std_z,std_by_pixels,std_by_rig,error_px,num_cameras,status, in metres in the "
+        "frame of\nthe rig. std_x to std_z are standard deviations from the noise of the pixels and the "
         "uncertainty of the rig\ntogether; std_by_pixels and std_by_rig are the lengths of the two parts. "
         "error_px is the RMS distance of the\nprojected point from its pixels. The status is ok, "
         "too_few_cameras, no_ray (of a pixel), at_infinity (parallel\nrays), behind (the rays meet behind a "

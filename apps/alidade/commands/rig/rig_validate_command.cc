@@ -89,16 +89,12 @@ class RigValidateCommand final : public Command {
  public:
   void setUp(Flags& flags) override {
     flags.explain(
-        "Example: alidade rig validate rig.yaml left/ right/ --board checkerboard:9x6:25mm\n"
-        "Example: alidade rig validate rig.yaml left/ right/ --footage\n"
-        "Inputs are in the order of the rig's cameras, unless --names or their own names say otherwise.\n"
-        "--footage needs no board: points that two cameras see at the same time show whether a camera was "
-        "turned or its lens is\nanother one (docs/footage.md). It may be unable to tell.\n"
-        "Exit code 3: the images contradict the rig.");
+        "Example: alidade rig validate rig.yaml left/ right/ --board checkerboard:9x6:25mm\nExample: alidade "
+        "rig validate rig.yaml left/ right/ --footage\nInputs are in the order of the rig's cameras, unless "
+        "--names or their own names say otherwise.\n--footage needs no board: points that two cameras see at "
+        "the same time show whether a camera was turned or its lens is\nanother one (docs/footage.md). It "
+        "may be unable to tell.\nExit code 3: the images contradict the rig.");
     flags.add("rig", &rig_path_, "Rig file of any format that states where its cameras are", kFile);
-    flags.add("input", &views_.inputs,
-              "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)",
-              kFile);
     views_.addOptions(flags);
     flags.under(kFootageGroup);
     flags.addSwitch(
@@ -169,9 +165,8 @@ class RigValidateCommand final : public Command {
     for (const std::string& name : names) {
       const auto found = std::ranges::find(rig.cameras, name, nameOf);
       if (found == rig.cameras.end()) {
-        throw usageError({.where = "--names",
-                          .found = "'" + name + "'",
-                          .expected = "the cameras of the rig: " + join(mapped(rig.cameras, nameOf), ", ")});
+        throw flagError("--names", "'" + name + "'",
+                        "the cameras of the rig: " + join(mapped(rig.cameras, nameOf), ", "));
       }
       sorted.push_back(*found);
     }

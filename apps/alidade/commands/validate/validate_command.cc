@@ -42,22 +42,16 @@ class ValidateCommand final : public Command {
     flags.explain(
         "Example: alidade validate camera.yaml\nExample: alidade validate calibrations/ --strict --junit "
         "report.xml\nExample: alidade validate camera.yaml --images photos/ --board "
-        "checkerboard:9x6:25mm\nExample: alidade validate "
-        "camera.yaml --footage walk.mp4\nPrints a line for each file and the totals; --verbose adds a line "
-        "for each "
-        "check, --quiet prints only files that fail.\nFolders are searched with their sub-folders for yaml, "
-        "yml, json, xml, txt, cameramodel and cam. Files that do not name\na camera are only counted. Of a "
-        "rig, "
-        "the poses are checked too.\n"
-        "--images tests the camera on photographs that were not used for its calibration. Use 10 or "
+        "checkerboard:9x6:25mm\nExample: alidade validate camera.yaml --footage walk.mp4\nPrints a line for "
+        "each file and the totals; --verbose adds a line for each check, --quiet prints only files that "
+        "fail.\nFolders are searched with their sub-folders for yaml, yml, json, xml, txt, cameramodel and "
+        "cam. Files that do not name\na camera are only counted. Of a rig, the poses are checked "
+        "too.\n--images tests the camera on photographs that were not used for its calibration. Use 10 or "
         "more.\n--footage tests it on ordinary pictures of a scene in which nothing moves, without a board "
         "(docs/footage.md): whether\nanother focal length, centre or distortion explains them better. It may "
-        "be unable to "
-        "tell; that is a warning.\nFiles may have any supported format (docs/formats.md); FILE#NAME selects "
-        "one camera of a "
-        "file with several.\nExit code 0: no file failed; 1: no camera file, or --images, --footage or "
-        "--against "
-        "cannot be used; 3: a file failed.");
+        "be unable to tell; that is a warning.\nFiles may have any supported format (docs/formats.md); "
+        "FILE#NAME selects one camera of a file with several.\nExit code 0: no file failed; 1: no camera "
+        "file, or --images, --footage or --against cannot be used; 3: a file failed.");
     flags.add("file", &files_, "Camera files, folders, or patterns in quotes", kFile);
     flags.addSwitch("--strict", is_strict_, "Treat warnings as failures");
     flags.addSwitch("--verbose", is_verbose_, "Print every check");
@@ -119,10 +113,9 @@ class ValidateCommand final : public Command {
     std::error_code error;
     if (!junit_path_.empty() && std::filesystem::is_regular_file(junit_path_, error) &&
         !isJunitReport(junit_path_)) {
-      throw usageError({.where = "--junit " + junit_path_,
-                        .found = "an existing file that is no JUnit report",
-                        .expected = "a new file, or an earlier report",
-                        .next_step = "choose another name, otherwise the file would be overwritten"});
+      throw flagError("--junit " + junit_path_, "an existing file that is no JUnit report",
+                      "a new file, or an earlier report",
+                      "choose another name, otherwise the file would be overwritten");
     }
     if (!report_.empty()) checkOutputs(outputs, allSources(listed), common_, 1);
     if (footage_.empty() && !front_end_.empty()) {
@@ -175,10 +168,9 @@ class ValidateCommand final : public Command {
       append(names, mapped(sources[i]->refused, cameraLabel<RefusedCamera>));
       if (names.size() <= 1) continue;
       const std::string& path = listed[i].path;
-      throw usageError({.where = "--footage: " + path,
-                        .found = fmt::format("a file with {} cameras", names.size()),
-                        .expected = "the one camera that took the footage",
-                        .next_step = fmt::format("test each camera alone: {}#{}", path, names.front())});
+      throw flagError("--footage: " + path, fmt::format("a file with {} cameras", names.size()),
+                      "the one camera that took the footage",
+                      fmt::format("test each camera alone: {}#{}", path, names.front()));
     }
     return sources;
   }

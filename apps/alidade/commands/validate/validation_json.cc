@@ -28,7 +28,7 @@ json checksJson(const std::vector<FileCheck>& list) {
   return checks;
 }
 
-json changeJson(const CameraChange& change) {
+json cameraChangeJson(const CameraChange& change) {
   return {{"id", changeId(change.kind)},
           {"text", describe(change)},
           {"amounts", change.amounts},
@@ -42,26 +42,23 @@ json changeJson(const CameraChange& change) {
 }
 
 json cellsJson(const FootageCheck& check) {
-  json cells = json::array();
-  for (const FootageCell& cell : check.cells) {
-    cells.push_back({{"num_pixels", cell.num_pixels},
-                     {"rms_px", cell.num_pixels > 0 ? json(cell.rms_px) : json(nullptr)},
-                     {"dx", cell.num_pixels > 0 ? json(cell.mean_px.x()) : json(nullptr)},
-                     {"dy", cell.num_pixels > 0 ? json(cell.mean_px.y()) : json(nullptr)}});
-  }
-  return cells;
+  return mapped(check.cells, [](const FootageCell& cell) -> json {
+    const auto orNone = [&](double value) { return cell.num_pixels > 0 ? json(value) : json(nullptr); };
+    return {{"num_pixels", cell.num_pixels},
+            {"rms_px", orNone(cell.rms_px)},
+            {"dx", orNone(cell.mean_px.x())},
+            {"dy", orNone(cell.mean_px.y())}};
+  });
 }
 
 json footageCheckJson(const FootageCheck& check) {
-  json changes = json::array();
-  for (const CameraChange& change : check.changes) changes.push_back(changeJson(change));
   const bool is_tested = check.num_windows > 0;
   const auto orNone = [&](double value) { return is_tested ? json(value) : json(nullptr); };
   return {{"verdict", verdictId(check.verdict)},
           {"gap", check.gap == FootageGap::kNone ? json(nullptr) : json(gapId(check.gap))},
           {"explanation",
            check.explanation ? json(changeId(check.changes.at(*check.explanation).kind)) : json(nullptr)},
-          {"changes", std::move(changes)},
+          {"changes", mapped(check.changes, cameraChangeJson)},
           {"blind_px", check.changes.empty() ? json(nullptr) : json(check.blind_px)},
           {"num_frames", check.num_frames},
           {"num_windows", check.num_windows},
@@ -99,14 +96,6 @@ json footageJson(const FootageJudgement& judgement) {
           {"edits", std::move(edits)}};
 }
 
-json cornersJson(const HeldOutView& view) {
-  json corners = json::array();
-  for (const HeldOutCorner& corner : view.corners) {
-    corners.push_back(cornerJson(corner.id, corner.pixel, corner.error_px));
-  }
-  return corners;
-}
-
 json heldOutViewJson(const HeldOutView& view, const std::vector<Board>& boards, bool has_corners) {
   double largest_px = view.corners.empty() ? std::numeric_limits<double>::quiet_NaN() : 0;
   for (const HeldOutCorner& corner : view.corners) largest_px = std::max(largest_px, corner.error_px.norm());
@@ -119,7 +108,11 @@ json heldOutViewJson(const HeldOutView& view, const std::vector<Board>& boards, 
                    {"freed_rms_px", view.freed_rms_px}};
   if (boards.size() > 1) document["board"] = boards[view.board].spec();
   if (!view.corners.empty()) document["camera_from_board"] = view.camera_from_board;
-  if (has_corners) document["corners"] = cornersJson(view);
+  if (has_corners) {
+    document["corners"] = mapped(view.corners, [](const HeldOutCorner& corner) {
+      return cornerJson(corner.id, corner.pixel, corner.error_px);
+    });
+  }
   return document;
 }
 
