@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <filesystem>
 
 #include <fmt/format.h>
 
@@ -23,8 +22,6 @@
 
 namespace alidade {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr const char* kCameraName = "camera.yaml";
 constexpr const char* kProjectionName = "projection.yaml";
@@ -55,34 +52,30 @@ class UndistortCommand final : public Command {
     std::vector<std::string> sources = paths;
     append(sources, {cameraFilePath(camera_path_), common_.config});
     refuseFolderOfInputs(output_, sources);
-    std::vector<RemappedImage> images = namedImages(paths);
-    const ViewChoice choice = chooseView(source.camera, source.image_size, view_.request<ViewRequest>(flags));
-    const double dark_share = write(source, choice, images);
-    const std::vector<std::string> notes = notesOn(choice, images);
-    answer([&] { return viewJson(choice, images, dark_share, notes); },
-           [&] { return summary(choice.view, images, dark_share); });
-    if (!common_.quiet) printNotes(notes);
-    return reportSkipped(images) ? static_cast<int>(ErrorCode::kInput) : 0;
+    images_ = namedImages(paths);
+    choice_ = chooseView(source.camera, source.image_size, view_.request<ViewRequest>(flags));
+    write(source);
+    answer([&] { return viewJson(); }, [&] { return summary(); });
+    if (!common_.quiet) printNotes(notes());
+    return reportSkipped(images_) ? static_cast<int>(ErrorCode::kInput) : 0;
   }
 
  private:
-  // @returns the share of the view's pixels that have no source
-  double write(const CameraRecord& source, const ViewChoice& choice,
-               std::vector<RemappedImage>& images) const {
+  void write(const CameraRecord& source) {
     PendingFolder folder(output_, common_.command, view_.may_overwrite, common_.quiet);
     const RemapTable table =
-        makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, common_.cancel);
+        makeRemapTable(source.camera, source.image_size, choice_.view, common_.jobs, common_.cancel);
     folder.write([&] {
-      remapAll(images, table, folder,
+      remapAll(images_, table, folder,
                {.label = "undistorting",
                 .subfolder = "",
                 .interpolation = view_.interpolationKind(),
                 .common = common_});
     });
-    requireAnImage(images);
-    folder.write([&] { writeView(choice.view, folder); });
+    requireAnImage(images_);
+    folder.write([&] { writeView(folder); });
     folder.commit();
-    return darkShare(table);
+    dark_share_ = darkShare(table);
   }
 
   void checkUsage(const Flags& flags) const {
@@ -93,46 +86,45 @@ class UndistortCommand final : public Command {
     view_.checkUsage(flags);
   }
 
-  void writeView(const OutputView& view, const PendingFolder& folder) const {
+  void writeView(const PendingFolder& folder) const {
+    const OutputView& view = choice_.view;
     if (view.projection != ViewProjection::kRectilinear)
       return writeProjectionFile(folder.path(kProjectionName), {.view = view, .created_by = maker()});
     saveCamera(folder.path(kCameraName), bareRecord(pinholeOf(view), view.size, maker()));
   }
 
-  static std::vector<std::string> notesOn(const ViewChoice& choice,
-                                          const std::vector<RemappedImage>& images) {
+  [[nodiscard]] std::vector<std::string> notes() const {
     std::vector<std::string> notes;
-    if (choice.cut_share > 0) {
+    if (choice_.cut_share > 0) {
       notes.push_back(fmt::format(
           "{:.2g} % of the input pixels are more than {:.0f} degrees from the {} and were cut off; {}",
-          100 * choice.cut_share, kMaxTangentAngleRad * kDegPerRad,
-          choice.view.projection == ViewProjection::kCylindrical ? "horizon" : "axis",
+          100 * choice_.cut_share, kMaxTangentAngleRad * kDegPerRad,
+          choice_.view.projection == ViewProjection::kCylindrical ? "horizon" : "axis",
           "--projection equirectangular shows them all"));
-    } else if (choice.is_limited_by_projection) {
+    } else if (choice_.is_limited_by_projection) {
       notes.push_back(fmt::format("a {} view cannot show all pixels of the input",
-                                  projectionName(choice.view.projection)));
+                                  projectionName(choice_.view.projection)));
     }
-    append(notes, orientationNotes(images));
+    append(notes, orientationNotes(images_));
     return notes;
   }
 
-  [[nodiscard]] std::string summary(const OutputView& view, const std::vector<RemappedImage>& images,
-                                    double dark_share) const {
+  [[nodiscard]] std::string summary() const {
+    const OutputView& view = choice_.view;
     const std::string what =
         camera_only_ ? "no images"
-                     : fmt::format("{} of {} images", images.size() - numSkipped(images), images.size());
+                     : fmt::format("{} of {} images", images_.size() - numSkipped(images_), images_.size());
     const std::string scale = view.projection == ViewProjection::kRectilinear
                                   ? fmt::format("focal length {:.2f} px", view.scale_px.x())
                                   : fmt::format("{:.4g} px per degree", view.scale_px.x() / kDegPerRad);
     return fmt::format(
         "{}: {}; {}, {} px, {:.1f} degrees wide, {}, {:.2g} % of the pixels are black (no source)\n",
         printable(output_), what, projectionName(view.projection), sizeText(view.size),
-        view.horizontalFieldRad() * kDegPerRad, scale, 100 * dark_share);
+        view.horizontalFieldRad() * kDegPerRad, scale, 100 * dark_share_);
   }
 
-  [[nodiscard]] std::string viewJson(const ViewChoice& choice, const std::vector<RemappedImage>& images,
-                                     double dark_share, const std::vector<std::string>& notes) const {
-    const OutputView& view = choice.view;
+  [[nodiscard]] std::string viewJson() const {
+    const OutputView& view = choice_.view;
     const bool is_flat = view.projection == ViewProjection::kRectilinear;
     return jsonText({{"folder", output_},
                      {"file", is_flat ? kCameraName : kProjectionName},
@@ -141,10 +133,10 @@ class UndistortCommand final : public Command {
                      {is_flat ? "focal_px" : "pixels_per_radian", vectorJson(view.scale_px)},
                      {"axis_pixel", vectorJson(view.axis_px)},
                      {"horizontal_fov_deg", view.horizontalFieldRad() * kDegPerRad},
-                     {"share_without_source", dark_share},
-                     {"share_cut", choice.cut_share},
-                     {"images", imagesJson(images)},
-                     {"notes", notes}});
+                     {"share_without_source", dark_share_},
+                     {"share_cut", choice_.cut_share},
+                     {"images", imagesJson(images_)},
+                     {"notes", notes()}});
   }
 
   std::string camera_path_;
@@ -153,6 +145,9 @@ class UndistortCommand final : public Command {
   std::string output_;
   ViewOptions view_;
   bool camera_only_ = false;
+  std::vector<RemappedImage> images_;
+  ViewChoice choice_;
+  double dark_share_ = 0;  // of the view's pixels, without a source
 };
 
 }  // namespace

@@ -75,16 +75,13 @@ std::string fitTextOfRig(const RigCalibration& rig, int num_frames) {
                    "views of an ambiguous board renumbered");
 }
 
-std::string imagesText(const RigCamera& camera, const GivenViews& given) {
-  return fmt::format("corners in {} of {} images", numImagesUsed(camera.calibration), given.num_images);
-}
-
 std::string cameraText(const RigCalibration& rig, std::size_t index, const GivenViews& given) {
   const RigCamera& camera = rig.cameras[index];
   const FitCamera& fitted = rig.fit.cameras[index];
-  std::string text = fmt::format("{}: {}{}, {} px; {}; RMS {:.3f} px (alone {:.3f})", camera.name,
-                                 fitted.model, camera.given ? " (fixed)" : "", sizeText(fitted.size),
-                                 imagesText(camera, given), camera.rms_px, camera.alone_rms_px);
+  std::string text =
+      fmt::format("{}: {}{}, {} px; corners in {} of {} images; RMS {:.3f} px (alone {:.3f})", camera.name,
+                  fitted.model, camera.given ? " (fixed)" : "", sizeText(fitted.size),
+                  numImagesUsed(camera.calibration), given.num_images, camera.rms_px, camera.alone_rms_px);
   if (std::isfinite(camera.link.transfer_px))
     text += "; from its neighbour within " + pixels(camera.link.transfer_px);
   if (index == 0) return text;
@@ -99,11 +96,6 @@ std::string cameraText(const RigCalibration& rig, std::size_t index, const Given
 // Is this about the given images rather than the rig?
 bool isOfInput(const Diagnosis& diagnosis) {
   return diagnosis.severity == Severity::kNote && diagnosis.id.kind().subject == Subject::kMatching;
-}
-
-std::string nextStepText(const RigCalibration& rig) {
-  if (rig.isUsable()) return "test the rig on other frames: alidade rig validate";
-  return "correct the failures above and calibrate again; --report page.html shows each frame";
 }
 
 std::string poseText(const RigCamera& camera, const SE3& camera_from_rig) {
@@ -137,7 +129,12 @@ std::string rigSummaryText(const RigCalibration& rig, const std::vector<GivenVie
   for (std::size_t c = 0; c < rig.cameras.size(); ++c)
     append(rest, wrapped(c == 0 ? "Camera" : "", cameraText(rig, c, given[c])));
   append(rest, boardLines(rig.fit, rig.fit.boards.size() > 1 ? 2 : 1));
-  append(rest, wrapped("Next", nextStepText(rig)));
+  append(
+      rest,
+      wrapped("Next",
+              rig.isUsable()
+                  ? "test the rig on other frames: alidade rig validate"
+                  : "correct the failures above and calibrate again; --report page.html shows each frame"));
   std::vector<Diagnosis> others;
   for (const Diagnosis& diagnosis : rig.diagnoses) {
     if (diagnosis.severity == Severity::kFailure)

@@ -66,14 +66,6 @@ void requireSameSizes(const RigRecord& a, const RigRecord& b, const std::string&
   }
 }
 
-std::vector<LensComparison> compareCameras(const RigRecord& a, const RigRecord& b,
-                                           const DifferenceOptions& options) {
-  std::vector<LensComparison> pairs;
-  for (std::size_t i = 0; i < a.cameras.size(); ++i)
-    pairs.push_back(compareLenses(a.cameras[i].camera, b.cameras[i].camera, options));
-  return pairs;
-}
-
 std::vector<PlacedCamera> placedCameras(const RigRecord& rig) {
   return mapped(rig.cameras, [](const RigCameraRecord& camera) {
     return PlacedCamera{.camera = &camera.camera.camera,
@@ -211,7 +203,9 @@ int diffRigs(const CameraSource& a, const CameraSource& b, const DifferenceOptio
   requireSameSizes(rig_a, rig_b, b.path);
   const std::vector<PlacedCamera> in_a = placedCameras(rig_a);
   const std::vector<PlacedCamera> in_b = placedCameras(rig_b);
-  const std::vector<LensComparison> pairs = compareCameras(rig_a, rig_b, of_cameras);
+  std::vector<LensComparison> pairs;
+  for (std::size_t i = 0; i < in_a.size(); ++i)
+    pairs.push_back(compareLenses(rig_a.cameras[i].camera, rig_b.cameras[i].camera, of_cameras));
   const RigDifference difference = rigDifference(in_a, in_b, distance_m.value_or(usualDistance(in_a)));
   const std::vector<std::string> names = namesOf(rig_a);
   const auto no = rigComplaint(names, pairs, difference, tolerance_px);

@@ -172,13 +172,11 @@ class RigRectifyCommand final : public Command {
       throw missing(fmt::format("{} inputs", views_.inputs.size()),
                     "two, for the first and the second camera, or --camera-only");
     }
-    if (!camera_only_ && isCornersFile(views_.inputs[0]) != isCornersFile(views_.inputs[1])) {
+    if (!camera_only_ && isCornersFile(views_.inputs[0]) != isCornersFile(views_.inputs[1]))
       throw misuse("a corners file beside images", "two corners files or two folders of images");
-    }
     if (output_.empty() && !hasCornersFiles()) throw missing("no --output", "-o FOLDER");
-    if (camera_only_ && !views_.boards.empty()) {
+    if (camera_only_ && !views_.boards.empty())
       throw misuse("--board with --camera-only", "one of them: boards are searched for in images");
-    }
     if (!views_.match.empty() && !hasBoards()) {
       throw flagError("--match", "neither --board nor corners files",
                       "one of them: only corners are compared between images");

@@ -26,10 +26,7 @@ namespace {
 using detail::TableLines;
 
 // A point to find: its name in the input, and where it is seen.
-struct SeenPoint {
-  std::string id;
-  std::vector<RigPixel> pixels;
-};
+using SeenPoint = std::pair<std::string, std::vector<RigPixel>>;
 
 constexpr const char* kColumns = "id,camera,u,v";
 constexpr std::array<const char*, 6> kEntries = {"xx", "xy", "xz", "yy", "yz", "zz"};
@@ -93,8 +90,8 @@ std::vector<SeenPoint> readPixels(const std::string& path, const AnyRig& rig, do
     const std::string id(lines.fields()[fields[0]]);
     const RigPixel pixel = pixelOf(lines, fields, rig, default_sigma_px);
     const auto [at, is_new] = index_of.emplace(id, points.size());
-    if (is_new) points.push_back({.id = id, .pixels = {}});
-    std::vector<RigPixel>& pixels = points[at->second].pixels;
+    if (is_new) points.emplace_back(id, std::vector<RigPixel>());
+    std::vector<RigPixel>& pixels = points[at->second].second;
     if (std::ranges::find(pixels, pixel.camera, &RigPixel::camera) != pixels.end()) {
       throw lines.error(
           "a second pixel of point '" + id + "' in camera '" + rig.camera(pixel.camera).name + "'",
@@ -179,7 +176,7 @@ class RigTriangulateCommand final : public Command {
     std::vector<Triangulation> answers(points.size());
     parallelFor(
         points.size(), resolveJobs(common_.jobs),
-        [&](std::size_t i) { answers[i] = triangulate(rig, points[i].pixels, covariance); }, common_.cancel);
+        [&](std::size_t i) { answers[i] = triangulate(rig, points[i].second, covariance); }, common_.cancel);
     write(points, answers, covariance.size() > 0);
     if (common_.quiet) return 0;
     if (covariance.size() == 0 && !points.empty())
@@ -203,14 +200,13 @@ class RigTriangulateCommand final : public Command {
     json list = json::array();
     for (std::size_t i = 0; i < points.size(); ++i) {
       const NamedNumbers numbers = numbersOf(answers[i], is_rig_known, has_covariance_);
-      const std::size_t num_cameras = points[i].pixels.size();
-      table += detail::csvField(points[i].id);
-      json point = {
-          {"id", points[i].id}, {"num_cameras", num_cameras}, {"status", statusId(answers[i].status)}};
+      const auto& [id, pixels] = points[i];
+      table += detail::csvField(id);
+      json point = {{"id", id}, {"num_cameras", pixels.size()}, {"status", statusId(answers[i].status)}};
       for (const auto& [name, value] : numbers) {
         table += "," + exactText(value);
         if (common_.json) point[name] = value;
-        if (name == "error_px") table += fmt::format(",{},{}", num_cameras, statusId(answers[i].status));
+        if (name == "error_px") table += fmt::format(",{},{}", pixels.size(), statusId(answers[i].status));
       }
       table += "\n";
       if (common_.json) list.push_back(std::move(point));

@@ -118,9 +118,8 @@ class ValidateCommand final : public Command {
                       "choose another name, otherwise the file would be overwritten");
     }
     if (!report_.empty()) checkOutputs(outputs, allSources(listed), common_, 1);
-    if (footage_.empty() && !front_end_.empty()) {
+    if (footage_.empty() && !front_end_.empty())
       throw misuse("--front-end without --footage", "--footage with a video or photographs");
-    }
   }
 
   [[nodiscard]] std::vector<std::string> allSources(const std::vector<ListedFile>& listed) const {
@@ -135,9 +134,8 @@ class ValidateCommand final : public Command {
 
   // Finds the boards and reads the other camera, once for all files that are tested.
   void prepareComparisons() {
-    if (images_.inputs.empty() && !images_.boards.empty()) {
+    if (images_.inputs.empty() && !images_.boards.empty())
       throw misuse("--board without --images", "--images FOLDER with images of the board");
-    }
     tests_.jobs = common_.jobs;
     if (!against_.empty()) tests_.other = readCameraTelling(against_, {}, common_.quiet);
     if (images_.inputs.empty()) return;

@@ -141,13 +141,6 @@ std::string checkLines(const std::vector<FileCheck>& checks) {
   return text;
 }
 
-std::string cameraText(const FileJudgement& file, const CameraJudgement& camera) {
-  std::string text;
-  if (file.cameras.size() > 1)
-    text += fmt::format("  {}: {} {}\n", printable(camera.name), modelText(camera), cameraSizeText(camera));
-  return text + checkLines(camera.checks);
-}
-
 std::string changeLines(const FootageCheck& check) {
   std::string text;
   for (std::size_t i = 0; i < check.changes.size(); ++i) {
@@ -187,7 +180,9 @@ std::string fileText(const ValidationResult& result, const FileJudgement& file) 
   std::string text = rowsText({rowOf(result, file)});
   if (!file.error.empty()) return text;
   for (const CameraJudgement& camera : file.cameras) {
-    text += cameraText(file, camera);
+    if (file.cameras.size() > 1)
+      text += fmt::format("  {}: {} {}\n", printable(camera.name), modelText(camera), cameraSizeText(camera));
+    text += checkLines(camera.checks);
     if (camera.footage) text += footageLines(*camera.footage);
   }
   if (!file.rig_checks.empty()) text += "  rig\n" + checkLines(file.rig_checks);
