@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <boost/algorithm/string/predicate.hpp>
 
-#include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
