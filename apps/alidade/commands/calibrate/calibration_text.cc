@@ -8,6 +8,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/bend/board_bend.h"
 #include "alidade/core/degrees.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
