@@ -27,6 +27,7 @@
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/image_set.h"
+#include "alidade/report/data/utf8.h"
 #include "alidade/target/board_spec.h"
 #include "command.h"
 #include "console.h"
@@ -57,11 +58,8 @@ void prepareDebugFolder(const std::string& folder, const std::vector<std::string
   for (const std::string& image : images) {
     const std::filesystem::path parent = std::filesystem::path(image).parent_path();
     if (!std::filesystem::equivalent(parent.empty() ? "." : parent, folder, error)) continue;
-    throw usageError(
-        {.where = "--debug " + folder,
-         .found = "this is the folder of the input " + image,
-         .expected = "a different folder",
-         .next_step = "choose another folder, otherwise the next run would read the debug images as inputs"});
+    throw flagError("--debug " + folder, "this is the folder of the input " + image, "a different folder",
+                    "choose another folder, otherwise the next run would read the debug images as inputs");
   }
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder)) {
@@ -77,23 +75,22 @@ std::string specsText(std::span<const Board> boards) {
 }
 
 // Corners of one board; the command line supplies what the files do not state.
-CornersFile readVnl(const BoardInputs& inputs) {
+CornersFile readVnl(const BoardInputs& inputs, const CommonOptions& options) {
   if (inputs.boards.size() != 1) {
     throw usageError(
-        {.where = inputs.command,
+        {.where = options.command,
          .found = inputs.boards.empty() ? "no --board" : "several boards",
          .expected = "one, for example --board checkerboard:9x6:25mm",
          .next_step = inputs.inputs.front() + " has the corners of one board and does not state it"});
   }
-  const std::optional<ImageSize> size = parseSize(inputs.image_size);
-  if (!size) {
+  if (!inputs.image_size) {
     throw usageError(
-        {.where = inputs.command,
+        {.where = options.command,
          .found = "no --image-size",
          .expected = "for example --image-size 640x480",
          .next_step = inputs.inputs.front() + " does not state it; give width and height in pixels"});
   }
-  return readVnlFiles(inputs.inputs, readBoard(inputs.boards.front()), *size);
+  return readVnlFiles(inputs.inputs, readBoard(inputs.boards.front()), *inputs.image_size);
 }
 
 // Number of corners that two boards have at the same pixel.
@@ -148,7 +145,7 @@ GivenViews readCorners(const BoardInputs& inputs, const CommonOptions& options) 
                       .found = "a corners file of another format than " + inputs.inputs.front(),
                       .expected = "only .csv files, or only .vnl files"});
   }
-  CornersFile file = is_vnl ? readVnl(inputs) : readCornersFiles(inputs.inputs);
+  CornersFile file = is_vnl ? readVnl(inputs, options) : readCornersFiles(inputs.inputs);
   const std::vector<Board> asked = mapped(inputs.boards, readBoard);
   const auto isAsked = [&](const Board& board) { return std::ranges::find(asked, board) != asked.end(); };
   const bool are_same = asked.size() == file.boards.size() && std::ranges::all_of(file.boards, isAsked);
@@ -174,43 +171,43 @@ GivenViews readCorners(const BoardInputs& inputs, const CommonOptions& options) 
   return given;
 }
 
-GivenViews findBoards(const BoardInputs& inputs, const CommonOptions& options, const CancelFlag* cancel) {
-  DetectionStage stage = runDetection(inputs, options, cancel);
-  requireBoards(stage, inputs, options);
-  GivenViews given{.boards = mapped(stage.surveys, &BoardSurvey::board),
-                   .num_images = stage.numImages(),
-                   .num_found = stage.numFound(),
-                   .measures = {},
-                   .reasons = reasonLines(stage.surveys),
-                   .notes = std::move(stage.notes),
-                   .views = stage.views(),
-                   .images = mapped(stage.surveys.front().outcomes, &ImageOutcome::image),
-                   .paths = stage.surveys.front().paths,
-                   .image_set = std::move(stage.images)};
-  for (const BoardSurvey& survey : stage.surveys) {
+// Opens all input images; a terminal shows progress while videos are read.
+ImageSet openInputs(const BoardInputs& inputs, const CommonOptions& options, const ContentCache* cache) {
+  ProgressBar bar("choosing frames", options.quiet);
+  return openImages(inputs.inputs, {.num_frames = inputs.num_frames,
+                                    .num_jobs = options.jobs,
+                                    .progress = bar.reporter(),
+                                    .cancel = options.cancel,
+                                    .cache = cache});
+}
+
+// What a survey of each board found.
+GivenViews foundIn(std::vector<BoardSurvey> surveys) {
+  GivenViews given;
+  for (const BoardSurvey& survey : surveys) {
+    std::vector<View> views = survey.views();
+    std::ranges::move(views, std::back_inserter(given.views));
     const std::string measures = measuresText(survey);
     if (!measures.empty())
-      given.measures.push_back(stage.surveys.size() == 1 ? measures : survey.board.spec() + ": " + measures);
+      given.measures.push_back(surveys.size() == 1 ? measures : survey.board.spec() + ": " + measures);
   }
+  const std::vector<ImageOutcome>& outcomes = surveys.front().outcomes;
+  given.images = mapped(outcomes, &ImageOutcome::image);
+  given.paths = surveys.front().paths;
+  given.num_images = outcomes.size();
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    const auto isFound = [i](const BoardSurvey& survey) { return survey.outcomes[i].detection.hasCorners(); };
+    given.num_found += std::ranges::any_of(surveys, isFound) ? 1 : 0;
+  }
+  given.reasons = reasonLines(surveys);
+  given.surveys = std::move(surveys);
   return given;
 }
 
-// Opens all input images; a terminal shows progress while videos are read.
-ImageSet openInputs(const BoardInputs& inputs, const CommonOptions& options, const CancelFlag* cancel,
-                    const ContentCache* cache) {
-  ProgressBar bar("choosing frames", options.quiet);
-  return openImages(inputs.inputs,
-                    {.num_frames = inputs.num_frames,
-                     .num_jobs = options.jobs,
-                     .progress = [&bar](std::size_t done, std::size_t total) { bar.update(done, total); },
-                     .cancel = cancel,
-                     .cache = cache});
-}
-
 // A guess of the board; errors in the inputs are reported once there is a board.
-std::string boardOfInputs(const BoardInputs& inputs, const CommonOptions& options, const CancelFlag* cancel) {
+std::string boardOfInputs(const BoardInputs& inputs, const CommonOptions& options) {
   try {
-    return guessedBoard(openInputs(inputs, options, cancel, nullptr), cancel);
+    return guessedBoard(openInputs(inputs, options, nullptr), options.cancel);
   } catch (const Error&) {
     return {};
   }
@@ -218,32 +215,12 @@ std::string boardOfInputs(const BoardInputs& inputs, const CommonOptions& option
 
 }  // namespace
 
-std::size_t DetectionStage::numFound() const {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < numImages(); ++i) {
-    const bool is_found = std::ranges::any_of(
-        surveys, [&](const BoardSurvey& survey) { return survey.outcomes[i].detection.hasCorners(); });
-    count += is_found ? 1 : 0;
-  }
-  return count;
-}
-
-std::vector<View> DetectionStage::views() const {
-  std::vector<View> all;
-  for (const BoardSurvey& survey : surveys) {
-    std::vector<View> views = survey.views();
-    all.insert(all.end(), std::make_move_iterator(views.begin()), std::make_move_iterator(views.end()));
-  }
-  return all;
-}
-
-DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& options,
-                            const CancelFlag* cancel) {
+GivenViews runDetection(const BoardInputs& inputs, const CommonOptions& options) {
   if (inputs.boards.empty()) {
-    throw usageError({.where = inputs.command,
+    throw usageError({.where = options.command,
                       .found = "no --board",
                       .expected = "for example --board checkerboard:9x6:25mm",
-                      .next_step = boardOfInputs(inputs, options, cancel)});
+                      .next_step = boardOfInputs(inputs, options)});
   }
   const std::vector<Board> boards = mapped(inputs.boards, readBoard);
   requireDistinguishable(boards);  // before reading any image
@@ -251,9 +228,9 @@ DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& opti
   if (!inputs.cache.empty()) cache.emplace(inputs.cache);
   DetectImagesOptions detect_options;
   detect_options.num_jobs = options.jobs;
-  detect_options.cancel = cancel;
+  detect_options.cancel = options.cancel;
   detect_options.cache = cache ? &*cache : nullptr;
-  const ImageSet images = openInputs(inputs, options, cancel, detect_options.cache);
+  const ImageSet images = openInputs(inputs, options, detect_options.cache);
   std::map<std::string, std::string> debug_paths;
   std::mutex mutex;
   std::string debug_complaint;  // failing to write a drawing must not lose the corners
@@ -282,61 +259,60 @@ DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& opti
       if (!box.isEmpty()) pictures->add(outcomes.front().image, image, box.volume());
     };
   }
-  DetectionStage stage;
+  GivenViews given;
   {
     ProgressBar bar("detecting boards", options.quiet);
-    detect_options.progress = [&bar](std::size_t done, std::size_t total) { bar.update(done, total); };
-    stage.surveys = surveyImages(images, boards, detect_options);
+    detect_options.progress = bar.reporter();
+    given = foundIn(surveyImages(images, boards, detect_options));
   }
-  stage.notes = images.notes();
-  stage.images = images;
-  for (const BoardSurvey& survey : stage.surveys) {
-    for (const Diagnosis& note : survey.notes) stage.notes.push_back(note.message());
+  given.boards = boards;
+  given.notes = images.notes();
+  given.image_set = images;
+  for (const BoardSurvey& survey : given.surveys) {
+    for (const Diagnosis& note : survey.notes) given.notes.push_back(note.message());
   }
   if (!debug_complaint.empty())
-    stage.notes.push_back("some debug images could not be written: " + debug_complaint);
+    given.notes.push_back("some debug images could not be written: " + debug_complaint);
   // Not part of the notes, which corners files store and which must not depend on the cache.
   if (cache && !options.quiet) {
     for (const std::string& complaint : cache->complaints()) printMessage("note: " + oneLine(complaint));
   }
-  return stage;
+  return given;
 }
 
-void requireBoards(const DetectionStage& stage, const BoardInputs& given, const CommonOptions& options) {
-  const std::vector<BoardSurvey>& surveys = stage.surveys;
-  if (stage.numFound() > 0) {
+void requireBoards(const GivenViews& found, const BoardInputs& given, const CommonOptions& options) {
+  const std::vector<BoardSurvey>& surveys = found.surveys;
+  if (found.num_found > 0) {
     for (const BoardSurvey& survey : surveys) {
       if (!options.quiet && survey.numFound() == 0)
         printMessage("warning: no image shows the board " + survey.board.spec());
     }
     return;
   }
-  if (!options.quiet && stage.numImages() > 1) printListed(reasonLines(surveys));
-  const BoardSurvey& first = surveys.front();
-  const std::vector<std::string>& paths = first.paths;
+  if (!options.quiet && found.num_images > 1) printListed(found.reasons);
+  const std::vector<std::string>& paths = found.paths;
   std::map<DetectionReason, int> counts;
   for (const BoardSurvey& survey : surveys) {
     for (const ImageOutcome& outcome : survey.outcomes) ++counts[outcome.detection.reason];
   }
   if (counts.contains(DetectionReason::kUnreadable) && counts.size() == 1) {
-    const std::string& why = first.outcomes.front().detection.detail;
+    const std::string& why = surveys.front().outcomes.front().detection.detail;
     if (paths.size() == 1) throw inputError({.found = why});
     throw noneUsableError(paths.size(), "none of them can be read", why);
   }
   std::vector<std::string> reasons;
   for (const auto& [reason, count] : counts)
     reasons.push_back(fmt::format("{} {}", count, reasonCode(reason)));
-  const std::vector<Board> boards = mapped(surveys, &BoardSurvey::board);
   std::optional<BoardHint> hint;
   const BoardSurvey* hinted = nullptr;
   for (auto survey = surveys.begin(); survey != surveys.end() && !hint; ++survey) {
-    hint = diagnoseBoard(survey->outcomes, survey->board, boards);
+    hint = diagnoseBoard(survey->outcomes, survey->board, found.boards);
     hinted = &*survey;
   }
   throw inputError(
       {.where = paths.size() == 1 ? paths.front() : fmt::format("{} images", paths.size()),
        .found = fmt::format("no board ({})", join(reasons, ", ")),
-       .expected = join(mapped(boards,
+       .expected = join(mapped(found.boards,
                                [](const Board& board) {
                                  return fmt::format("{} ({}, columns x rows)", board.spec(),
                                                     board.countsText());
@@ -394,9 +370,7 @@ void BoardInputs::checkDebugFolder(const std::string& output) const {
     return whole.has_filename() ? whole : whole.parent_path();
   };
   if (debug_folder.empty() || output.empty() || normal(debug_folder) != normal(output)) return;
-  throw usageError({.where = "--debug " + debug_folder,
-                    .found = "this is also the output",
-                    .expected = "a different folder"});
+  throw flagError("--debug " + debug_folder, "this is also the output", "a different folder");
 }
 
 BoardShapeMode shapeMode(std::string_view name) {
@@ -428,9 +402,37 @@ bool isCornersFile(const std::string& path) {
   return path.ends_with(".csv") || path.ends_with(".CSV") || isVnlFile(path);
 }
 
-GivenViews readViews(const BoardInputs& inputs, const CommonOptions& options, const CancelFlag* cancel) {
-  return isCornersFile(inputs.inputs.front()) ? readCorners(inputs, options)
-                                              : findBoards(inputs, options, cancel);
+GivenViews readViews(const BoardInputs& inputs, const CommonOptions& options) {
+  if (isCornersFile(inputs.inputs.front())) return readCorners(inputs, options);
+  GivenViews given = runDetection(inputs, options);
+  requireBoards(given, inputs, options);
+  return given;
+}
+
+PictureSource picturesOf(const std::vector<std::string>& names, const std::optional<ImageSet>& set,
+                         const PassingPictures* passing) {
+  if (!set) return {};
+  std::map<std::string, std::size_t> index_of;
+  for (std::size_t i = 0; i < names.size(); ++i) index_of[validUtf8(names[i])] = i;
+  PictureSource source;
+  source.image_of = [=](const std::string& name) -> std::optional<GrayImage> {
+    const auto found = index_of.find(name);
+    if (found == index_of.end()) return std::nullopt;
+    if (passing != nullptr) {
+      if (std::optional<GrayImage> kept = passing->imageOf(set->name(found->second))) return kept;
+    }
+    try {
+      return set->read(found->second).decode().image;
+    } catch (const Error&) {
+      return std::nullopt;  // the page shows the corners in its place
+    }
+  };
+  if (passing == nullptr) return source;
+  source.picture_of = [=](const std::string& name) {
+    const auto found = index_of.find(name);
+    return found == index_of.end() ? std::nullopt : passing->pictureOf(set->name(found->second));
+  };
+  return source;
 }
 
 }  // namespace alidade

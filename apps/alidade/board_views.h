@@ -2,15 +2,14 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "alidade/calibrate/start/calibration_options.h"
-#include "alidade/core/cancel.h"
 #include "alidade/detect/survey.h"
 #include "alidade/imagery/image_set.h"
+#include "alidade/report/data/evidence.h"
 #include "alidade/report/figures/page_pictures.h"
 #include "alidade/target/board.h"
 #include "alidade/target/view.h"
@@ -20,31 +19,17 @@
 
 namespace alidade {
 
-/// The boards found in images, and notes for the user.
-struct DetectionStage {
-  std::vector<BoardSurvey> surveys;  ///< one per board
-  std::optional<ImageSet> images;    ///< that were searched
-  std::vector<std::string> notes;    ///< one sentence each
-
-  [[nodiscard]] std::size_t numImages() const { return surveys.front().outcomes.size(); }
-  /// The number of images with corners of any board.
-  [[nodiscard]] std::size_t numFound() const;
-  /// The views of all boards, board by board.
-  [[nodiscard]] std::vector<View> views() const;
-};
-
 /// The inputs and options of a command that needs views of boards.
 struct BoardInputs {
-  std::string command;                   ///< command name, for messages
   std::vector<std::string> inputs = {};  ///< folders, image files, patterns or videos; or corners files
   std::vector<std::string> boards = {};  ///< SPECs or board files; a .csv corners file states its own
   std::size_t num_frames = 100;          ///< to search in each video or sequence
   std::string cache = {};                ///< folder for results of detection; empty: none
   /// Folder for images with the detections drawn on them; empty: none.
   std::string debug_folder = {};
-  bool has_debug_flag = false;          ///< the command has --debug
-  std::string image_size = {};          ///< "640x480", for .vnl files, which do not state it
-  PassingPictures* pictures = nullptr;  ///< filled during the search for boards, by path
+  bool has_debug_flag = false;               ///< of the command
+  std::optional<ImageSize> image_size = {};  ///< for .vnl files, which do not state it
+  PassingPictures* pictures = nullptr;       ///< to be filled while the images are searched, by their paths
 
   /// The flag --board, which may be repeated. A wrong SPEC is reported where it was given, on the command
   /// line or in a settings file.
@@ -60,40 +45,42 @@ struct BoardInputs {
 [[nodiscard]] BoardShapeMode shapeMode(std::string_view name);
 inline const Values kBoardShapes = oneOf({"flat", "warp", "uneven", "auto"});
 
+/// The views given to a command, with the information that its reports need.
+struct GivenViews : GivenImages {
+  std::vector<Board> boards = {};
+  std::vector<std::string> measures = {};  ///< how the images show each board, as far as that is known
+  std::vector<View> views = {};            ///< of one image size
+  std::vector<BoardSurvey> surveys = {};   ///< one for each board; none for corners files, as what follows
+  std::vector<std::string> images = {};    ///< all that were searched for boards
+  std::vector<std::string> paths = {};     ///< of these images
+  std::optional<ImageSet> image_set = {};  ///< these images, to be read again
+};
+
 /// Finds the boards in all images of the inputs, with progress on a terminal, and sets aside those that must
 /// not be used (see surveyImages).
 /// @throws Error (kInput) if there is no image; (kUsage) without a board, for boards that look alike, or if
 /// the debug folder holds inputs; Cancelled
-[[nodiscard]] DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& options,
-                                          const CancelFlag* cancel);
+[[nodiscard]] GivenViews runDetection(const BoardInputs& inputs, const CommonOptions& options);
 
 /// Throws unless at least one image has corners; the error states what each image shows instead. Warns of
 /// boards that no image shows.
-void requireBoards(const DetectionStage& stage, const BoardInputs& given, const CommonOptions& options);
+void requireBoards(const GivenViews& found, const BoardInputs& given, const CommonOptions& options);
 
 /// The range of each measure over the images with corners, in one line for people; empty without images.
 [[nodiscard]] std::string measuresText(const BoardSurvey& survey);
-
-/// The views given to a command, with the information that its reports need.
-struct GivenViews {
-  std::vector<Board> boards;
-  std::size_t num_images = 0;         ///< given
-  std::size_t num_found = 0;          ///< with a board
-  std::vector<std::string> measures;  ///< measures of each board's images, if known
-  std::vector<std::string> reasons;   ///< one line per image without a board
-  std::vector<std::string> notes;
-  std::vector<View> views;            ///< of one image size
-  std::vector<std::string> images;    ///< all that were searched for boards; empty for corners files
-  std::vector<std::string> paths;     ///< of these images
-  std::optional<ImageSet> image_set;  ///< these images, for reading them again
-};
 
 /// True for the name of a corners file.
 [[nodiscard]] bool isCornersFile(const std::string& path);
 
 /// Reads the corners files, or finds the boards in the images.
 /// @throws Error (kInput) if there is no board, (kUsage) for images without a board SPEC; Cancelled
-[[nodiscard]] GivenViews readViews(const BoardInputs& inputs, const CommonOptions& options,
-                                   const CancelFlag* cancel);
+[[nodiscard]] GivenViews readViews(const BoardInputs& inputs, const CommonOptions& options);
+
+/// Images by the names that the evidence has for them, in which bytes that are not UTF-8 are replaced. An
+/// image that cannot be read has no picture.
+/// @param names    of the images of the set, which may be none
+/// @param passing  pictures made while these images were searched, which outlive the source; may be null
+[[nodiscard]] PictureSource picturesOf(const std::vector<std::string>& names,
+                                       const std::optional<ImageSet>& set, const PassingPictures* passing);
 
 }  // namespace alidade

@@ -7,18 +7,14 @@
 
 namespace alidade {
 
-void CameraOptions::addOptions(Flags& flags) {
+void addReadOptions(Flags& flags, ReadOptions& options) {
   flags.under(kCameraFileGroup);
-  flags.add("--image-size", &size,
+  flags.add("--image-size", &options.image_size,
             "Image size in pixels (WIDTHxHEIGHT), for camera files that do not state it", kSizeText);
-  flags.add("--read-as", &read_as,
+  flags.add("--read-as", &options.model,
             "Model of four distortion coefficients, for files that do not state it: radtan or kannala_brandt",
             oneOf({"radtan", "kannala_brandt"}));
   flags.under(nullptr);
-}
-
-ReadOptions CameraOptions::readOptions() const {
-  return {.image_size = parseSize(size), .model = read_as};
 }
 
 CameraRecord readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet) {

@@ -9,15 +9,8 @@
 
 namespace alidade {
 
-/// Properties that a camera file of another tool may not state.
-struct CameraOptions {
-  std::string size;     ///< "640x480"; empty = from the file
-  std::string read_as;  ///< model; empty = from the file
-
-  /// The flags --image-size and --read-as.
-  void addOptions(Flags& flags);
-  [[nodiscard]] ReadOptions readOptions() const;
-};
+/// The flags --image-size and --read-as for what a camera file of another tool may leave open.
+void addReadOptions(Flags& flags, ReadOptions& options);
 
 /// Reads the only camera of a file of any format. Prints what was skipped or assumed in the file, unless
 /// `quiet`.

@@ -6,15 +6,36 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error_text.h"
+#include "console.h"
 
 namespace alidade {
 
-Error missingError(const std::string& command, const std::string& found, const std::string& expected) {
+void Command::answer(const Answer& document, const Answer& text) {
+  if (common_.json) {
+    printResult(document());
+    has_answered_ = true;
+  } else if (!common_.quiet) {
+    printResult(text());
+  }
+}
+
+Error Command::missing(const std::string& found, const std::string& expected) const {
   // For a missing flag, its value is the next step; for an input, the help.
-  return usageError({.where = command,
-                     .found = found,
-                     .expected = expected,
-                     .next_step = found.starts_with("no --") ? "" : "alidade " + command + " --help"});
+  return misuse(found, expected, found.starts_with("no --") ? "" : "alidade " + common_.command + " --help");
+}
+
+Error Command::misuse(const std::string& found, const std::string& expected,
+                      const std::string& next_step) const {
+  return usageError({.where = common_.command, .found = found, .expected = expected, .next_step = next_step});
+}
+
+std::string Command::maker() const {
+  return programName() + " " + common_.command;
+}
+
+Error flagError(const std::string& flag, const std::string& found, const std::string& expected,
+                const std::string& next_step) {
+  return usageError({.where = flag, .found = found, .expected = expected, .next_step = next_step});
 }
 
 Error noneUsableError(std::size_t num_images, const std::string& complaint, const std::string& first_error) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,34 +22,59 @@ class Command {
   /// Does the work. @returns the exit code
   virtual int run(const Flags& flags) = 0;
   /// True if standard output still needs its JSON document, so that an error must be printed as one.
-  [[nodiscard]] virtual bool owesJson() const { return common_.json; }
+  [[nodiscard]] virtual bool owesJson() const { return common_.json && !has_answered_; }
 
  protected:
+  using Answer = std::function<std::string()>;
+  /// Prints the document with --json, or else the text unless --quiet.
+  void answer(const Answer& document, const Answer& text);
+  /// The complaint about a command line without something that the command needs.
+  [[nodiscard]] Error missing(const std::string& found, const std::string& expected) const;
+  /// The complaint about flags and inputs that do not go together.
+  [[nodiscard]] Error misuse(const std::string& found, const std::string& expected,
+                             const std::string& next_step = "") const;
+  /// What made a file: "alidade 0.1.0 undistort".
+  [[nodiscard]] std::string maker() const;
+
   CommonOptions common_;
+
+ private:
+  bool has_answered_ = false;
 };
 
-[[nodiscard]] std::unique_ptr<Command> makeDetectCommand();
-[[nodiscard]] std::unique_ptr<Command> makeCalibrateCommand();
-[[nodiscard]] std::unique_ptr<Command> makeProjectCommand();
-[[nodiscard]] std::unique_ptr<Command> makeUnprojectCommand();
-[[nodiscard]] std::unique_ptr<Command> makeUndistortCommand();
-[[nodiscard]] std::unique_ptr<Command> makeValidateCommand();
-[[nodiscard]] std::unique_ptr<Command> makeDiffCommand();
-[[nodiscard]] std::unique_ptr<Command> makeFleetCommand();
-[[nodiscard]] std::unique_ptr<Command> makeConvertCommand();
-[[nodiscard]] std::unique_ptr<Command> makeSimulateCommand();
-[[nodiscard]] std::unique_ptr<Command> makeReportCommand();
-[[nodiscard]] std::unique_ptr<Command> makeBoardCommand();
-[[nodiscard]] std::unique_ptr<Command> makeTrackCommand();
-[[nodiscard]] std::unique_ptr<Command> makeHelpCommand();
-[[nodiscard]] std::unique_ptr<Command> makeRigCalibrateCommand();
-[[nodiscard]] std::unique_ptr<Command> makeRigValidateCommand();
-[[nodiscard]] std::unique_ptr<Command> makeRigTriangulateCommand();
-[[nodiscard]] std::unique_ptr<Command> makeRigRectifyCommand();
+/// A command as the program lists it.
+struct CommandEntry {
+  const char* name;  ///< "detect"; with its group "rig calibrate"
+  const char* summary;
+  std::unique_ptr<Command> (*make)();
+};
+template <class Kind>
+std::unique_ptr<Command> made() {
+  return std::make_unique<Kind>();
+}
 
-/// The error for a command line that lacks something required.
-[[nodiscard]] Error missingError(const std::string& command, const std::string& found,
-                                 const std::string& expected);
+extern const CommandEntry kCalibrateCommand;
+extern const CommandEntry kDetectCommand;
+extern const CommandEntry kRigCalibrateCommand;
+extern const CommandEntry kRigValidateCommand;
+extern const CommandEntry kRigRectifyCommand;
+extern const CommandEntry kRigTriangulateCommand;
+extern const CommandEntry kProjectCommand;
+extern const CommandEntry kUnprojectCommand;
+extern const CommandEntry kUndistortCommand;
+extern const CommandEntry kValidateCommand;
+extern const CommandEntry kDiffCommand;
+extern const CommandEntry kFleetCommand;
+extern const CommandEntry kConvertCommand;
+extern const CommandEntry kReportCommand;
+extern const CommandEntry kTrackCommand;
+extern const CommandEntry kBoardCommand;
+extern const CommandEntry kSimulateCommand;
+extern const CommandEntry kHelpCommand;
+
+/// The complaint about a flag, or a flag and its value, that cannot be used as it was given.
+[[nodiscard]] Error flagError(const std::string& flag, const std::string& found, const std::string& expected,
+                              const std::string& next_step = "");
 
 /// The error for images of which none is usable ("none of them can be read"), with the first one's error
 /// message and its next step.

@@ -12,6 +12,7 @@
 #include <cstring>
 
 #include <fmt/format.h>
+#include <boost/locale/utf.hpp>
 
 #include "alidade/core/error.h"
 
@@ -29,29 +30,6 @@ volatile std::sig_atomic_t caught_signal = SIGINT;
 extern "C" void onSignal(int signal) {
   caught_signal = signal;
   cancel_requested.store(true, std::memory_order_relaxed);
-}
-
-// The number of bytes of the UTF-8 character at the start; 0 if there is none.
-std::size_t characterSize(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  const std::size_t size = first < 0x80   ? 1
-                           : first < 0xc2 ? 0
-                           : first < 0xe0 ? 2
-                           : first < 0xf0 ? 3
-                           : first < 0xf5 ? 4
-                                          : 0;
-  if (size == 0 || size > text.size()) return 0;
-  for (std::size_t i = 1; i < size; ++i) {
-    if ((byte(i) & 0xc0U) != 0x80U) return 0;
-  }
-  // Overlong forms, surrogates, and code points that do not exist.
-  if ((first == 0xe0 && byte(1) < 0xa0) || (first == 0xed && byte(1) > 0x9f)) return 0;
-  if ((first == 0xf0 && byte(1) < 0x90) || (first == 0xf4 && byte(1) > 0x8f)) return 0;
-  // The second set of control characters, and two code points that XML does not have.
-  if (first == 0xc2 && byte(1) < 0xa0) return 0;
-  if (first == 0xef && byte(1) == 0xbf && byte(2) >= 0xbe) return 0;
-  return size;
 }
 
 }  // namespace
@@ -102,14 +80,19 @@ void printHelp(std::string_view text) {
 }
 
 std::string printable(std::string_view text) {
+  using Utf8 = boost::locale::utf::utf_traits<char>;
   std::string result;
   while (!text.empty()) {
-    const auto first = static_cast<unsigned char>(text.front());
-    const bool is_control = first < 0x20 || first == 0x7f;
-    const std::size_t size = is_control ? 0 : characterSize(text);
-    if (size == 0) result += fmt::format("\\x{:02x}", first);
-    result += text.substr(0, size);
-    text.remove_prefix(std::max<std::size_t>(size, 1));
+    const char* next = text.data();
+    const auto point = Utf8::decode(next, text.data() + text.size());
+    // Besides control characters, two code points that XML does not have.
+    const bool is_control =
+        point < 0x20 || (point >= 0x7f && point < 0xa0) || point == 0xfffe || point == 0xffff;
+    const bool is_good = boost::locale::utf::is_valid_codepoint(point) && !is_control;
+    const std::size_t size = is_good ? static_cast<std::size_t>(next - text.data()) : 1;
+    result += is_good ? std::string(text.substr(0, size))
+                      : fmt::format("\\x{:02x}", static_cast<unsigned char>(text.front()));
+    text.remove_prefix(size);
   }
   return result;
 }

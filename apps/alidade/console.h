@@ -53,6 +53,10 @@ class ProgressBar {
 
   /// Draws at most ten times a second. Not thread-safe.
   void update(std::size_t done, std::size_t total);
+  /// update() as functions that report their progress take it; not to outlive the bar.
+  [[nodiscard]] auto reporter() {
+    return [this](std::size_t done, std::size_t total) { update(done, total); };
+  }
 
  private:
   std::string label_;

@@ -119,8 +119,11 @@ void Flags::place(CLI::Option* option, bool is_aside) {
 }
 
 void Flags::add(const std::string& names, Variable variable, const std::string& text, const Values& values) {
+  auto* const* const size = std::get_if<std::optional<ImageSize>*>(&variable);
   CLI::Option* const option =
-      std::visit([&](auto* to) { return parser_->add_option(names, *to, text); }, variable);
+      size != nullptr ? parser_->add_option_function<std::string>(
+                            names, [to = *size](const std::string& given) { *to = parseSize(given); }, text)
+                      : std::visit([&](auto* to) { return parser_->add_option(names, *to, text); }, variable);
   place(option, values.is_aside);
   if (values.word != nullptr) option->type_name(values.word);
   if (values.complaint != nullptr) option->check(values.complaint, values.limits);
@@ -150,6 +153,7 @@ void Flags::addQuarterTurns(const std::string& names, std::optional<int>& degree
 }
 
 void Flags::addCommon(CommonOptions& options, bool has_jobs) {
+  options.command = command();
   under(kCommonGroup);
   addSwitch("--json", options.json, "Print only one JSON document to standard output", true);
   addSwitch("--quiet", options.quiet, "Print no progress and no messages except errors", true);

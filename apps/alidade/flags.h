@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "alidade/core/cancel.h"
 #include "alidade/core/image.h"
 
 // The flags and arguments of a command, and checks of their values. No command includes the parser's own
@@ -79,10 +80,12 @@ inline const Values kAside = {.is_aside = true};
 
 /// The options of every command.
 struct CommonOptions {
+  std::string command;  ///< see Flags::command()
   bool json = false;
   bool quiet = false;
   int jobs = 0;
   std::string config;
+  const CancelFlag* cancel = nullptr;  ///< of commands that can be interrupted
 };
 
 /// The flags and arguments of one command.
@@ -90,7 +93,7 @@ class Flags {
  public:
   /// Destination of a value. Defaults other than "" and 0 appear in the help.
   using Variable = std::variant<std::string*, std::vector<std::string>*, double*, int*, std::size_t*,
-                                std::optional<double>*, std::optional<int>*>;
+                                std::optional<double>*, std::optional<int>*, std::optional<ImageSize>*>;
 
   explicit Flags(CLI::App& parser) : parser_(&parser) {}
 

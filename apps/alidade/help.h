@@ -6,6 +6,7 @@
 
 namespace CLI {
 class App;
+class Error;
 }  // namespace CLI
 
 namespace alidade {
@@ -13,5 +14,11 @@ namespace alidade {
 /// Completions of the last of the words after the program's name: one line per candidate, with its
 /// description after a tab; or ":file" or ":folder".
 [[nodiscard]] std::string completions(const CLI::App& program, std::vector<std::string> words);
+
+/// The complaint about a command line that the parser of `app` refused, with the nearest thing it accepts.
+[[nodiscard]] std::string explainRefusal(const CLI::Error& error, CLI::App& app, int argc, char** argv);
+
+/// The parser of the command that was named, or of the group or the whole program where no command was.
+[[nodiscard]] CLI::App& chosenParser(CLI::App& app);
 
 }  // namespace alidade

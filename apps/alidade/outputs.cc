@@ -51,10 +51,8 @@ void checkOutputs(std::span<const Output> outputs, const std::vector<std::string
     if (output.path != "-") {
       checkWritable(output.path);
     } else if (options.json) {
-      throw usageError({.where = "--json with --output -",
-                        .found = "both write to standard output",
-                        .expected = "only one of them",
-                        .next_step = "give --output a file name, or remove one of the two flags"});
+      throw flagError("--json with --output -", "both write to standard output", "only one of them",
+                      "give --output a file name, or remove one of the two flags");
     }
   }
 }

@@ -20,42 +20,20 @@
 #include "command.h"
 #include "console.h"
 #include "help.h"
-#include "unknown_words.h"
 
 namespace alidade {
 namespace {
 
-struct CommandEntry {
-  const char* name;  // "detect"; including its group: "rig calibrate"
-  const char* summary;
-  std::unique_ptr<Command> (*make)();
-};
-
 constexpr const char* kRigSummary = "Several cameras that are fixed to each other";
 
 // In the order of the help text.
-constexpr std::array<CommandEntry, 18> kCommands = {{
-    {"calibrate", "Calibrate a camera from images of a board or from a corners file", makeCalibrateCommand},
-    {"detect", "Detect the corners of a board in images", makeDetectCommand},
-    {"rig calibrate", "Calibrate the cameras of a rig in one joint fit", makeRigCalibrateCommand},
-    {"rig validate", "Test a rig on images of boards, or on ordinary ones", makeRigValidateCommand},
-    {"rig rectify", "Rectify the images of two cameras, so that a point has one row in both",
-     makeRigRectifyCommand},
-    {"rig triangulate", "Find 3D points from their pixels in several cameras", makeRigTriangulateCommand},
-    {"project", "Project 3D points to pixels", makeProjectCommand},
-    {"unproject", "Convert pixels to rays", makeUnprojectCommand},
-    {"undistort", "Remove lens distortion from images", makeUndistortCommand},
-    {"validate", "Check camera files", makeValidateCommand},
-    {"diff", "Compare two cameras by their projection difference", makeDiffCommand},
-    {"fleet", "See what many camera files of one kind say together", makeFleetCommand},
-    {"convert", "Change the format, image size, orientation or lens model of a camera file",
-     makeConvertCommand},
-    {"report", "Show a calibration in figures, as a page from its evidence file", makeReportCommand},
-    {"track", "Find the path of a camera in a video (visual odometry)", makeTrackCommand},
-    {"board", "Draw a board to print, at exact scale", makeBoardCommand},
-    {"simulate", "Render images of a board, or footage, with known ground truth", makeSimulateCommand},
-    {"help", "Show the help of a command", makeHelpCommand},
-}};
+const std::array<const CommandEntry*, 18> kCommands = {
+    &kCalibrateCommand,   &kDetectCommand,     &kRigCalibrateCommand,
+    &kRigValidateCommand, &kRigRectifyCommand, &kRigTriangulateCommand,
+    &kProjectCommand,     &kUnprojectCommand,  &kUndistortCommand,
+    &kValidateCommand,    &kDiffCommand,       &kFleetCommand,
+    &kConvertCommand,     &kReportCommand,     &kTrackCommand,
+    &kBoardCommand,       &kSimulateCommand,   &kHelpCommand};
 
 // The command that shell completion calls, hidden from users.
 constexpr std::string_view kCompleteCommand = "complete";
@@ -107,16 +85,6 @@ void printErrorJson(const std::exception& error) {
   }
 }
 
-// The parser's own formatter puts two empty lines between groups of flags.
-class HelpFormatter final : public CLI::Formatter {
- public:
-  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
-    std::string text = CLI::Formatter::make_help(app, std::move(name), mode);
-    for (std::size_t i = 0; (i = text.find("\n\n\n")) != std::string::npos;) text.erase(i, 1);
-    return text;
-  }
-};
-
 // The parser of a command, inside that of its group.
 CLI::App* addParser(CLI::App& app, const CommandEntry& entry) {
   const std::string_view name = entry.name;
@@ -135,14 +103,20 @@ int runCommand(int argc, char** argv) {
       "Calibrates cameras from photographs of a board, projects points, and checks whether a camera file can "
       "be trusted.\nExample: alidade calibrate photos/ --board checkerboard:9x6:25mm -o camera.yaml",
       "alidade");
-  app.formatter(std::make_shared<HelpFormatter>());
+  const auto formatter = std::make_shared<CLI::Formatter>();
+  formatter->column_width(34);
+  // The parser's own puts two empty lines between groups of flags.
+  app.formatter_fn([formatter](const CLI::App* topic, std::string name, CLI::AppFormatMode mode) {
+    std::string text = formatter->make_help(topic, std::move(name), mode);
+    for (std::size_t i = 0; (i = text.find("\n\n\n")) != std::string::npos;) text.erase(i, 1);
+    return text;
+  });
   app.set_version_flag("--version", programName());
   app.require_subcommand(1);
-  app.get_formatter()->column_width(34);
   std::map<const CLI::App*, std::pair<Flags, std::unique_ptr<Command>>> commands;
-  for (const CommandEntry& entry : kCommands) {
-    CLI::App* const parser = addParser(app, entry);
-    auto& [flags, command] = commands.try_emplace(parser, Flags(*parser), entry.make()).first->second;
+  for (const CommandEntry* const entry : kCommands) {
+    CLI::App* const parser = addParser(app, *entry);
+    auto& [flags, command] = commands.try_emplace(parser, Flags(*parser), entry->make()).first->second;
     command->setUp(flags);
   }
   if (argc <= 1) {

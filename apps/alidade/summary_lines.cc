@@ -100,6 +100,22 @@ Lines moreLines(std::size_t num_warnings, std::size_t num_notes) {
                       num_warnings > 0 && num_notes > 0 ? ", " : "", count(num_notes, "note"))};
 }
 
+Lines addDiagnoses(Lines& lines, std::span<const Diagnosis> diagnoses, std::size_t room,
+                   const std::function<Lines(const Diagnosis&, std::size_t)>& lines_of) {
+  std::size_t num_warnings = 0;
+  std::size_t num_notes = 0;
+  for (const Diagnosis& diagnosis : diagnoses) {
+    const Lines told = lines_of(diagnosis, room);
+    if (told.empty() || told.size() > room) {
+      ++(diagnosis.severity == Severity::kNote ? num_notes : num_warnings);
+    } else {
+      room -= told.size();
+      append(lines, told);
+    }
+  }
+  return moreLines(num_warnings, num_notes);
+}
+
 Lines parameterLines(const Calibration& result) {
   const FitCamera& camera = onlyCamera(result.fit);
   const auto names = parameterNames(camera.model);
@@ -118,8 +134,7 @@ Lines boardLines(const Fit& fit, std::size_t room) {
   for (std::size_t b = 0; b < fit.boards.size(); ++b) {
     const std::size_t num_left = fit.boards.size() - b;
     if (num_left > 1 && lines.size() + 1 >= room) {
-      append(lines, wrapped(b == 0 ? "Board" : "",
-                            fmt::format("{} {}boards: see --verbose", num_left, b == 0 ? "" : "more ")));
+      addLines(lines, b == 0 ? "Board" : "", "{} {}boards: see --verbose", num_left, b == 0 ? "" : "more ");
       break;
     }
     append(lines, wrapped(b == 0 ? "Board" : "", boardText(fit, b)));

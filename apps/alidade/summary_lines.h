@@ -2,10 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "alidade/calibrate/calibrator.h"
 
@@ -24,6 +28,13 @@ inline constexpr std::size_t kMaxBoardLines = 3;  ///< see boardLines()
 /// Wraps words at kMaxColumns; the first line has the label, the others an indent.
 [[nodiscard]] Lines wrapped(std::string_view label, const std::string& text);
 
+/// Adds such lines of a formatted text.
+template <class... Args>
+void addLines(Lines& lines, std::string_view label, fmt::format_string<Args...> format, Args&&... args) {
+  const Lines more = wrapped(label, fmt::format(format, std::forward<Args>(args)...));
+  lines.insert(lines.end(), more.begin(), more.end());
+}
+
 /// The number of decimals that shows two digits of a standard deviation.
 [[nodiscard]] int decimalsFor(double std, int most);
 /// An uncertain value with two digits, without an exponent: "0.12 px"; "unknown" if it is not finite.
@@ -37,6 +48,12 @@ inline constexpr std::size_t kMaxBoardLines = 3;  ///< see boardLines()
 [[nodiscard]] Lines diagnosisLines(const Diagnosis& diagnosis);
 /// "3 more warnings, 2 notes: see --verbose"; empty if there are none.
 [[nodiscard]] Lines moreLines(std::size_t num_warnings, std::size_t num_notes);
+
+/// Adds the diagnoses for which there is room, so many lines, behind `lines`.
+/// @param lines_of  the lines for a diagnosis where so many are left; none: it is only counted
+/// @returns moreLines() of the others
+[[nodiscard]] Lines addDiagnoses(Lines& lines, std::span<const Diagnosis> diagnoses, std::size_t room,
+                                 const std::function<Lines(const Diagnosis&, std::size_t)>& lines_of);
 
 /// The parameters with their standard deviations, four per line.
 [[nodiscard]] Lines parameterLines(const Calibration& result);

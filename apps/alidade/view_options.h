@@ -6,7 +6,7 @@
 #include "alidade/core/degrees.h"
 #include "alidade/imagery/remap.h"
 #include "alidade/imagery/undistortion_view.h"
-#include "command.h"
+#include "flags.h"
 
 namespace alidade {
 
@@ -14,8 +14,8 @@ namespace alidade {
 struct ViewOptions {
   std::string projection = "rectilinear";
   double fov_deg = 0;
-  std::string keep;  ///< all, valid or empty
-  std::string size;  ///< "1280x720"; empty: as the input
+  std::string keep;               ///< all, valid or empty
+  std::optional<ImageSize> size;  ///< none: of the input
   std::string interpolation = "linear";
   bool may_overwrite = false;
 
@@ -30,7 +30,7 @@ struct ViewOptions {
     return {.projection = projectionOf(projection),
             .extent = extent(flags),
             .horizontal_field_rad = fov_deg / kDegPerRad,
-            .size = parseSize(size)};
+            .size = size};
   }
   [[nodiscard]] Interpolation interpolationKind() const {
     return interpolation == "cubic" ? Interpolation::kCubic : Interpolation::kLinear;

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <boost/algorithm/string/predicate.hpp>
 
-#include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
@@ -43,10 +42,9 @@ Paper parsePaper(const std::string& text) {
     if (size.minCoeff() >= kLeastMm && size.maxCoeff() <= kMostMm)
       return {.name = text, .size_mm = {size.minCoeff(), size.maxCoeff()}};
   }
-  throw usageError({.where = "--paper",
-                    .found = "'" + text + "'",
-                    .expected = join(names, ", ") + ", or WIDTHxHEIGHT with a unit, 50 mm to 5 m",
-                    .next_step = didYouMean(text, names, "for example --paper A3 or --paper 300x400mm")});
+  throw flagError("--paper", "'" + text + "'",
+                  join(names, ", ") + ", or WIDTHxHEIGHT with a unit, 50 mm to 5 m",
+                  didYouMean(text, names, "for example --paper A3 or --paper 300x400mm"));
 }
 
 class BoardCommand final : public Command {
@@ -68,15 +66,13 @@ class BoardCommand final : public Command {
   }
 
   int run(const Flags&) override {
-    if (board_.empty())
-      throw missingError("board", "no board", "a board SPEC, for example checkerboard:9x6:25mm");
-    if (output_.empty()) throw missingError("board", "no --output", "-o FILE, for example -o board.pdf");
+    if (board_.empty()) throw missing("no board", "a board SPEC, for example checkerboard:9x6:25mm");
+    if (output_.empty()) throw missing("no --output", "-o FILE, for example -o board.pdf");
     const auto* format = std::ranges::find_if(
         kFormats, [&](const auto& known) { return boost::iends_with(output_, known.first); });
     if (format == kFormats.end()) {
-      throw usageError({.where = "--output " + output_,
-                        .found = "a name without a known ending",
-                        .expected = "a name that ends with .pdf, .svg or .png"});
+      throw flagError("--output " + output_, "a name without a known ending",
+                      "a name that ends with .pdf, .svg or .png");
     }
     checkOutput(output_, {board_, common_.config}, common_);
     const Board board = readBoard(board_);
@@ -90,17 +86,19 @@ class BoardCommand final : public Command {
           "smaller",
           sheet.drawing_mm.x(), sheet.drawing_mm.y(), sheet.paper.name, sheet.numPages()));
     }
-    if (common_.json) {
-      printResult(jsonText({{"output", output_},
-                            {"board", sheet.spec},
-                            {"paper", sheet.paper.name},
-                            {"page_mm", {sheet.paper.size_mm.x(), sheet.paper.size_mm.y()}},
-                            {"drawing_mm", {sheet.drawing_mm.x(), sheet.drawing_mm.y()}},
-                            {"num_pages", sheet.numPages()}}));
-    } else if (!common_.quiet) {
-      printResult(fmt::format("{}: {} on {} ({}); print at 100 %\n", printable(output_), sheet.spec,
-                              sheet.paper.name, counted(sheet.numPages(), "page")));
-    }
+    answer(
+        [&] {
+          return jsonText({{"output", output_},
+                           {"board", sheet.spec},
+                           {"paper", sheet.paper.name},
+                           {"page_mm", vectorJson(sheet.paper.size_mm)},
+                           {"drawing_mm", vectorJson(sheet.drawing_mm)},
+                           {"num_pages", sheet.numPages()}});
+        },
+        [&] {
+          return fmt::format("{}: {} on {} ({}); print at 100 %\n", printable(output_), sheet.spec,
+                             sheet.paper.name, counted(sheet.numPages(), "page"));
+        });
     return 0;
   }
 
@@ -113,8 +111,6 @@ class BoardCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeBoardCommand() {
-  return std::make_unique<BoardCommand>();
-}
+const CommandEntry kBoardCommand = {"board", "Draw a board to print, at exact scale", made<BoardCommand>};
 
 }  // namespace alidade

@@ -11,6 +11,7 @@
 #include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/camera/model_fit.h"
 #include "alidade/core/error.h"
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/corners_file.h"
@@ -25,20 +26,11 @@
 #include "camera_files.h"
 #include "command.h"
 #include "commands/calibrate/calibration_output.h"
-#include "commands/calibrate/coverage_picture.h"
 #include "console.h"
 #include "outputs.h"
-#include "report_output.h"
 
 namespace alidade {
 namespace {
-
-GivenImages imagesOf(const GivenViews& given) {
-  return {.num_images = given.num_images,
-          .num_found = given.num_found,
-          .reasons = given.reasons,
-          .notes = given.notes};
-}
 
 class CalibrateCommand final : public Command {
  public:
@@ -63,10 +55,10 @@ class CalibrateCommand final : public Command {
 
   int run(const Flags& flags) override {
     checkUsage();
-    options_.cancel = catchInterrupts();
+    options_.cancel = common_.cancel = catchInterrupts();
     readOptions();
     given_.pictures = report_.empty() ? nullptr : &passing_;
-    const GivenViews given = readViews(given_, common_, options_.cancel);
+    const GivenViews given = readViews(given_, common_);
     requireViews(given);
     const Calibration result = calibrate(given.boards, given.views, options_);
     const Guidance guidance = guide(result, given.views, parsePixels(target_sigma_));
@@ -119,8 +111,7 @@ class CalibrateCommand final : public Command {
               "effective settings",
               aside(kFile));
     flags.add("--report", &report_,
-              "HTML page to write: the verdict and its reasons in figures, in one file that needs no "
-              "network",
+              "HTML page to write: the verdict and its reasons in figures, in one file that needs no network",
               kFile);
     flags.under(kVerdictGroup);
     flags.add("--tolerance", &tolerance_,
@@ -151,16 +142,13 @@ class CalibrateCommand final : public Command {
   }
 
   void checkUsage() const {
-    if (given_.inputs.empty())
-      throw missingError("calibrate", "no input", "folders, images or a corners file");
+    if (given_.inputs.empty()) throw missing("no input", "folders, images or a corners file");
     std::vector<std::string> sources = isOfCorners() ? given_.inputs : withImages(given_.inputs);
     append(sources, given_.boards);
     append(sources, {cameraFilePath(init_), common_.config});
-    if (!given_.image_size.empty() && !isVnlFile(given_.inputs.front())) {
-      throw usageError({.where = "--image-size " + given_.image_size,
-                        .found = "inputs that state their own size",
-                        .expected = "this flag only with .vnl files",
-                        .next_step = "remove it"});
+    if (given_.image_size && !isVnlFile(given_.inputs.front())) {
+      throw flagError("--image-size " + sizeText(*given_.image_size), "inputs that state their own size",
+                      "this flag only with .vnl files", "remove it");
     }
     given_.checkDebugFolder(output_);
     checkOutputs(std::vector<Output>{{"--output", output_},
@@ -190,9 +178,7 @@ class CalibrateCommand final : public Command {
     options_.tolerance_px = *parsePixels(tolerance_);
     if (!distance_.empty()) {
       options_.distance_m = parseLength(distance_, "--distance");
-      if (options_.distance_m <= 0)
-        throw usageError(
-            {.where = "--distance", .found = distance_, .expected = "a length above 0, such as 2m"});
+      if (options_.distance_m <= 0) throw flagError("--distance", distance_, "a length above 0, such as 2m");
     }
     options_.board_shape = shapeMode(board_shape_);
     if (!init_.empty()) {
@@ -210,10 +196,9 @@ class CalibrateCommand final : public Command {
     options_.models = representableModels(format);
     const std::string model = namedModel(options_);
     if (model != kAutoModel && std::ranges::find(options_.models, model) == options_.models.end()) {
-      throw usageError({.where = "--to " + format_,
-                        .found = "the model " + model + ", which this format cannot represent",
-                        .expected = fmt::format("{}", fmt::join(options_.models, ", ")),
-                        .next_step = "choose one of these with --model, or another format"});
+      throw flagError("--to " + format_, "the model " + model + ", which this format cannot represent",
+                      fmt::format("{}", fmt::join(options_.models, ", ")),
+                      "choose one of these with --model, or another format");
     }
     if (canRepresentK3(format)) return;
     options_.held.emplace_back("radtan.k3");
@@ -221,9 +206,9 @@ class CalibrateCommand final : public Command {
     const ModelFit fit = fitModel(options_.initial->camera, options_.initial->size, model,
                                   std::vector<std::string_view>{"k3"});
     if (!fit.is_exact && has_fixed) {
-      throw usageError({.where = "--fix with --to " + format_,
-                        .found = "values of an initial camera that this format cannot represent",
-                        .expected = "an initial camera with k3 = 0"});
+      throw flagError("--fix with --to " + format_,
+                      "values of an initial camera that this format cannot represent",
+                      "an initial camera with k3 = 0");
     }
     options_.initial->camera = fit.camera;
   }
@@ -238,13 +223,14 @@ class CalibrateCommand final : public Command {
     if (!next_view_.empty()) writeFileAtomically(next_view_, nextViewSvg(result, given.views, guidance));
     if (!evidence_.empty() || !report_.empty()) {
       const nlohmann::json evidence = evidenceDocument(
-          result, imagesOf(given), given.views, guidance,
+          result, given, given.views, guidance,
           {.settings = flags.settings(), .tolerance_px = options_.tolerance_px, .created_by = programName()});
       if (!evidence_.empty()) writeFileAtomically(evidence_, jsonText(evidence));
       if (!report_.empty())
         writeFileAtomically(report_,
                             reportPage(evidence, evidence_,
-                                       {.pictures = picturesOf(given, passing_), .num_jobs = common_.jobs}));
+                                       {.pictures = picturesOf(given.images, given.image_set, &passing_),
+                                        .num_jobs = common_.jobs}));
     }
     if (!output_.empty() && output_ != "-" && isKept(result)) saveCamera(output_, recordOf(result), format_);
   }
@@ -257,7 +243,7 @@ class CalibrateCommand final : public Command {
              (is_verbose_ ? "\n" + detailsText(result, given, guidance) : "");
     };
     if (common_.json) {
-      printResult(summaryJson(result, imagesOf(given), given.views, guidance));
+      printResult(summaryJson(result, given, given.views, guidance));
     } else if (output_ == "-") {
       if (isKept(result)) printResult(cameraText(recordOf(result), format_));
       if (!common_.quiet) printHelp(summary(false));
@@ -282,7 +268,7 @@ class CalibrateCommand final : public Command {
     return 0;
   }
 
-  BoardInputs given_{.command = "calibrate"};
+  BoardInputs given_;
   CalibratorOptions options_;
   std::string init_;
   std::string board_shape_ = "auto";
@@ -302,8 +288,7 @@ class CalibrateCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeCalibrateCommand() {
-  return std::make_unique<CalibrateCommand>();
-}
+const CommandEntry kCalibrateCommand = {
+    "calibrate", "Calibrate a camera from images of a board or from a corners file", made<CalibrateCommand>};
 
 }  // namespace alidade

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/report/data/evidence.h"
@@ -19,5 +18,9 @@ namespace alidade {
 /// The details that --verbose adds to the summary.
 [[nodiscard]] std::string detailsText(const Calibration& result, const GivenViews& given,
                                       const Guidance& guidance);
+
+/// Where corners were seen, as a picture of the image in characters for a terminal: the darker a cell, the
+/// more corners; a dot for none. One line per row of cells, with a line end each.
+[[nodiscard]] std::string coveragePicture(const CoverageReport& coverage);
 
 }  // namespace alidade

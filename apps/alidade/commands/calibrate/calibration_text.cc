@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <utility>
 
 #include <fmt/format.h>
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/bend/board_bend.h"
 #include "alidade/core/degrees.h"
-#include "alidade/core/mapped.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -226,29 +226,19 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
   append(rest, last);
   // The diagnoses get the remaining lines; those that do not fit are counted.
   const std::size_t num_reserved = lines.size() + rest.size() + (guidance.target ? 3 : 1);
-  std::size_t room = kMaxLines - std::min(num_reserved, kMaxLines);
-  std::size_t num_untold = 0;
-  std::size_t num_notes = 0;
-  for (const Diagnosis& diagnosis : result.diagnoses) {
-    if (diagnosis.severity == Severity::kNote) {
-      ++num_notes;
-      continue;
-    }
-    Lines told = diagnosisLines(diagnosis);
-    if (told.size() > room && diagnosis.severity == Severity::kFailure) told = toldShortly(diagnosis);
-    if (told.size() > room) {
-      ++num_untold;
-      continue;
-    }
-    room -= told.size();
-    append(lines, told);
-  }
+  const Lines more = addDiagnoses(
+      lines, result.diagnoses, kMaxLines - std::min(num_reserved, kMaxLines),
+      [](const Diagnosis& diagnosis, std::size_t room) {
+        if (diagnosis.severity == Severity::kNote) return Lines();
+        Lines told = diagnosisLines(diagnosis);
+        return told.size() > room && diagnosis.severity == Severity::kFailure ? toldShortly(diagnosis) : told;
+      });
   append(lines, rest);
   if (guidance.target) {
     const std::string target = targetText(guidance);
     append(lines, wrapped("Target", target.substr(0, target.find('\n'))));
   }
-  append(lines, moreLines(num_untold, num_notes));
+  append(lines, more);
   return join(lines, "\n") + "\n";
 }
 
@@ -277,6 +267,29 @@ std::string detailsText(const Calibration& result, const GivenViews& given, cons
           labelled("Target", targetText(guidance));
   for (const std::string& note : given.notes) text += "Note     " + note + "\n";
   return text + diagnosesText(result.diagnoses);
+}
+
+std::string coveragePicture(const CoverageReport& coverage) {
+  // Twice each: a letter is about half as wide as it is high.
+  constexpr std::array<const char*, 6> kCells = {"  ", "··", "░░", "▒▒", "▓▓", "██"};
+  const int most = coverage.num_corners.empty() ? 0 : *std::ranges::max_element(coverage.num_corners);
+  const auto cellOf = [&](int count) -> std::size_t {
+    if (count < 0) return 0;  // no ray
+    if (count == 0) return 1;
+    const double strength = std::sqrt(static_cast<double>(count) / most);
+    return 2 + std::min<std::size_t>(3, static_cast<std::size_t>(4 * strength));
+  };
+  const std::array<std::string, 2> words = {"the image; the darker, the more corners",
+                                            "·· none: put the board there"};
+  std::string text;
+  for (int row = 0; row < coverage.rows; ++row) {
+    text += row == 0 ? "Seen      " : "          ";
+    for (int column = 0; column < coverage.columns; ++column)
+      text += kCells[cellOf(coverage.num_corners[static_cast<std::size_t>(row * coverage.columns + column)])];
+    if (static_cast<std::size_t>(row) < words.size()) text += "   " + words[static_cast<std::size_t>(row)];
+    text += "\n";
+  }
+  return text;
 }
 
 }  // namespace alidade

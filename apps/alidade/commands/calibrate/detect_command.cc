@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include "alidade/core/error.h"
 #include "alidade/core/error_text.h"
 #include "alidade/core/mapped.h"
 #include "alidade/files/board_file.h"
@@ -66,12 +65,12 @@ json imageJson(const ImageOutcome& outcome) {
 }
 
 // Documents of one board keep their original form.
-std::string detectionJson(const DetectionStage& stage) {
-  json boards = mapped(stage.surveys, [](const BoardSurvey& survey) -> json {
+std::string detectionJson(const GivenViews& found) {
+  json boards = mapped(found.surveys, [](const BoardSurvey& survey) -> json {
     return {{"board", survey.board.spec()}, {"images", mapped(survey.outcomes, imageJson)}};
   });
   json document = boards.size() == 1 ? std::move(boards[0]) : json{{"boards", std::move(boards)}};
-  document["notes"] = stage.notes;
+  document["notes"] = found.notes;
   return jsonText(document);
 }
 
@@ -92,26 +91,24 @@ class DetectCommand final : public Command {
 
   int run(const Flags& flags) override {
     checkUsage();
-    const DetectionStage stage = runDetection(given_, common_, catchInterrupts());
-    if (stage.numFound() == 0) printJson(stage);
-    requireBoards(stage, given_, common_);
-    const CornersFile file = cornersOf(stage, flags);
+    common_.cancel = catchInterrupts();
+    const GivenViews found = runDetection(given_, common_);
+    if (found.num_found == 0) printJson(found);
+    requireBoards(found, given_, common_);
+    const CornersFile file = cornersOf(found, flags);
     const bool to_stdout = output_.empty() || output_ == "-";
     if (!to_stdout) (isVnlFile(output_) ? writeVnlFile : writeCornersFile)(output_, file);
-    printJson(stage);
+    printJson(found);
     if (to_stdout && !common_.json) printResult(cornersFileText(file));
-    if (!common_.quiet) report(stage, to_stdout);
+    if (!common_.quiet) report(found, to_stdout);
     return 0;
   }
 
-  [[nodiscard]] bool owesJson() const override { return common_.json && !has_answered_; }
-
  private:
   void checkUsage() const {
-    if (given_.inputs.empty()) throw missingError("detect", "no images", "folders, files or patterns");
+    if (given_.inputs.empty()) throw missing("no images", "folders, files or patterns");
     if (camera_.find_first_of("\r\n") != std::string::npos)
-      throw usageError(
-          {.where = "detect", .found = "a line break in --camera", .expected = "a name without line breaks"});
+      throw misuse("a line break in --camera", "a name without line breaks");
     std::vector<std::string> sources = withImages(given_.inputs);
     append(sources, given_.boards);
     sources.push_back(common_.config);
@@ -122,35 +119,32 @@ class DetectCommand final : public Command {
   }
 
   // Prints the JSON once, if requested. A later error then has its reasons on standard output.
-  void printJson(const DetectionStage& stage) {
-    if (!common_.json || has_answered_) return;
-    printResult(detectionJson(stage));
-    has_answered_ = true;
+  void printJson(const GivenViews& found) {
+    if (owesJson()) answer([&] { return detectionJson(found); }, {});
   }
 
-  [[nodiscard]] CornersFile cornersOf(const DetectionStage& stage, const Flags& flags) const {
+  [[nodiscard]] CornersFile cornersOf(const GivenViews& found, const Flags& flags) const {
     CornersFile file;
     file.camera = camera_;
-    file.boards = mapped(stage.surveys, &BoardSurvey::board);
-    file.views = stage.views();
-    file.comments.push_back(programName() + " detect; pixel (0, 0) is the centre of the top-left pixel");
+    file.boards = found.boards;
+    file.views = found.views;
+    file.comments.push_back(maker() + "; pixel (0, 0) is the centre of the top-left pixel");
     for (const auto& [key, values] : flags.settings())
       file.comments.push_back(fmt::format("{}: {}", key, fmt::join(values, " ")));
-    for (const std::string& note : stage.notes) file.comments.push_back("note: " + note);
-    for (const BoardSurvey& survey : stage.surveys) {
-      if (stage.surveys.size() > 1) file.comments.push_back("images of " + survey.board.spec());
+    for (const std::string& note : found.notes) file.comments.push_back("note: " + note);
+    for (const BoardSurvey& survey : found.surveys) {
+      if (found.surveys.size() > 1) file.comments.push_back("images of " + survey.board.spec());
       append(file.comments, imageTable(survey));
     }
     return file;
   }
 
-  void report(const DetectionStage& stage, bool to_stdout) const {
-    const bool is_one = stage.surveys.size() == 1;
+  void report(const GivenViews& found, bool to_stdout) const {
+    const bool is_one = found.surveys.size() == 1;
     const std::string written = to_stdout ? "" : "; written to " + output_;
     if (!is_one)
-      printMessage(
-          fmt::format("{} of {} images show a board{}", stage.numFound(), stage.numImages(), written));
-    for (const BoardSurvey& survey : stage.surveys) {
+      printMessage(fmt::format("{} of {} images show a board{}", found.num_found, found.num_images, written));
+    for (const BoardSurvey& survey : found.surveys) {
       const std::size_t num_partial = survey.numFound() - survey.numWhole();
       printMessage(fmt::format(
           "{}{} of {} images show the whole board ({} {} each){}{}", is_one ? "" : survey.board.spec() + ": ",
@@ -158,20 +152,18 @@ class DetectCommand final : public Command {
           num_partial > 0 ? fmt::format(", {} show a part of it", num_partial) : "", is_one ? written : ""));
       if (survey.numFound() > 0) printMessage("  " + measuresText(survey));
     }
-    for (const std::string& line : reasonLines(stage.surveys)) printMessage("  " + line);
-    printNotes(stage.notes);
+    for (const std::string& line : found.reasons) printMessage("  " + line);
+    printNotes(found.notes);
   }
 
-  BoardInputs given_{.command = "detect"};
+  BoardInputs given_;
   std::string camera_ = "camera";
   std::string output_;
-  bool has_answered_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<Command> makeDetectCommand() {
-  return std::make_unique<DetectCommand>();
-}
+const CommandEntry kDetectCommand = {"detect", "Detect the corners of a board in images",
+                                     made<DetectCommand>};
 
 }  // namespace alidade

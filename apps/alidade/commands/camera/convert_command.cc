@@ -13,7 +13,6 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/formats/camera_format.h"
-#include "alidade/files/rig_file.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/geometry/rotation_conversions.h"
 #include "alidade/record/conversion.h"
@@ -32,20 +31,11 @@ constexpr std::string_view kOwnFormat = "alidade";
 // One camera of the input and its conversion.
 struct Converted {
   std::string where;  // "rig.yaml#cam1"
-  std::string name;
   CameraRecord source;
   Conversion conversion;
   CameraRecord file;
   std::optional<SE3> camera_from_rig;  // of `file`
 };
-
-bool isRig(std::span<const Converted> cameras) {
-  return cameras.size() > 1 && cameras.front().camera_from_rig;
-}
-
-bool isGood(const std::vector<Converted>& cameras) {
-  return std::ranges::all_of(cameras, [](const Converted& c) { return c.conversion.problems.empty(); });
-}
 
 // "(12.0, 0.0, -1.5) mm from the first camera, turned by 1.234 degrees".
 std::string poseText(const SE3& camera_from_first) {
@@ -69,10 +59,11 @@ std::vector<int> pixelNumbers(const std::string& flag, const std::string& text, 
 
 // The origin of a converted file: "alidade 0.1.0 convert crop 0,60,640,360, resize 320x180 of camera.yaml
 // (...)".
-std::string provenance(const std::string& path, const CameraRecord& source, const Conversion& conversion) {
+std::string provenance(const std::string& maker, const std::string& path, const CameraRecord& source,
+                       const Conversion& conversion) {
   const std::vector<std::string> steps =
       mapped(conversion.steps, [](const Conversion::Step& step) { return step.name + " " + step.value; });
-  return programName() + " convert" + (steps.empty() ? "" : " " + join(steps, ", ")) + " of " + path +
+  return maker + (steps.empty() ? "" : " " + join(steps, ", ")) + " of " + path +
          (source.created_by.empty() ? "" : " (" + source.created_by + ")");
 }
 
@@ -130,7 +121,7 @@ std::string fitText(const ModelFit& fit) {
 
 // The edits and the resulting camera, for people; without a final line end.
 std::string summaryText(const Converted& converted) {
-  const auto& [where, name, source, conversion, file, pose] = converted;
+  const auto& [where, source, conversion, file, pose] = converted;
   std::string text = fmt::format("From     {}: {}, {} px\n", printable(where), source.camera.modelId(),
                                  sizeText(source.image_size));
   for (const Conversion::Step& step : conversion.steps) {
@@ -173,7 +164,7 @@ json fitJson(const ModelFit& fit) {
 
 // The same for programs.
 json summaryJson(const Converted& converted) {
-  const auto& [where, name, source, conversion, file, pose] = converted;
+  const auto& [where, source, conversion, file, pose] = converted;
   const json steps = mapped(conversion.steps, [](const Conversion::Step& step) -> json {
     return {{"step", step.name}, {"value", step.value}, {"image_size", step.size}};
   });
@@ -204,13 +195,12 @@ class ConvertCommand final : public Command {
         "alidade convert camera.yaml -o turned.yaml --rotate 90 --model radtan\nExample: alidade convert "
         "camchain.yaml#cam0 -o camera_info.yaml --to ros\nExample: alidade convert rig.yaml -o camchain.yaml "
         "--to kalibr\nExample: alidade convert rig.yaml -o camera_info --to ros\nExample: alidade convert "
-        "left.cameramodel right.cameramodel -o rig.yaml\nThe format of "
-        "FILE is detected from its content. FILE#NAME selects one camera of a file with several. Several\n"
-        "files become one rig; each has one camera and its pose in a common frame. OpenCV's intrinsics.yml "
-        "and\nextrinsics.yml are one pair. The edits are applied to each camera, in this order: crop, bin, "
-        "resize, rotate, model.\nPixel (0, 0) is the centre of the top-left pixel. --rotate also rotates the "
-        "axes of the camera frame.\nExit code 3: the result must not be used; no camera file is "
-        "written.");
+        "left.cameramodel right.cameramodel -o rig.yaml\nThe format of FILE is detected from its content. "
+        "FILE#NAME selects one camera of a file with several. Several\nfiles become one rig; each has one "
+        "camera and its pose in a common frame. OpenCV's intrinsics.yml and\nextrinsics.yml are one pair. "
+        "The edits are applied to each camera, in this order: crop, bin, resize, rotate, model.\nPixel (0, "
+        "0) is the centre of the top-left pixel. --rotate also rotates the axes of the camera frame.\nExit "
+        "code 3: the result must not be used; no camera file is written.");
     flags.add("file", &paths_, "Camera or rig file of any format (docs/formats.md), or the files of a rig",
               kFile);
     flags.add("-o,--output", &output_,
@@ -231,32 +221,28 @@ class ConvertCommand final : public Command {
               {.complaint = nonNegativeNumber, .limits = "0 or more"});
     flags.addSwitch("--keep-untrustworthy", keep_untrustworthy_,
                     "Write the camera file even if the result must not be used");
-    camera_.addOptions(flags);
+    addReadOptions(flags, camera_);
     flags.addCommon(common_, false);
   }
 
   int run(const Flags&) override {
-    if (paths_.empty()) throw missingError("convert", "no camera file", "a camera file");
-    if (output_.empty()) throw missingError("convert", "no --output", "-o FILE, or -o - for standard output");
-    const CameraFormat& format = cameraFormat(format_);
+    if (paths_.empty()) throw missing("no camera file", "a camera file");
+    if (output_.empty()) throw missing("no --output", "-o FILE, or -o - for standard output");
     std::vector<std::string> inputs = mapped(paths_, cameraFilePath);
     inputs.push_back(common_.config);
-    if (!format.holds_rectification) checkOutput(output_, inputs, common_);
-    const GatheredCameras gathered = gatherCameras(paths_, camera_.readOptions());
-    const std::vector<std::string> outputs = outputsFor(gathered, format);
+    if (!format().holds_rectification) checkOutput(output_, inputs, common_);
+    gathered_ = gatherCameras(paths_, camera_);
+    const std::vector<std::string> outputs = outputPaths();
     const bool is_new_folder = outputs.size() > 1 && !std::filesystem::exists(output_);
     for (const std::string& output : is_new_folder ? std::vector{output_} : outputs)
       checkOutput(output, inputs, common_);
-    const std::vector<Converted> cameras = convertAll(gathered, format);
-    const bool is_good = isGood(cameras);
-    const bool is_kept = is_good || keep_untrustworthy_;
+    convertAll();
+    const bool is_kept = isGood() || keep_untrustworthy_;
     // A format that cannot store the camera is refused before anything is printed or written.
-    const std::vector<std::string> contents =
-        is_kept ? contentsOf(gathered, cameras, format) : std::vector<std::string>();
-    const std::vector<std::string> notes = notesOn(gathered.source, cameras, format);
+    const std::vector<std::string> contents = is_kept ? contentsOfAll() : std::vector<std::string>();
     if (output_ != "-") writeAll(outputs, contents);
-    print(cameras, notes, outputs, contents);
-    if (!is_good) {
+    print(outputs, contents);
+    if (!isGood()) {
       printRefusal("the converted camera must not be used", output_, is_kept);
       return kUntrustworthyExit;
     }
@@ -265,20 +251,25 @@ class ConvertCommand final : public Command {
   }
 
  private:
-  // @param contents  empty: nothing is written
-  void print(const std::vector<Converted>& cameras, const std::vector<std::string>& notes,
-             const std::vector<std::string>& outputs, const std::vector<std::string>& contents) const {
-    if (common_.json) return printResult(document(cameras, notes, outputs, !contents.empty()));
-    if (output_ != "-") {
-      printResult(summary(cameras) + "\n");
-    } else {
-      if (!contents.empty()) printResult(contents.front());
-      if (!common_.quiet || !isGood(cameras)) printHelp(summary(cameras) + "\n");
-    }
-    if (!common_.quiet) printNotes(notes);
+  [[nodiscard]] const CameraFormat& format() const { return cameraFormat(format_); }
+  [[nodiscard]] bool isRig() const { return cameras_.size() > 1 && cameras_.front().camera_from_rig; }
+  [[nodiscard]] bool isGood() const {
+    return std::ranges::all_of(cameras_, [](const Converted& c) { return c.conversion.problems.empty(); });
   }
 
-  [[nodiscard]] ConversionRequest request(const CameraFormat& format) const {
+  // @param contents  empty: nothing is written
+  void print(const std::vector<std::string>& outputs, const std::vector<std::string>& contents) const {
+    if (common_.json) return printResult(document(outputs, !contents.empty()));
+    if (output_ != "-") {
+      printResult(summary() + "\n");
+    } else {
+      if (!contents.empty()) printResult(contents.front());
+      if (!common_.quiet || !isGood()) printHelp(summary() + "\n");
+    }
+    if (!common_.quiet) printNotes(notes());
+  }
+
+  [[nodiscard]] ConversionRequest request() const {
     ConversionRequest request = request_;
     if (!crop_.empty()) {
       const auto n =
@@ -290,36 +281,33 @@ class ConvertCommand final : public Command {
       request.resize = {.width = n[0], .height = n[1]};
     }
     // The fit keeps a parameter that the format cannot store at 0.
-    if (!format.holds_k3 && request.model == "radtan") request.absent.emplace_back("k3");
+    if (!format().holds_k3 && request.model == "radtan") request.absent.emplace_back("k3");
     return request;
   }
 
   // True if each camera gets its own file and both state the pose of the other.
-  [[nodiscard]] static bool isRectifiedPair(const GatheredCameras& gathered, const CameraFormat& format) {
-    const CameraSource& source = gathered.source;
-    return format.holds_rectification && source.cameras.size() == 2 && source.refused.empty() &&
+  [[nodiscard]] bool isRectifiedPair() const {
+    const CameraSource& source = gathered_.source;
+    return format().holds_rectification && source.cameras.size() == 2 && source.refused.empty() &&
            source.cameras.front().camera_from_rig;
   }
 
   // The paths of the files to write.
-  [[nodiscard]] std::vector<std::string> outputsFor(const GatheredCameras& gathered,
-                                                    const CameraFormat& format) const {
-    if (!isRectifiedPair(gathered, format)) return {output_};
+  [[nodiscard]] std::vector<std::string> outputPaths() const {
+    if (!isRectifiedPair()) return {output_};
     const std::filesystem::path folder(output_);
     if (output_ == "-" || folder.extension() == ".yaml" || folder.extension() == ".yml") {
-      throw usageError(
-          {.where = "--output " + output_,
-           .found = output_ == "-" ? "standard output" : "the name of a file",
-           .expected = "the name of a folder, because a pair has a file for each camera in the format " +
-                       std::string(format.title),
-           .next_step = "use -o FOLDER, or select one camera: alidade convert " + gathered.where.front() +
-                        " -o FILE --to " + std::string(format.id)});
+      throw flagError("--output " + output_, output_ == "-" ? "standard output" : "the name of a file",
+                      "the name of a folder, because a pair has a file for each camera in the format " +
+                          std::string(format().title),
+                      "use -o FOLDER, or select one camera: alidade convert " + gathered_.where.front() +
+                          " -o FILE --to " + format_);
     }
-    std::vector<std::string> paths;
-    for (const StatedCamera& camera : gathered.source.cameras)
-      paths.push_back((folder / (fileNameOf(cameraLabel(camera)) + ".yaml")).string());
+    const auto paths = mapped(gathered_.source.cameras, [&](const StatedCamera& camera) {
+      return (folder / (fileNameOf(cameraLabel(camera)) + ".yaml")).string();
+    });
     if (paths[0] == paths[1]) {
-      throw inputError({.where = gathered.source.path,
+      throw inputError({.where = gathered_.source.path,
                         .found = "names of cameras that become the same file, " + paths[0],
                         .expected = "names that differ in more than / and _",
                         .next_step = "rename one of the cameras"});
@@ -340,167 +328,144 @@ class ConvertCommand final : public Command {
     for (std::size_t i = 0; i < contents.size(); ++i) writeFileAtomically(outputs[i], contents[i]);
   }
 
-  void requireRoom(const GatheredCameras& gathered, const CameraFormat& format) const {
-    const CameraSource& source = gathered.source;
+  void requireRoom() const {
+    const CameraSource& source = gathered_.source;
+    const bool is_own = format_ == kOwnFormat;
     const std::size_t num_all = source.cameras.size() + source.refused.size();
-    const bool has_room = format.id == kOwnFormat ? num_all == 1 || source.cameras.front().camera_from_rig
-                                                  : num_all <= format.max_cameras;
-    if (has_room || isRectifiedPair(gathered, format)) return;
-    const std::string first = gathered.where.size() == num_all
-                                  ? gathered.where.front()
+    const bool has_room =
+        is_own ? num_all == 1 || source.cameras.front().camera_from_rig : num_all <= format().max_cameras;
+    if (has_room || isRectifiedPair()) return;
+    const std::string first = gathered_.where.size() == num_all
+                                  ? gathered_.where.front()
                                   : source.path + "#" + cameraLabel(source.cameras.front());
-    const std::string most = format.max_cameras == 2      ? "at most two cameras"
-                             : format.holds_rectification ? "one camera, or two with poses"
-                                                          : "one camera";
-    throw inputError(
-        {.where = source.path,
-         .found = std::to_string(num_all) + " cameras" + (format.id == kOwnFormat ? " without poses" : ""),
-         .expected = format.id == kOwnFormat ? "one camera, or cameras with poses, which become a rig"
-                                             : most + ", because a file in the format " +
-                                                   std::string(format.title) + " holds only that",
-         .next_step = "select one, and write a file for each camera: alidade convert " + first +
-                      " -o FILE --to " + std::string(format.id)});
+    const std::string most = format().max_cameras == 2      ? "at most two cameras"
+                             : format().holds_rectification ? "one camera, or two with poses"
+                                                            : "one camera";
+    throw inputError({.where = source.path,
+                      .found = std::to_string(num_all) + " cameras" + (is_own ? " without poses" : ""),
+                      .expected = is_own ? "one camera, or cameras with poses, which become a rig"
+                                         : most + ", because a file in the format " +
+                                               std::string(format().title) + " holds only that",
+                      .next_step = "select one, and write a file for each camera: alidade convert " + first +
+                                   " -o FILE --to " + format_});
   }
 
-  [[nodiscard]] std::vector<Converted> convertAll(const GatheredCameras& gathered,
-                                                  const CameraFormat& format) const {
-    requireRoom(gathered, format);
-    requireAll(gathered.source);
-    const ConversionRequest asked = request(format);
-    std::vector<Converted> all;
-    for (std::size_t i = 0; i < gathered.source.cameras.size(); ++i) {
-      const StatedCamera& stated = gathered.source.cameras[i];
-      const std::string& where = gathered.where[i];
-      CameraRecord file = recordOf(stated, where);
-      Conversion conversion = convertCamera(file, asked);
-      // A problem of a rig affects each of its cameras.
-      if (gathered.rig && gathered.rig->isCalibrated() && gathered.rig->verdict == Verdict::kNo &&
-          std::count(conversion.problems.begin(), conversion.problems.end(),
-                     ConversionProblem::kSourceUntrustworthy) == 0)
-        conversion.problems.push_back(ConversionProblem::kSourceUntrustworthy);
-      CameraRecord converted = convertedRecord(file, conversion, provenance(where, file, conversion));
-      all.push_back({.where = where,
-                     .name = stated.name,
-                     .source = std::move(file),
-                     .conversion = std::move(conversion),
-                     .file = std::move(converted),
-                     .camera_from_rig = stated.camera_from_rig});
-      if (std::optional<SE3>& pose = all.back().camera_from_rig)
-        pose =
-            SE3{rotationFromMatrix(all.back().conversion.edit.new_from_old), Eigen::Vector3d::Zero()} * *pose;
+  void convertAll() {
+    requireRoom();
+    requireAll(gathered_.source);
+    const ConversionRequest asked = request();
+    const auto& rig = gathered_.rig;
+    // A problem of a rig is one of each of its cameras.
+    const bool is_rig_rejected = rig && rig->isCalibrated() && rig->verdict == Verdict::kNo;
+    for (std::size_t i = 0; i < gathered_.source.cameras.size(); ++i) {
+      const StatedCamera& stated = gathered_.source.cameras[i];
+      const std::string& where = gathered_.where[i];
+      CameraRecord source = recordOf(stated, where);
+      Conversion conversion = convertCamera(source, asked);
+      std::vector<ConversionProblem>& problems = conversion.problems;
+      constexpr auto kRejected = ConversionProblem::kSourceUntrustworthy;
+      if (is_rig_rejected && std::ranges::count(problems, kRejected) == 0) problems.push_back(kRejected);
+      std::optional<SE3> pose = stated.camera_from_rig;
+      if (pose) pose = SE3{rotationFromMatrix(conversion.edit.new_from_old), Eigen::Vector3d::Zero()} * *pose;
+      CameraRecord file = convertedRecord(source, conversion, provenance(maker(), where, source, conversion));
+      cameras_.push_back({where, std::move(source), std::move(conversion), std::move(file), pose});
     }
-    return all;
   }
 
   // The rig as read, or as far as known, with the converted cameras. The standard deviations are those of
   // motions in the rig's frame, so they stay valid when a camera is turned.
-  [[nodiscard]] static RigRecord rigOf(const GatheredCameras& gathered,
-                                       const std::vector<Converted>& cameras) {
-    RigRecord rig = gathered.rig.value_or(RigRecord{});
+  [[nodiscard]] RigRecord wholeRig() const {
+    RigRecord rig = gathered_.rig.value_or(RigRecord{});
     bool is_edited = false;
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
-      if (!gathered.rig) rig.cameras.push_back({.camera = cameras[i].file});
-      rig.cameras[i].camera = cameras[i].file;
-      rig.cameras[i].camera.name.name = cameraLabel(gathered.source.cameras[i]);
-      rig.cameras[i].camera.created_by = cameras[i].source.created_by;  // the rig states its own origin
-      rig.cameras[i].camera_from_rig = *cameras[i].camera_from_rig;
-      is_edited = is_edited || !cameras[i].conversion.steps.empty();
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      if (!gathered_.rig) rig.cameras.push_back({.camera = cameras_[i].file});
+      rig.cameras[i].camera = cameras_[i].file;
+      rig.cameras[i].camera.name.name = cameraLabel(gathered_.source.cameras[i]);
+      rig.cameras[i].camera.created_by = cameras_[i].source.created_by;  // the rig says what became of it
+      rig.cameras[i].camera_from_rig = *cameras_[i].camera_from_rig;
+      is_edited = is_edited || !cameras_[i].conversion.steps.empty();
     }
     // The covariance belongs to the old parameters.
     if (is_edited) rig.covariance.clear();
-    rig.created_by = programName() + " convert of " + join(gathered.where, ", ") +
+    rig.created_by = maker() + " of " + join(gathered_.where, ", ") +
                      (rig.created_by.empty() ? "" : " (" + rig.created_by + ")");
     return rig;
   }
 
   // One text per file.
-  [[nodiscard]] std::vector<std::string> contentsOf(const GatheredCameras& gathered,
-                                                    const std::vector<Converted>& cameras,
-                                                    const CameraFormat& format) const {
-    if (format.id == kOwnFormat && isRig(cameras)) return {rigFileText(rigOf(gathered, cameras))};
-    if (format.id == kOwnFormat) return {cameraFileText(cameras.front().file)};
+  [[nodiscard]] std::vector<std::string> contentsOfAll() const {
+    if (format_ == kOwnFormat)
+      return {isRig() ? rigFileText(wholeRig()) : cameraFileText(cameras_.front().file)};
     std::vector<NamedCamera> named;
-    for (const Converted& c : cameras) {
-      named.push_back({.name = c.name,
-                       .camera = c.file.camera,
-                       .image_size = c.file.image_size,
-                       .camera_from_rig = c.camera_from_rig,
-                       .where = c.where});
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      const StatedCamera& stated = gathered_.source.cameras[i];
+      const CameraRecord& file = cameras_[i].file;
+      named.push_back({.name = isRectifiedPair() ? cameraLabel(stated) : stated.name,
+                       .camera = file.camera,
+                       .image_size = file.image_size,
+                       .camera_from_rig = cameras_[i].camera_from_rig,
+                       .where = cameras_[i].where});
     }
-    if (!isRectifiedPair(gathered, format)) return {formatText(format, named, output_)};
-    for (std::size_t i = 0; i < 2; ++i) named[i].name = cameraLabel(gathered.source.cameras[i]);
-    return rectifiedPairTexts(format, named);
+    if (isRectifiedPair()) return rectifiedPairTexts(format(), named);
+    return {formatText(format(), named, output_)};
   }
 
   // A note on poses that are changed when written; empty if there are none.
-  [[nodiscard]] static std::string poseNote(const std::vector<Converted>& cameras,
-                                            const CameraFormat& format) {
-    const Converted& first = cameras.front();
-    const bool is_at_origin = !first.camera_from_rig || first.camera_from_rig->log().isZero(0);
-    const bool is_own_camera = format.id == kOwnFormat && cameras.size() == 1;
-    if (cameras.size() == 1 && is_at_origin) return "";
-    if (!first.camera_from_rig) return "";
+  [[nodiscard]] std::string poseNote() const {
+    const Converted& first = cameras_.front();
+    const bool is_one = cameras_.size() == 1;
+    if (!first.camera_from_rig || (format().holds_rectification && !is_one)) return "";
+    const bool is_at_origin = first.camera_from_rig->log().isZero(0);
+    if (is_one && is_at_origin) return "";
     using Poses = CameraFormat::Poses;
-    if (format.holds_rectification && cameras.size() > 1) return "";
-    if (is_own_camera || format.poses == Poses::kNone ||
-        (format.poses == Poses::kFromFirst && cameras.size() == 1)) {
-      const std::string subject = cameras.size() == 1 ? "the pose of the camera is" : "the poses are";
-      return first.where + ": " + subject + " not written to a file of the format " +
-             std::string(format.title);
+    const Poses poses = is_one && format_ == kOwnFormat ? Poses::kNone : format().poses;
+    const std::string title(format().title);
+    if (poses == Poses::kNone || (poses == Poses::kFromFirst && is_one)) {
+      return first.where + ": " + (is_one ? "the pose of the camera is" : "the poses are") +
+             " not written to a file of the format " + title;
     }
-    if (format.poses == Poses::kFromFirst && !is_at_origin)
-      return first.where + ": this camera becomes the origin of the rig, as the format " +
-             std::string(format.title) + " requires";
-    return "";
+    if (poses != Poses::kFromFirst || is_at_origin) return "";
+    return first.where + ": this camera becomes the origin of the rig, as the format " + title + " requires";
   }
 
   // Remarks that do not prevent the conversion.
-  [[nodiscard]] static std::vector<std::string> notesOn(const CameraSource& source,
-                                                        const std::vector<Converted>& cameras,
-                                                        const CameraFormat& format) {
+  [[nodiscard]] std::vector<std::string> notes() const {
     std::vector<std::string> notes;
-    for (const StatedCamera& camera : source.cameras) {
+    for (const StatedCamera& camera : gathered_.source.cameras) {
       for (const Remark& remark : camera.remarks) {
-        if (std::find(notes.begin(), notes.end(), remark.message) == notes.end())
-          notes.push_back(remark.message);
+        if (std::ranges::find(notes, remark.message) == notes.end()) notes.push_back(remark.message);
       }
     }
-    for (const Converted& c : cameras) {
-      if (format.id != kOwnFormat && c.source.calibration) {
-        notes.push_back(c.where +
-                        ": uncertainty, verdict and boards of the calibration cannot be stored in the "
-                        "format " +
-                        std::string(format.title));
-      }
+    const std::string title(format().title);
+    for (const Converted& c : cameras_) {
+      if (format_ == kOwnFormat || !c.source.calibration) continue;
+      notes.push_back(c.where +
+                      ": uncertainty, verdict and boards of the calibration cannot be stored in the " +
+                      "format " + title);
     }
-    const std::string pose_note = poseNote(cameras, format);
-    if (!pose_note.empty()) notes.push_back(pose_note);
-    if (!format.holds_size)
-      notes.push_back("the image size cannot be stored in the format " + std::string(format.title));
+    if (const std::string note = poseNote(); !note.empty()) notes.push_back(note);
+    if (!format().holds_size) notes.push_back("the image size cannot be stored in the format " + title);
     return notes;
   }
 
-  [[nodiscard]] static std::string summary(const std::vector<Converted>& cameras) {
-    const bool is_rig = isRig(cameras);
-    return join(mapped(cameras,
-                       [&](const Converted& c) {
-                         std::string text = summaryText(c);
-                         if (!is_rig) return text;
-                         const SE3& first = *cameras.front().camera_from_rig;
-                         return text + "\nPose     " + poseText(*c.camera_from_rig * first.inverse());
-                       }),
-                "\n\n");
+  [[nodiscard]] std::string summary() const {
+    std::vector<std::string> texts;
+    for (const Converted& c : cameras_) {
+      texts.push_back(summaryText(c));
+      if (isRig())
+        texts.back() +=
+            "\nPose     " + poseText(*c.camera_from_rig * cameras_.front().camera_from_rig->inverse());
+    }
+    return join(texts, "\n\n");
   }
 
-  [[nodiscard]] std::string document(const std::vector<Converted>& cameras,
-                                     const std::vector<std::string>& notes,
-                                     const std::vector<std::string>& outputs, bool is_kept) const {
-    json all = {{"output", output_}, {"format", format_}, {"written", is_kept}, {"notes", notes}};
+  [[nodiscard]] std::string document(const std::vector<std::string>& outputs, bool is_kept) const {
+    json all = {{"output", output_}, {"format", format_}, {"written", is_kept}, {"notes", notes()}};
     if (outputs.size() > 1) all["files"] = outputs;
-    if (cameras.size() == 1) {
-      all.update(summaryJson(cameras.front()));
+    if (cameras_.size() == 1) {
+      all.update(summaryJson(cameras_.front()));
     } else {
-      all["cameras"] = mapped(cameras, summaryJson);
+      all["cameras"] = mapped(cameras_, summaryJson);
     }
     return jsonText(all);
   }
@@ -508,17 +473,19 @@ class ConvertCommand final : public Command {
   std::vector<std::string> paths_;
   std::string output_;
   std::string format_ = std::string(kOwnFormat);
-  CameraOptions camera_;
+  ReadOptions camera_;
   ConversionRequest request_;
   std::string crop_;
   std::string resize_;
   bool keep_untrustworthy_ = false;
+  GatheredCameras gathered_;
+  std::vector<Converted> cameras_;
 };
 
 }  // namespace
 
-std::unique_ptr<Command> makeConvertCommand() {
-  return std::make_unique<ConvertCommand>();
-}
+const CommandEntry kConvertCommand = {
+    "convert", "Change the format, image size, orientation or lens model of a camera file",
+    made<ConvertCommand>};
 
 }  // namespace alidade

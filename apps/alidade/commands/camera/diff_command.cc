@@ -246,14 +246,14 @@ class DiffCommand final : public Command {
     flags.add("-o,--output", &figure_,
               "SVG file to write: the difference over the image of A, as colours and arrows",
               {.word = kFile.word, .complaint = figureComplaint});
-    camera_.addOptions(flags);
+    addReadOptions(flags, camera_);
     flags.addCommon(common_, false);
   }
 
   int run(const Flags&) override {
     checkUsage();
-    const CameraSource source_a = loadCameras(files_[0], camera_.readOptions());
-    const CameraSource source_b = loadCameras(files_[1], camera_.readOptions());
+    const CameraSource source_a = loadCameras(files_[0], camera_);
+    const CameraSource source_b = loadCameras(files_[1], camera_);
     if (isRigSource(source_a) || isRigSource(source_b)) return runOnRigs(source_a, source_b);
     const CameraRecord a = onlyCameraTelling(source_a, common_.quiet);
     const CameraRecord b = onlyCameraTelling(source_b, common_.quiet);
@@ -272,12 +272,10 @@ class DiffCommand final : public Command {
 
  private:
   void checkUsage() const {
-    if (files_.size() != 2) throw missingError("diff", counted(files_.size(), "file"), "two camera files");
+    if (files_.size() != 2) throw missing(counted(files_.size(), "file"), "two camera files");
     if (same_frame_ && distance_m_) {
-      throw usageError({.where = "--same-frame and --distance",
-                        .found = "both",
-                        .expected = "one of them",
-                        .next_step = "remove --distance: without alignment the distance has no effect"});
+      throw flagError("--same-frame and --distance", "both", "one of them",
+                      "remove --distance: without alignment the distance has no effect");
     }
     checkOutput(figure_, {cameraFilePath(files_[0]), cameraFilePath(files_[1]), common_.config}, common_);
   }
@@ -351,12 +349,10 @@ class DiffCommand final : public Command {
     options.rows = grid.height;
     const int num_pixels = options.columns * options.rows;
     if (options.freed && num_pixels < fewestPairs(*options.freed)) {
-      throw usageError(
-          {.where = "--grid " + grid_,
-           .found = fmt::format("{} pixels", num_pixels),
-           .expected = fmt::format("at least {} pixels to estimate the best {}", fewestPairs(*options.freed),
-                                   distance_m_ ? "pose" : "rotation"),
-           .next_step = "use a finer grid, or --same-frame to compare without alignment"});
+      throw flagError("--grid " + grid_, fmt::format("{} pixels", num_pixels),
+                      fmt::format("at least {} pixels to estimate the best {}", fewestPairs(*options.freed),
+                                  distance_m_ ? "pose" : "rotation"),
+                      "use a finer grid, or --same-frame to compare without alignment");
     }
     return options;
   }
@@ -435,7 +431,7 @@ class DiffCommand final : public Command {
   }
 
   std::vector<std::string> files_;
-  CameraOptions camera_;
+  ReadOptions camera_;
   std::optional<double> distance_m_;
   bool same_frame_ = false;
   std::optional<int> rotate_;
@@ -446,8 +442,7 @@ class DiffCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeDiffCommand() {
-  return std::make_unique<DiffCommand>();
-}
+const CommandEntry kDiffCommand = {"diff", "Compare two cameras by their projection difference",
+                                   made<DiffCommand>};
 
 }  // namespace alidade

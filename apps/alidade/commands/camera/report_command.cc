@@ -1,24 +1,57 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "alidade/core/error.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/image_list.h"
+#include "alidade/imagery/image_set.h"
 #include "alidade/report/data/json_output.h"
+#include "alidade/report/data/utf8.h"
 #include "alidade/report/pages/page.h"
+#include "board_views.h"
 #include "camera_files.h"
 #include "command.h"
 #include "console.h"
 #include "outputs.h"
 #include "pending_folder.h"
-#include "report_output.h"
 
 namespace alidade {
 namespace {
 
 constexpr std::size_t kMaxEvidenceBytes = std::size_t{1} << 30U;
+
+// The images of an evidence document, each once; what is no such document has none, and is refused later.
+std::set<std::string> viewNames(const json& evidence) {
+  std::set<std::string> names;
+  if (!evidence.is_object() || !evidence.contains("views") || !evidence["views"].is_array()) return names;
+  for (const json& view : evidence["views"]) {
+    if (view.is_object() && view.contains("image") && view["image"].is_string())
+      names.insert(view["image"].get<std::string>());
+  }
+  return names;
+}
+
+// The images of an evidence document among images and videos that are given again.
+PictureSource picturesFrom(const json& evidence, const std::vector<std::string>& paths) {
+  const std::vector<std::string> short_names = shortNames(paths);
+  std::map<std::string, std::string> path_of;
+  for (std::size_t i = 0; i < paths.size(); ++i) path_of[validUtf8(short_names[i])] = paths[i];
+  std::vector<std::string> names;
+  std::vector<std::string> images;
+  for (const std::string& name : viewNames(evidence)) {
+    const auto frame = parseFrameName(name);
+    const auto file = path_of.find(name);
+    if (file == path_of.end() && !(frame && path_of.contains(frame->first))) continue;
+    names.push_back(name);
+    images.push_back(file != path_of.end() ? file->second
+                                           : path_of[frame->first] + "@" + std::to_string(frame->second));
+  }
+  return picturesOf(names, openNamed(images), nullptr);
+}
 
 class ReportCommand final : public Command {
  public:
@@ -43,10 +76,9 @@ class ReportCommand final : public Command {
   }
 
   int run(const Flags&) override {
-    if (file_.empty())
-      throw missingError("report", "no file", "an evidence file, or a camera file with --evidence");
+    if (file_.empty()) throw missing("no file", "an evidence file, or a camera file with --evidence");
     if (output_.empty() && figures_.empty())
-      throw missingError("report", "no --output", "-o FILE, for example -o page.html, or --figures FOLDER");
+      throw missing("no --output", "-o FILE, for example -o page.html, or --figures FOLDER");
     const std::vector<std::string> images =
         images_.empty() ? std::vector<std::string>() : listInputs(images_).all();
     checkUsage(images);
@@ -94,7 +126,7 @@ class ReportCommand final : public Command {
 
   void write(const json& evidence, const PageOptions& options) const {
     if (!figures_.empty()) {
-      PendingFolder folder(figures_, "report", overwrite_, common_.quiet);
+      PendingFolder folder(figures_, common_.command, overwrite_, common_.quiet);
       const std::vector<FigureFile> figures = reportFigures(evidence, evidenceFile(), options);
       folder.write([&] {
         for (const FigureFile& figure : figures) writeFileAtomically(folder.path(figure.name), figure.svg);
@@ -105,13 +137,12 @@ class ReportCommand final : public Command {
   }
 
   void print() const {
-    if (common_.json) {
-      const auto orNone = [](const std::string& path) { return path.empty() ? json(nullptr) : json(path); };
-      printResult(jsonText({{"output", orNone(output_)}, {"figures", orNone(figures_)}}));
-    } else if (!common_.quiet) {
-      if (!figures_.empty()) printMessage("figures written to " + figures_);
-      if (!output_.empty()) printMessage("report written to " + output_);
-    }
+    const auto orNone = [](const std::string& path) { return path.empty() ? json(nullptr) : json(path); };
+    if (common_.json)
+      return printResult(jsonText({{"output", orNone(output_)}, {"figures", orNone(figures_)}}));
+    if (common_.quiet) return;
+    if (!figures_.empty()) printMessage("figures written to " + figures_);
+    if (!output_.empty()) printMessage("report written to " + output_);
   }
 
   static bool looksLikeJson(const std::string& text) {
@@ -162,8 +193,7 @@ class ReportCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeReportCommand() {
-  return std::make_unique<ReportCommand>();
-}
+const CommandEntry kReportCommand = {
+    "report", "Show a calibration in figures, as a page from its evidence file", made<ReportCommand>};
 
 }  // namespace alidade

@@ -76,11 +76,9 @@ Lines groupLines(const FleetGroup& group, double tolerance_px, bool has_spread) 
   Lines lines;
   if (group.typical) {
     const TypicalCamera& typical = *group.typical;
-    append(lines,
-           wrapped("Typical",
-                   fmt::format("{}, {} px, from {} of {} units; 95 % of the units are within {} of it",
-                               typical.camera.modelId(), sizeText(group.size),
-                               typical.population.numMembers(), group.units.size(), pixels(group.p95_px))));
+    addLines(lines, "Typical", "{}, {} px, from {} of {} units; 95 % of the units are within {} of it",
+             typical.camera.modelId(), sizeText(group.size), typical.population.numMembers(),
+             group.units.size(), pixels(group.p95_px));
     if (has_spread) append(lines, spreadLines(typical));
   }
   append(lines, wrapped("Serves", servingSentence(group, tolerance_px)));
@@ -98,11 +96,11 @@ std::string fleetSummary(const Fleet& fleet, bool is_verbose) {
   for (std::size_t g = 0; g < num_groups; ++g)
     append(lines, groupLines(fleet.groups[g], fleet.tolerance_px, g == 0 || is_verbose));
   if (num_groups < fleet.groups.size())
-    append(lines, wrapped("", fmt::format("{} more image size{}", fleet.groups.size() - num_groups,
-                                          fleet.groups.size() == num_groups + 1 ? "" : "s")));
+    addLines(lines, "", "{} more image size{}", fleet.groups.size() - num_groups,
+             fleet.groups.size() == num_groups + 1 ? "" : "s");
   if (fleet.has_previous) {
-    append(lines, wrapped("Drift", fmt::format("{} of {} units with a previous calibration changed",
-                                               fleet.numDrifted(), fleet.drifts.size())));
+    addLines(lines, "Drift", "{} of {} units with a previous calibration changed", fleet.numDrifted(),
+             fleet.drifts.size());
   }
   std::size_t num_warnings = 0;
   std::size_t num_notes = 0;
@@ -127,15 +125,11 @@ class FleetCommand final : public Command {
  public:
   void setUp(Flags& flags) override {
     flags.explain(
-        "Example: alidade fleet calibrations/ -o fleet.html\n"
-        "Example: alidade fleet now/ --previous before/ --tolerance 0.5px -o fleet.csv --typical "
-        "typical.yaml\n"
-        "Cameras of one image size are compared with their typical camera, after the best rotation. Units "
-        "are "
-        "paired with their\nprevious calibration by serial number, name or file name.\n"
-        "Exit code 1: no camera file can be read. Exit code 3 with --strict: a unit deviates or changed, or "
-        "a "
-        "file cannot be read.");
+        "Example: alidade fleet calibrations/ -o fleet.html\nExample: alidade fleet now/ --previous before/ "
+        "--tolerance 0.5px -o fleet.csv --typical typical.yaml\nCameras of one image size are compared with "
+        "their typical camera, after the best rotation. Units are paired with their\nprevious calibration by "
+        "serial number, name or file name.\nExit code 1: no camera file can be read. Exit code 3 with "
+        "--strict: a unit deviates or changed, or a file cannot be read.");
     flags.add("file", &files_, "Camera files, folders, or patterns in quotes", kFile);
     flags.add("-o,--output", &output_,
               "What to write: a page with figures (.html) or a row for each unit (.csv)",
@@ -153,25 +147,22 @@ class FleetCommand final : public Command {
     flags.addSwitch("--strict", is_strict_,
                     "Exit code 3 if a unit deviates or changed, or a file cannot be read");
     flags.addSwitch("--verbose", is_verbose_, "Print all groups and findings");
-    camera_.addOptions(flags);
+    addReadOptions(flags, camera_);
     flags.addCommon(common_, true);
   }
 
   int run(const Flags&) override {
-    if (files_.empty()) throw missingError("fleet", "no file", "camera files, or folders with camera files");
+    if (files_.empty()) throw missing("no file", "camera files, or folders with camera files");
     checkUsage();
-    const CancelFlag* const cancel = catchInterrupts();
-    FleetFiles files = readFiles(files_, "reading", cancel);
+    common_.cancel = catchInterrupts();
+    FleetFiles files = readFiles(files_, "reading");
     if (files.units.empty()) throw nothingToRead(files);
     std::optional<FleetFiles> previous;
-    if (!previous_.empty()) previous = readFiles(previous_, "reading previous", cancel);
-    const Fleet fleet = analyse(std::move(files), previous, cancel);
+    if (!previous_.empty()) previous = readFiles(previous_, "reading previous");
+    const Fleet fleet = analyse(std::move(files), previous);
     write(fleet);
-    if (common_.json) {
-      printResult(jsonText(fleetJson(fleet, programName())));
-    } else if (!common_.quiet) {
-      printResult(fleetSummary(fleet, is_verbose_));
-    }
+    answer([&] { return jsonText(fleetJson(fleet, programName())); },
+           [&] { return fleetSummary(fleet, is_verbose_); });
     tell(fleet);
     const bool is_clean = fleet.numDeviating() == 0 && fleet.numDrifted() == 0 &&
                           fleet.files.unreadable.empty() && fleet.unreadable_previous.empty();
@@ -194,23 +185,19 @@ class FleetCommand final : public Command {
     checkOutputs(std::vector<Output>{{"--output", output_}, {"--typical", typical_}}, sources, common_);
   }
 
-  [[nodiscard]] FleetFiles readFiles(const std::vector<std::string>& inputs, const char* label,
-                                     const CancelFlag* cancel) const {
+  [[nodiscard]] FleetFiles readFiles(const std::vector<std::string>& inputs, const char* label) const {
     ProgressBar bar(label, common_.quiet);
     return readFleetFiles(
-        inputs, {.read = camera_.readOptions(),
-                 .jobs = common_.jobs,
-                 .cancel = cancel,
-                 .progress = [&](std::size_t done, std::size_t total) { bar.update(done, total); }});
+        inputs,
+        {.read = camera_, .jobs = common_.jobs, .cancel = common_.cancel, .progress = bar.reporter()});
   }
 
-  [[nodiscard]] Fleet analyse(FleetFiles files, const std::optional<FleetFiles>& previous,
-                              const CancelFlag* cancel) const {
+  [[nodiscard]] Fleet analyse(FleetFiles files, const std::optional<FleetFiles>& previous) const {
     ProgressBar bar("comparing", common_.quiet);
     FleetOptions options{.tolerance_px = tolerance_px_,
                          .jobs = common_.jobs,
-                         .cancel = cancel,
-                         .progress = [&](std::size_t done, std::size_t total) { bar.update(done, total); }};
+                         .cancel = common_.cancel,
+                         .progress = bar.reporter()};
     if (same_frame_) options.freed.reset();
     return analyseFleet(std::move(files), previous, options);
   }
@@ -244,8 +231,7 @@ class FleetCommand final : public Command {
                         .expected = fmt::format("at least {} of one model", kFewestUnits),
                         .next_step = "add more files of this kind of camera"});
     }
-    saveCamera(typical_, typicalRecord(fleet.groups.front(), tolerance_px_, programName() + " fleet"),
-               "alidade");
+    saveCamera(typical_, typicalRecord(fleet.groups.front(), tolerance_px_, maker()), "alidade");
   }
 
   void tell(const Fleet& fleet) const {
@@ -270,13 +256,12 @@ class FleetCommand final : public Command {
   bool same_frame_ = false;
   bool is_strict_ = false;
   bool is_verbose_ = false;
-  CameraOptions camera_;
+  ReadOptions camera_;
 };
 
 }  // namespace
 
-std::unique_ptr<Command> makeFleetCommand() {
-  return std::make_unique<FleetCommand>();
-}
+const CommandEntry kFleetCommand = {"fleet", "See what many camera files of one kind say together",
+                                    made<FleetCommand>};
 
 }  // namespace alidade

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <filesystem>
-#include <optional>
+#include <functional>
+#include <memory>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/point_cloud.h"
@@ -26,44 +28,18 @@ namespace {
 constexpr const char* kScaleNote =
     "the scale is arbitrary: lengths are not in metres, but in units of the first step of each piece";
 
-// The path that the odometry found, with the times of the frames.
-struct TrackedPath {
-  Path path;
-  std::vector<double> seconds;  // of each frame; empty if unknown
-  FootagePass pass;
-  FrontEndKind front_end = FrontEndKind::kFlow;
-
-  [[nodiscard]] double timeOf(std::size_t frame) const {
-    return seconds.empty() ? static_cast<double>(path.frames[frame].number) : seconds[frame];
-  }
-};
-
-// Text for a range of frame numbers: "frame 7", "frames 7 to 9".
-std::string framesText(std::size_t first, std::size_t last) {
-  return first == last ? fmt::format("frame {}", first) : fmt::format("frames {} to {}", first, last);
-}
-
-struct FrameRange {
-  std::size_t first = 0;  // numbers
-  std::size_t last = 0;
-  std::size_t count = 0;
-};
-
-// Runs of frames without a pose.
-std::vector<FrameRange> unposed(const Path& path) {
-  std::vector<FrameRange> ranges;
-  bool is_open = false;
-  for (const PathFrame& frame : path.frames) {
-    if (frame.segment) {
-      is_open = false;
-      continue;
+// Runs of frames without a pose: the first and the last of each.
+std::vector<std::pair<std::size_t, std::size_t>> unposed(const Path& path) {
+  std::vector<std::pair<std::size_t, std::size_t>> runs;
+  for (std::size_t i = 0; i < path.frames.size(); ++i) {
+    if (path.frames[i].segment) continue;
+    if (i > 0 && !path.frames[i - 1].segment) {
+      runs.back().second = i;
+    } else {
+      runs.emplace_back(i, i);
     }
-    if (!is_open) ranges.push_back({frame.number, frame.number, 0});
-    is_open = true;
-    ranges.back().last = frame.number;
-    ++ranges.back().count;
   }
-  return ranges;
+  return runs;
 }
 
 std::string whyNot(const Path& path) {
@@ -79,17 +55,16 @@ std::string whyNot(const Path& path) {
   }
 }
 
-std::string whatToDo(const TrackedPath& tracked) {
-  switch (tracked.path.obstacle) {
+std::string whatToDo(const Path& path, bool is_flow) {
+  switch (path.obstacle) {
     case StartObstacle::kStill:
     case StartObstacle::kRotation:
       return "move the camera sideways while filming; distances cannot be seen without";
     case StartObstacle::kNoMotion:
       return "check the camera file with alidade validate, and that most of the scene stands still";
     default:
-      return tracked.front_end == FrontEndKind::kFlow
-                 ? "use sharp and bright pictures; if they are far apart, add --front-end keypoints"
-                 : "use sharp and bright pictures that show parts of the scene several times";
+      return is_flow ? "use sharp and bright pictures; if they are far apart, add --front-end keypoints"
+                     : "use sharp and bright pictures that show parts of the scene several times";
   }
 }
 
@@ -110,75 +85,68 @@ class TrackCommand final : public Command {
         oneOf({"flow", "keypoints"}));
     flags.add("-o,--output", &output_, "Trajectory file to write; - for standard output", kFile);
     flags.add("--map", &map_, "Also write the points, as a PLY file", kFile);
-    camera_.addOptions(flags);
+    addReadOptions(flags, camera_);
     flags.addCommon(common_, false);
   }
 
   int run(const Flags&) override {
     checkUsage();
-    const CancelFlag* cancel = catchInterrupts();
-    const CameraRecord camera = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
-    const TrackedPath tracked = track(camera, cancel);
-    const Path& path = tracked.path;
-    if (path.frames.size() < 2) {
+    common_.cancel = catchInterrupts();
+    const CameraRecord camera = readCameraTelling(camera_path_, camera_, common_.quiet);
+    track(camera);
+    if (path_.frames.size() < 2) {
       throw inputError({.where = inputs_.front(),
                         .found = "1 frame",
                         .expected = "at least 2",
                         .next_step = "give a video, or a folder with several images of one scene"});
     }
-    if (!path.segments.empty()) write(tracked);
-    print(tracked);
-    if (path.segments.size() == 1) return 0;
+    if (!path_.segments.empty()) write();
+    print();
+    if (path_.segments.size() == 1) return 0;
     printMessage("error: " + inputs_.front() + ": " +
-                 (path.segments.empty()
-                      ? fmt::format("no path can be found: {}; {}\n  next: {}", whyNot(path),
-                                    notWritten(output_), whatToDo(tracked))
+                 (path_.segments.empty()
+                      ? fmt::format("no path can be found: {}; {}\n  next: {}", whyNot(path_),
+                                    notWritten(output_), whatToDo(path_, is_flow_))
                       : fmt::format("the path is in {} pieces that nothing connects; each has a world and a "
                                     "scale of its own\n  next: film without interruption, dark frames and "
                                     "quick turns, or cut the video there",
-                                    path.segments.size())));
+                                    path_.segments.size())));
     return kUntrustworthyExit;
   }
 
-  [[nodiscard]] bool owesJson() const override { return common_.json && !has_answered_; }
-
  private:
   void checkUsage() const {
-    if (inputs_.empty()) throw missingError("track", "no footage", "a video or a folder of images");
-    if (camera_path_.empty()) throw missingError("track", "no --camera", "--camera FILE");
-    if (output_.empty()) throw missingError("track", "no --output", "-o FILE");
+    if (inputs_.empty()) throw missing("no footage", "a video or a folder of images");
+    if (camera_path_.empty()) throw missing("no --camera", "--camera FILE");
+    if (output_.empty()) throw missing("no --output", "-o FILE");
     std::vector<std::string> sources = withImages(inputs_);
     append(sources, {cameraFilePath(camera_path_), common_.config});
     checkOutputs(std::vector<Output>{{"--output", output_}, {"--map", map_, "map.ply"}}, sources, common_);
   }
 
-  [[nodiscard]] TrackedPath track(const CameraRecord& camera, const CancelFlag* cancel) const {
-    TrackedPath tracked;
-    const bool is_flow = front_end_.empty() ? isVideoFootage(inputs_) : front_end_ == "flow";
-    tracked.front_end = is_flow ? FrontEndKind::kFlow : FrontEndKind::kKeyPoints;
-    const std::unique_ptr<FrontEnd> front_end = makeFrontEnd({.kind = tracked.front_end});
+  void track(const CameraRecord& camera) {
+    is_flow_ = front_end_.empty() ? isVideoFootage(inputs_) : front_end_ == "flow";
+    const std::unique_ptr<FrontEnd> front_end =
+        makeFrontEnd({.kind = is_flow_ ? FrontEndKind::kFlow : FrontEndKind::kKeyPoints});
     Odometry odometry(camera.camera, camera.image_size);
     ProgressBar bar("tracking", common_.quiet);
-    tracked.pass =
-        forEachFrame(inputs_,
-                     [&](const auto& frame) {
-                       odometry.add(frame.number, front_end->follow(frame.image));
-                       tracked.seconds.push_back(frame.seconds);
-                     },
-                     {.expected_size = camera.image_size,
-                      .progress = [&](std::size_t done, std::size_t total) { bar.update(done, total); },
-                      .cancel = cancel});
-    tracked.path = odometry.finish();
+    const FootagePass pass = forEachFrame(
+        inputs_,
+        [&](const auto& frame) {
+          odometry.add(frame.number, front_end->follow(frame.image));
+          seconds_.push_back(frame.seconds);
+        },
+        {.expected_size = camera.image_size, .progress = bar.reporter(), .cancel = common_.cancel});
+    notes_ = pass.notes;
+    path_ = odometry.finish();
     // Some files do not state times.
-    const bool is_timed =
-        std::ranges::adjacent_find(tracked.seconds, std::greater_equal<>()) == tracked.seconds.end();
-    if (!is_timed) tracked.seconds.clear();
-    return tracked;
+    const bool is_timed = std::ranges::adjacent_find(seconds_, std::greater_equal<>()) == seconds_.end();
+    if (!is_timed) seconds_.clear();
   }
 
-  void write(const TrackedPath& tracked) const {
-    if (!map_.empty()) writeFileAtomically(map_, mapText(tracked.path));
-    const std::string text = trajectoryOf(tracked);
+  void write() const {
+    if (!map_.empty()) writeFileAtomically(map_, mapText());
+    const std::string text = trajectory();
     if (output_ == "-") {
       printResult(text);
     } else {
@@ -186,113 +154,107 @@ class TrackCommand final : public Command {
     }
   }
 
-  void print(const TrackedPath& tracked) {
-    if (common_.json) {
-      printResult(pathJson(tracked));
-      has_answered_ = true;
-    } else if (!common_.quiet && output_ != "-" && !tracked.path.segments.empty()) {
-      printResult(summary(tracked));
-    }
-    if (!common_.quiet) printNotes(tracked.pass.notes);
+  void print() {
+    answer([&] { return pathJson(); },
+           [&] { return output_ == "-" || path_.segments.empty() ? "" : summary(); });
+    if (!common_.quiet) printNotes(notes_);
   }
 
   // "piece 2: frames 7 to 90", and the basis of its scale.
-  static std::vector<std::string> pieceComments(const Path& path, std::size_t index) {
-    const PathSegment& segment = path.segments[index];
-    std::vector<std::string> comments = {fmt::format(
-        "piece {} of {}: {}; its world and its scale are its own", index + 1, path.segments.size(),
-        framesText(path.frames[segment.begin].number, path.frames[segment.end - 1].number))};
+  [[nodiscard]] std::vector<std::string> pieceComments(std::size_t index) const {
+    const PathSegment& segment = path_.segments[index];
+    std::vector<std::string> comments = {
+        fmt::format("piece {} of {}: {}; its world and its scale are its own", index + 1,
+                    path_.segments.size(), framesText(segment.begin, segment.end - 1))};
     for (const std::size_t frame : segment.scale_breaks)
       comments.push_back(
           fmt::format("from frame {} the scale is a guess: no point of known distance was in sight",
-                      path.frames[frame].number));
+                      path_.frames[frame].number));
     return comments;
   }
 
-  [[nodiscard]] std::vector<std::string> headComments() const {
-    return {programName() + " track", kScaleNote};
+  // The numbers of a range of frames: "frame 7", "frames 7 to 9".
+  [[nodiscard]] std::string framesText(std::size_t first, std::size_t last) const {
+    const std::size_t number = path_.frames[first].number;
+    return first == last ? fmt::format("frame {}", number)
+                         : fmt::format("frames {} to {}", number, path_.frames[last].number);
   }
 
-  [[nodiscard]] std::string trajectoryOf(const TrackedPath& tracked) const {
-    const Path& path = tracked.path;
+  [[nodiscard]] std::vector<std::string> headComments() const { return {maker(), kScaleNote}; }
+
+  [[nodiscard]] std::string trajectory() const {
     std::vector<std::string> comments = headComments();
     comments.push_back("world_from_camera; a piece's world is its first camera (x right, y down, z forward)");
-    comments.emplace_back(tracked.seconds.empty() ? "timestamps are the numbers of the frames, from 0"
-                                                  : "timestamps are seconds from the beginning of the video");
+    comments.emplace_back(seconds_.empty() ? "timestamps are the numbers of the frames, from 0"
+                                           : "timestamps are seconds from the beginning of the video");
     std::string text;
     for (const std::string& comment : comments) text += "# " + comment + "\n";
-    for (std::size_t s = 0; s < path.segments.size(); ++s) {
-      for (const std::string& comment : pieceComments(path, s)) text += "# " + comment + "\n";
+    for (std::size_t s = 0; s < path_.segments.size(); ++s) {
+      for (const std::string& comment : pieceComments(s)) text += "# " + comment + "\n";
       std::vector<double> times;
       std::vector<SE3> poses;
-      for (std::size_t i = 0; i < path.frames.size(); ++i) {
-        if (path.frames[i].segment != s) continue;
-        times.push_back(tracked.timeOf(i));
-        poses.push_back(path.frames[i].camera_from_world);
+      for (std::size_t i = 0; i < path_.frames.size(); ++i) {
+        const PathFrame& frame = path_.frames[i];
+        if (frame.segment != s) continue;
+        times.push_back(seconds_.empty() ? static_cast<double>(frame.number) : seconds_[i]);
+        poses.push_back(frame.camera_from_world);
       }
       text += tumText(times, poses);
     }
     return text;
   }
 
-  [[nodiscard]] std::string mapText(const Path& path) const {
-    std::vector<std::vector<Eigen::Vector3d>> pieces;
-    for (const PathSegment& segment : path.segments) pieces.push_back(segment.points);
-    return pointCloudText(headComments(), pieces);
+  [[nodiscard]] std::string mapText() const {
+    return pointCloudText(headComments(), mapped(path_.segments, &PathSegment::points));
   }
 
-  [[nodiscard]] std::string summary(const TrackedPath& tracked) const {
-    const Path& path = tracked.path;
+  [[nodiscard]] std::string summary() const {
     std::size_t num_keys = 0;
     std::size_t num_points = 0;
     double length = 0;
-    for (const PathSegment& segment : path.segments) {
+    for (const PathSegment& segment : path_.segments) {
       num_keys += segment.num_keys;
       num_points += segment.points.size();
       length += segment.length;
     }
-    Lines lines = {
-        fmt::format("{}: poses of {} of {} frames", printable(output_), path.numPosed(), path.frames.size())};
-    if (path.segments.size() == 1) {
-      append(lines, wrapped("Path", fmt::format("{:.4g} units long; {}", length, kScaleNote)));
+    Lines lines = {fmt::format("{}: poses of {} of {} frames", printable(output_), path_.numPosed(),
+                               path_.frames.size())};
+    if (path_.segments.size() == 1) {
+      addLines(lines, "Path", "{:.4g} units long; {}", length, kScaleNote);
     } else {
-      append(lines, wrapped("Path", fmt::format("in {} pieces that nothing connects; {}",
-                                                path.segments.size(), kScaleNote)));
+      addLines(lines, "Path", "in {} pieces that nothing connects; {}", path_.segments.size(), kScaleNote);
       constexpr std::size_t kMostPieces = 3;
-      for (std::size_t s = 0; s < std::min(kMostPieces, path.segments.size()); ++s) {
-        const PathSegment& segment = path.segments[s];
-        append(lines, wrapped("", fmt::format("piece {}: {}, {:.4g} units long", s + 1,
-                                              framesText(path.frames[segment.begin].number,
-                                                         path.frames[segment.end - 1].number),
-                                              segment.length)));
+      for (std::size_t s = 0; s < std::min(kMostPieces, path_.segments.size()); ++s) {
+        const PathSegment& segment = path_.segments[s];
+        addLines(lines, "", "piece {}: {}, {:.4g} units long", s + 1,
+                 framesText(segment.begin, segment.end - 1), segment.length);
       }
-      if (path.segments.size() > kMostPieces)
-        append(lines, wrapped("", fmt::format("{} more pieces", path.segments.size() - kMostPieces)));
+      if (path_.segments.size() > kMostPieces)
+        addLines(lines, "", "{} more pieces", path_.segments.size() - kMostPieces);
     }
-    append(lines, wrapped("Fit", fmt::format("reprojection RMS {:.2f} px; {} key frames, {} points{}",
-                                             path.rms_px, num_keys, num_points,
-                                             map_.empty() ? "" : ", written to " + printable(map_))));
-    append(lines, lostLines(path));
-    append(lines, scaleLines(path));
+    addLines(lines, "Fit", "reprojection RMS {:.2f} px; {} key frames, {} points{}", path_.rms_px, num_keys,
+             num_points, map_.empty() ? "" : ", written to " + printable(map_));
+    append(lines, lostLines());
+    append(lines, scaleLines());
     return join(lines, "\n") + "\n";
   }
 
-  static Lines lostLines(const Path& path) {
-    const std::vector<FrameRange> ranges = unposed(path);
+  [[nodiscard]] Lines lostLines() const {
+    const auto ranges = unposed(path_);
     if (ranges.empty()) return {};
     std::string text = "no pose: ";
     constexpr std::size_t kMost = 3;
     for (std::size_t i = 0; i < std::min(kMost, ranges.size()); ++i)
-      text += (i == 0 ? "" : ", ") + framesText(ranges[i].first, ranges[i].last);
+      text += (i == 0 ? "" : ", ") + framesText(ranges[i].first, ranges[i].second);
     if (ranges.size() > kMost) text += fmt::format(" and {} more ranges", ranges.size() - kMost);
-    if (!path.frames.back().segment) text += "; at the end, " + whyNot(path);
+    if (!path_.frames.back().segment) text += "; at the end, " + whyNot(path_);
     return wrapped("Lost", text);
   }
 
-  static Lines scaleLines(const Path& path) {
+  [[nodiscard]] Lines scaleLines() const {
     std::vector<std::size_t> frames;
-    for (const PathSegment& segment : path.segments)
-      for (const std::size_t frame : segment.scale_breaks) frames.push_back(path.frames[frame].number);
+    for (const PathSegment& segment : path_.segments)
+      for (const std::size_t frame : segment.scale_breaks) frames.push_back(path_.frames[frame].number);
     if (frames.empty()) return {};
     return wrapped(
         "Scale",
@@ -300,54 +262,56 @@ class TrackCommand final : public Command {
                     frames.size() > 1 ? fmt::format(", and {} times more", frames.size() - 1) : ""));
   }
 
-  [[nodiscard]] std::string pathJson(const TrackedPath& tracked) const {
-    const Path& path = tracked.path;
+  [[nodiscard]] std::string pathJson() const {
     json pieces = json::array();
-    for (std::size_t s = 0; s < path.segments.size(); ++s) {
-      const PathSegment& segment = path.segments[s];
-      json breaks = json::array();
-      for (const std::size_t frame : segment.scale_breaks) breaks.push_back(path.frames[frame].number);
-      const auto num_frames = std::count_if(path.frames.begin(), path.frames.end(),
+    for (std::size_t s = 0; s < path_.segments.size(); ++s) {
+      const PathSegment& segment = path_.segments[s];
+      const auto numberOf = [&](std::size_t frame) { return path_.frames[frame].number; };
+      const auto num_frames = std::count_if(path_.frames.begin(), path_.frames.end(),
                                             [&](const PathFrame& frame) { return frame.segment == s; });
-      pieces.push_back({{"first_frame", path.frames[segment.begin].number},
-                        {"last_frame", path.frames[segment.end - 1].number},
+      pieces.push_back({{"first_frame", path_.frames[segment.begin].number},
+                        {"last_frame", path_.frames[segment.end - 1].number},
                         {"num_frames", num_frames},
                         {"num_keyframes", segment.num_keys},
                         {"num_points", segment.points.size()},
                         {"length", segment.length},
-                        {"scale_guessed_from", std::move(breaks)}});
+                        {"scale_guessed_from", mapped(segment.scale_breaks, numberOf)}});
     }
     json lost = json::array();
-    for (const FrameRange& range : unposed(path))
-      lost.push_back({{"first_frame", range.first}, {"last_frame", range.last}, {"num_frames", range.count}});
-    const bool is_found = !path.segments.empty();
+    for (const auto& [first, last] : unposed(path_))
+      lost.push_back({{"first_frame", path_.frames[first].number},
+                      {"last_frame", path_.frames[last].number},
+                      {"num_frames", last - first + 1}});
+    const bool is_found = !path_.segments.empty();
     return jsonText({{"trajectory", is_found ? json(output_) : json(nullptr)},
                      {"map", is_found && !map_.empty() ? json(map_) : json(nullptr)},
-                     {"front_end", tracked.front_end == FrontEndKind::kFlow ? "flow" : "keypoints"},
-                     {"timestamps", tracked.seconds.empty() ? "frame_number" : "seconds"},
+                     {"front_end", is_flow_ ? "flow" : "keypoints"},
+                     {"timestamps", seconds_.empty() ? "frame_number" : "seconds"},
                      {"scale", "arbitrary"},
-                     {"num_frames", path.frames.size()},
-                     {"num_posed", path.numPosed()},
-                     {"rms_px", is_found ? json(path.rms_px) : json(nullptr)},
-                     {"obstacle", obstacleId(path.obstacle)},
+                     {"num_frames", path_.frames.size()},
+                     {"num_posed", path_.numPosed()},
+                     {"rms_px", is_found ? json(path_.rms_px) : json(nullptr)},
+                     {"obstacle", obstacleId(path_.obstacle)},
                      {"pieces", std::move(pieces)},
                      {"lost", std::move(lost)},
-                     {"notes", tracked.pass.notes}});
+                     {"notes", notes_}});
   }
 
   std::vector<std::string> inputs_;
   std::string camera_path_;
-  CameraOptions camera_;
+  ReadOptions camera_;
   std::string front_end_;
   std::string output_;
   std::string map_;
-  bool has_answered_ = false;
+  bool is_flow_ = true;
+  Path path_;
+  std::vector<double> seconds_;  // of each frame; empty: unknown
+  std::vector<std::string> notes_;
 };
 
 }  // namespace
 
-std::unique_ptr<Command> makeTrackCommand() {
-  return std::make_unique<TrackCommand>();
-}
+const CommandEntry kTrackCommand = {"track", "Find the path of a camera in a video (visual odometry)",
+                                    made<TrackCommand>};
 
 }  // namespace alidade

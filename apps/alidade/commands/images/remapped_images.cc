@@ -83,12 +83,12 @@ std::vector<RemappedImage> namedImages(const std::vector<std::string>& paths) {
 
 void remapAll(std::vector<RemappedImage>& images, const RemapTable& table, const PendingFolder& folder,
               const RemapSettings& settings) {
-  ProgressBar bar(settings.label, settings.is_quiet);
+  ProgressBar bar(settings.label, settings.common.quiet);
   const std::string prefix = settings.subfolder.empty() ? "" : settings.subfolder + "/";
   std::mutex mutex;
   std::size_t num_done = 0;
   // Idle threads help with the rows of other images.
-  const int num_threads = resolveJobs(settings.num_jobs);
+  const int num_threads = resolveJobs(settings.common.jobs);
   const int num_row_jobs =
       std::max(1, num_threads / static_cast<int>(std::max<std::size_t>(1, images.size())));
   parallelFor(
@@ -100,12 +100,16 @@ void remapAll(std::vector<RemappedImage>& images, const RemapTable& table, const
         const std::lock_guard lock(mutex);
         bar.update(++num_done, images.size());
       },
-      settings.cancel);
+      settings.common.cancel);
+}
+
+double darkShare(const RemapTable& table) {
+  return static_cast<double>(table.num_without_source) /
+         static_cast<double>(std::max<std::size_t>(1, table.pixels.size()));
 }
 
 std::size_t numSkipped(const std::vector<RemappedImage>& images) {
-  return static_cast<std::size_t>(
-      std::count_if(images.begin(), images.end(), [](const auto& image) { return !image.reason.empty(); }));
+  return images.size() - static_cast<std::size_t>(std::ranges::count(images, "", &RemappedImage::reason));
 }
 
 void requireAnImage(const std::vector<RemappedImage>& images) {

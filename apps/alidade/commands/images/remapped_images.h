@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "alidade/core/cancel.h"
 #include "alidade/imagery/remap.h"
 #include "alidade/report/data/json_output.h"
+#include "flags.h"
 #include "pending_folder.h"
 
 // Remaps folders of images by a table.
@@ -33,9 +33,7 @@ struct RemapSettings {
   std::string label;      ///< of the progress bar
   std::string subfolder;  ///< of the output folder; empty: none
   Interpolation interpolation = Interpolation::kLinear;
-  int num_jobs = 0;
-  bool is_quiet = false;
-  const CancelFlag* cancel = nullptr;
+  const CommonOptions& common;
 };
 
 /// Writes the remapped images. An image that cannot be used gets a reason; one that cannot be written ends
@@ -43,6 +41,9 @@ struct RemapSettings {
 /// @throws Error (kInput); Cancelled
 void remapAll(std::vector<RemappedImage>& images, const RemapTable& table, const PendingFolder& folder,
               const RemapSettings& settings);
+
+/// The share of the pixels that have no source.
+[[nodiscard]] double darkShare(const RemapTable& table);
 
 [[nodiscard]] std::size_t numSkipped(const std::vector<RemappedImage>& images);
 /// Throws if no image could be used. @throws Error (kInput)

@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
-#include <filesystem>
-#include <optional>
-
 #include <fmt/format.h>
 
 #include "alidade/core/degrees.h"
@@ -25,8 +21,6 @@
 namespace alidade {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kCameraName = "camera.yaml";
 constexpr const char* kProjectionName = "projection.yaml";
 
@@ -44,105 +38,91 @@ class UndistortCommand final : public Command {
     view_.addOptions(flags, "; rectilinear keeps straight lines straight", "size of the input");
     flags.addSwitch("--camera-only", camera_only_,
                     "Write only the camera or projection file; do not read inputs");
-    camera_.addOptions(flags);
+    addReadOptions(flags, camera_);
     flags.addCommon(common_, true);
   }
 
   int run(const Flags& flags) override {
     checkUsage(flags);
-    const CancelFlag* cancel = catchInterrupts();
-    const CameraRecord source = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
+    common_.cancel = catchInterrupts();
+    const CameraRecord source = readCameraTelling(camera_path_, camera_, common_.quiet);
     const std::vector<std::string> paths = camera_only_ ? std::vector<std::string>() : listImages(inputs_);
     std::vector<std::string> sources = paths;
     append(sources, {cameraFilePath(camera_path_), common_.config});
     refuseFolderOfInputs(output_, sources);
-    std::vector<RemappedImage> images = namedImages(paths);
-    const ViewChoice choice = chooseView(source.camera, source.image_size, view_.request(flags));
-    const double dark_share = write(source, choice, images, cancel);
-    const std::vector<std::string> notes = notesOn(choice, images);
-    if (common_.json) {
-      printResult(viewJson(choice, images, dark_share, notes));
-    } else if (!common_.quiet) {
-      printResult(summary(choice.view, images, dark_share));
-    }
-    if (!common_.quiet) printNotes(notes);
-    return reportSkipped(images) ? static_cast<int>(ErrorCode::kInput) : 0;
+    images_ = namedImages(paths);
+    choice_ = chooseView(source.camera, source.image_size, view_.request(flags));
+    write(source);
+    answer([&] { return viewJson(); }, [&] { return summary(); });
+    if (!common_.quiet) printNotes(notes());
+    return reportSkipped(images_) ? static_cast<int>(ErrorCode::kInput) : 0;
   }
 
  private:
-  // @returns the share of the view's pixels that have no source
-  double write(const CameraRecord& source, const ViewChoice& choice, std::vector<RemappedImage>& images,
-               const CancelFlag* cancel) const {
-    PendingFolder folder(output_, "undistort", view_.may_overwrite, common_.quiet);
+  void write(const CameraRecord& source) {
+    PendingFolder folder(output_, common_.command, view_.may_overwrite, common_.quiet);
     const RemapTable table =
-        makeRemapTable(source.camera, source.image_size, choice.view, common_.jobs, cancel);
+        makeRemapTable(source.camera, source.image_size, choice_.view, common_.jobs, common_.cancel);
     folder.write([&] {
-      remapAll(images, table, folder,
+      remapAll(images_, table, folder,
                {.label = "undistorting",
                 .subfolder = "",
                 .interpolation = view_.interpolationKind(),
-                .num_jobs = common_.jobs,
-                .is_quiet = common_.quiet,
-                .cancel = cancel});
+                .common = common_});
     });
-    requireAnImage(images);
-    folder.write([&] { writeView(choice.view, folder); });
+    requireAnImage(images_);
+    folder.write([&] { writeView(folder); });
     folder.commit();
-    return static_cast<double>(table.num_without_source) /
-           static_cast<double>(std::max<std::size_t>(1, table.pixels.size()));
+    dark_share_ = darkShare(table);
   }
 
   void checkUsage(const Flags& flags) const {
-    if (camera_path_.empty())
-      throw missingError("undistort", "no camera file", "a camera file (YAML) and images");
+    if (camera_path_.empty()) throw missing("no camera file", "a camera file (YAML) and images");
     if (inputs_.empty() && !camera_only_)
-      throw missingError("undistort", "no images", "folders, files or patterns, or --camera-only");
-    if (output_.empty()) throw missingError("undistort", "no --output", "-o FOLDER");
+      throw missing("no images", "folders, files or patterns, or --camera-only");
+    if (output_.empty()) throw missing("no --output", "-o FOLDER");
     view_.checkUsage(flags);
   }
 
-  static void writeView(const OutputView& view, const PendingFolder& folder) {
+  void writeView(const PendingFolder& folder) const {
+    const OutputView& view = choice_.view;
     if (view.projection != ViewProjection::kRectilinear)
-      return writeFileAtomically(folder.path(kProjectionName),
-                                 projectionFileText(view, programName() + " undistort"));
-    saveCamera(folder.path(kCameraName),
-               bareRecord(pinholeOf(view), view.size, programName() + " undistort"));
+      return writeFileAtomically(folder.path(kProjectionName), projectionFileText(view, maker()));
+    saveCamera(folder.path(kCameraName), bareRecord(pinholeOf(view), view.size, maker()));
   }
 
-  static std::vector<std::string> notesOn(const ViewChoice& choice,
-                                          const std::vector<RemappedImage>& images) {
+  [[nodiscard]] std::vector<std::string> notes() const {
     std::vector<std::string> notes;
-    if (choice.cut_share > 0) {
+    if (choice_.cut_share > 0) {
       notes.push_back(fmt::format(
           "{:.2g} % of the input pixels are more than {:.0f} degrees from the {} and were cut off; {}",
-          100 * choice.cut_share, kMaxTangentAngleRad * kDegPerRad,
-          choice.view.projection == ViewProjection::kCylindrical ? "horizon" : "axis",
+          100 * choice_.cut_share, kMaxTangentAngleRad * kDegPerRad,
+          choice_.view.projection == ViewProjection::kCylindrical ? "horizon" : "axis",
           "--projection equirectangular shows them all"));
-    } else if (choice.is_limited_by_projection) {
+    } else if (choice_.is_limited_by_projection) {
       notes.push_back(fmt::format("a {} view cannot show all pixels of the input",
-                                  projectionName(choice.view.projection)));
+                                  projectionName(choice_.view.projection)));
     }
-    append(notes, orientationNotes(images));
+    append(notes, orientationNotes(images_));
     return notes;
   }
 
-  [[nodiscard]] std::string summary(const OutputView& view, const std::vector<RemappedImage>& images,
-                                    double dark_share) const {
+  [[nodiscard]] std::string summary() const {
+    const OutputView& view = choice_.view;
     const std::string what =
         camera_only_ ? "no images"
-                     : fmt::format("{} of {} images", images.size() - numSkipped(images), images.size());
+                     : fmt::format("{} of {} images", images_.size() - numSkipped(images_), images_.size());
     const std::string scale = view.projection == ViewProjection::kRectilinear
                                   ? fmt::format("focal length {:.2f} px", view.scale_px.x())
                                   : fmt::format("{:.4g} px per degree", view.scale_px.x() / kDegPerRad);
     return fmt::format(
         "{}: {}; {}, {} px, {:.1f} degrees wide, {}, {:.2g} % of the pixels are black (no source)\n",
         printable(output_), what, projectionName(view.projection), sizeText(view.size),
-        view.horizontalFieldRad() * kDegPerRad, scale, 100 * dark_share);
+        view.horizontalFieldRad() * kDegPerRad, scale, 100 * dark_share_);
   }
 
-  [[nodiscard]] std::string viewJson(const ViewChoice& choice, const std::vector<RemappedImage>& images,
-                                     double dark_share, const std::vector<std::string>& notes) const {
-    const OutputView& view = choice.view;
+  [[nodiscard]] std::string viewJson() const {
+    const OutputView& view = choice_.view;
     const bool is_flat = view.projection == ViewProjection::kRectilinear;
     return jsonText({{"folder", output_},
                      {"file", is_flat ? kCameraName : kProjectionName},
@@ -151,24 +131,26 @@ class UndistortCommand final : public Command {
                      {is_flat ? "focal_px" : "pixels_per_radian", vectorJson(view.scale_px)},
                      {"axis_pixel", vectorJson(view.axis_px)},
                      {"horizontal_fov_deg", view.horizontalFieldRad() * kDegPerRad},
-                     {"share_without_source", dark_share},
-                     {"share_cut", choice.cut_share},
-                     {"images", imagesJson(images)},
-                     {"notes", notes}});
+                     {"share_without_source", dark_share_},
+                     {"share_cut", choice_.cut_share},
+                     {"images", imagesJson(images_)},
+                     {"notes", notes()}});
   }
 
   std::string camera_path_;
-  CameraOptions camera_;
+  ReadOptions camera_;
   std::vector<std::string> inputs_;
   std::string output_;
   ViewOptions view_;
   bool camera_only_ = false;
+  std::vector<RemappedImage> images_;
+  ViewChoice choice_;
+  double dark_share_ = 0;  // of the view's pixels, without a source
 };
 
 }  // namespace
 
-std::unique_ptr<Command> makeUndistortCommand() {
-  return std::make_unique<UndistortCommand>();
-}
+const CommandEntry kUndistortCommand = {"undistort", "Remove lens distortion from images",
+                                        made<UndistortCommand>};
 
 }  // namespace alidade

@@ -6,14 +6,19 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <istream>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
+#include <streambuf>
 #include <utility>
 
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include <fmt/format.h>
 
 #include "alidade/camera/batch.h"
 #include "alidade/core/error.h"
@@ -60,7 +65,7 @@ std::string namesOf(const std::vector<TableColumn>& columns) {
 // Reads rows of two or three numbers from a file or standard input in constant memory, in the notations of
 // TableLines. A header may name the columns in any order and have additional ones, which are ignored; without
 // a header (or a comment that serves as one) the columns are in order and none is additional.
-class PointReader {
+class PointReader final : private std::streambuf {
  public:
   // Rows per block.
   static constexpr std::size_t kMaxRows = 512;
@@ -73,12 +78,10 @@ class PointReader {
       : lines_(isStandardInput(path) ? "standard input" : path),
         fd_(openInput(path)),
         columns_(std::move(columns)),
-        before_read_(std::move(before_read)),
-        buffer_(kReadBytes + 1),  // plus a line end for a last line without one
-        begin_(buffer_.data()),
-        lines_end_(begin_),
-        end_(begin_) {}
-  ~PointReader() {
+        before_read_(std::move(before_read)) {
+    stream_.exceptions(std::ios::badbit);  // passes on what underflow() throws
+  }
+  ~PointReader() override {
     if (fd_ != STDIN_FILENO) ::close(fd_);
   }
   PointReader(const PointReader&) = delete;
@@ -89,46 +92,31 @@ class PointReader {
   // @throws Error (kInput) naming file, line and field
   bool next(std::vector<Eigen::Vector3d>& rows) {
     rows.clear();
-    for (;;) {
-      while (begin_ != lines_end_ && rows.size() < kMaxRows) readLine(rows);
-      if (!rows.empty()) return true;
-      if (at_end_) return false;
-      refill();
+    while (rows.empty() || (rows.size() < kMaxRows && std::find(gptr(), egptr(), '\n') != egptr())) {
+      stream_.getline(line_.data(), static_cast<std::streamsize>(line_.size()));
+      if (stream_.fail() && stream_.eof()) break;
+      if (stream_.fail()) {
+        lines_.countLine();
+        throw lines_.error("a line longer than 64 KiB", "one row of numbers per line");
+      }
+      takeLine({line_.data(), static_cast<std::size_t>(stream_.gcount()) - (stream_.eof() ? 0 : 1)}, rows);
     }
+    return !rows.empty();
   }
 
  private:
-  [[noreturn]] void failOnLongLine() {
-    lines_.countLine();
-    throw lines_.error("a line longer than 64 KiB", "one row of numbers per line");
-  }
-
-  void refill() {
-    const auto kept = static_cast<std::size_t>(end_ - begin_);
-    if (kept > kMaxLineBytes) failOnLongLine();
-    std::memmove(buffer_.data(), begin_, kept);
+  int_type underflow() override {
     before_read_();
     ssize_t got = 0;
     do {
-      got = ::read(fd_, buffer_.data() + kept, kReadBytes - kept);
+      got = ::read(fd_, buffer_.data(), buffer_.size());
     } while (got < 0 && errno == EINTR);
     if (got < 0) throw lines_.error(std::strerror(errno), "readable data");
-    char* end = buffer_.data() + kept + got;
-    at_end_ = got == 0;
-    if (at_end_ && kept > 0) *end++ = '\n';
-    begin_ = buffer_.data();
-    end_ = end;
-    const auto* last =
-        static_cast<const char*>(::memrchr(begin_, '\n', static_cast<std::size_t>(end_ - begin_)));
-    lines_end_ = last == nullptr ? begin_ : last + 1;
+    setg(buffer_.data(), buffer_.data(), buffer_.data() + got);
+    return got == 0 ? traits_type::eof() : traits_type::to_int_type(buffer_.front());
   }
 
-  void readLine(std::vector<Eigen::Vector3d>& rows) {
-    const auto* stop =
-        static_cast<const char*>(std::memchr(begin_, '\n', static_cast<std::size_t>(lines_end_ - begin_)));
-    const std::string_view line(begin_, static_cast<std::size_t>(stop - begin_));
-    begin_ = stop + 1;
-    if (line.size() > kMaxLineBytes) failOnLongLine();
+  void takeLine(std::string_view line, std::vector<Eigen::Vector3d>& rows) {
     const TableLines::Kind kind = lines_.take(line);
     if (kind == TableLines::Kind::kNothing) return;
     if (kind == TableLines::Kind::kHeader) {
@@ -168,12 +156,9 @@ class PointReader {
   std::vector<TableColumn> columns_;
   std::function<void()> before_read_;
   std::vector<std::size_t> field_of_column_;  // empty until known
-  std::vector<char> buffer_;
-  // Range in the buffer: whole lines up to `lines_end_`, and the start of one more up to `end_`.
-  const char* begin_;
-  const char* lines_end_;
-  const char* end_;
-  bool at_end_ = false;
+  std::vector<char> buffer_ = std::vector<char>(kReadBytes);
+  std::vector<char> line_ = std::vector<char>(kMaxLineBytes + 1);
+  std::istream stream_{this};
 };
 
 // Writes rows of numbers with a status to standard output, as CSV or as one JSON document, in large pieces.
@@ -182,56 +167,42 @@ class PointReader {
 // @throws Error (kInput), from any method, if writing fails
 class AnswerWriter {
  public:
-  struct Format {
-    bool is_json = false;
-    bool has_pose = false;             // rows start with the id of a pose
-    std::vector<std::string> values;   // columns before the status
-    std::vector<std::string> details;  // columns after the status
-  };
-
-  explicit AnswerWriter(Format format) : format_(std::move(format)) {
-    if (format_.is_json) {
-      buffer_ += "{\"points\": [";
-      return;
-    }
-    std::vector<std::string> names = format_.values;
-    if (format_.has_pose) names.insert(names.begin(), "pose");
-    names.emplace_back("status");
-    names.insert(names.end(), format_.details.begin(), format_.details.end());
-    buffer_ += join(names, ",") + "\n";
-  }
+  // @param names  of the columns: "pose" if rows start with the id of one, then numbers, "status", numbers
+  AnswerWriter(bool is_json, std::vector<std::string> names)
+      : is_json_(is_json),
+        names_(std::move(names)),
+        buffer_(is_json_ ? "{\"points\": [" : join(names_, ",") + "\n") {}
 
   // Sets the pose of the following rows.
   void setPose(const std::string& id) {
-    pose_ = format_.is_json
-                ? "\"pose\": " + json(id).dump(-1, ' ', false, json::error_handler_t::replace) + ", "
-                : detail::csvField(id) + ",";
+    pose_ = is_json_ ? "\"pose\": " + json(id).dump(-1, ' ', false, json::error_handler_t::replace) + ", "
+                     : detail::csvField(id) + ",";
   }
 
   void row(std::span<const double> values, std::string_view status, std::span<const double> details) {
     constexpr std::size_t kBufferBytes = std::size_t{1} << 17U;
-    const bool is_json = format_.is_json;
-    const std::string_view separator = is_json ? ", " : ",";
-    if (is_json) buffer_ += has_rows_ ? ",\n{" : "\n{";
+    const std::string_view separator = is_json_ ? ", " : ",";
+    if (is_json_) buffer_ += has_rows_ ? ",\n{" : "\n{";
     buffer_ += pose_;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      addNumber(format_.values[i], values[i]);
+    std::size_t column = pose_.empty() ? 0 : 1;
+    for (const double value : values) {
+      addNumber(names_[column++], value);
       buffer_ += separator;
     }
-    if (is_json) buffer_ += "\"status\": \"";
-    buffer_ += status;
-    if (is_json) buffer_ += '"';
-    for (std::size_t i = 0; i < details.size(); ++i) {
+    const std::string_view quote = is_json_ ? "\"" : "";
+    if (is_json_) buffer_ += "\"status\": ";
+    buffer_.append(quote).append(status).append(quote);
+    for (const double value : details) {
       buffer_ += separator;
-      addNumber(format_.details[i], details[i]);
+      addNumber(names_[++column], value);
     }
-    buffer_ += is_json ? '}' : '\n';
+    buffer_ += is_json_ ? '}' : '\n';
     has_rows_ = true;
     if (buffer_.size() >= kBufferBytes) flush();
   }
 
   void end() {
-    if (format_.is_json) buffer_ += "\n]}\n";
+    if (is_json_) buffer_ += "\n]}\n";
     flush();
   }
   void flush() {
@@ -250,9 +221,9 @@ class AnswerWriter {
  private:
   // In JSON, the name comes first.
   void addNumber(const std::string& name, double value) {
-    if (format_.is_json) buffer_.append("\"").append(name).append("\": ");
-    if (std::isnan(value) || (format_.is_json && std::isinf(value))) {
-      buffer_ += format_.is_json ? "null" : "nan";
+    if (is_json_) buffer_.append("\"").append(name).append("\": ");
+    if (std::isnan(value) || (is_json_ && std::isinf(value))) {
+      buffer_ += is_json_ ? "null" : "nan";
       return;
     }
     std::array<char, 32> digits{};  // the shortest exact form has at most 24 characters
@@ -260,16 +231,15 @@ class AnswerWriter {
     buffer_.append(digits.data(), end);
   }
 
-  Format format_;
+  bool is_json_;
+  std::vector<std::string> names_;
   std::string pose_;
   std::string buffer_;
   bool has_rows_ = false;
   bool has_sent_ = false;
 };
 
-const std::array<std::string_view, 4> kStatusNames = {statusId(ProjectStatus::kOk), "out_of_image",
-                                                      statusId(ProjectStatus::kBehind),
-                                                      statusId(ProjectStatus::kOutsideDomain)};
+constexpr std::string_view kOutOfImage = "out_of_image";
 
 // Rows of numbers, one array per column, for the batch functions; memory is reused between blocks.
 using Columns = Eigen::MatrixX3d;
@@ -287,11 +257,11 @@ void assign(std::span<const Eigen::Vector3d> rows, Columns& columns) {
 // The common part of project and unproject: a camera file, rows in, rows out, counts by status at the end.
 class StreamCommand : public Command {
  public:
-  int run(const Flags& flags) final {
-    if (camera_path_.empty()) throw missingError(flags.command(), "no camera file", "a camera file");
-    const CameraRecord file = readCameraTelling(camera_path_, camera_.readOptions(), common_.quiet);
+  int run(const Flags&) final {
+    if (camera_path_.empty()) throw missing("no camera file", "a camera file");
+    const CameraRecord file = readCameraTelling(camera_path_, camera_, common_.quiet);
     prepare(file);
-    AnswerWriter& out = out_.emplace(format(file));
+    AnswerWriter& out = out_.emplace(common_.json, columns(file));
     // The writer of the points may wait for these rows before writing more.
     PointReader reader(points_path_, columns_, [&] { out.flushRows(); });
     std::vector<Eigen::Vector3d> rows;
@@ -305,46 +275,42 @@ class StreamCommand : public Command {
   [[nodiscard]] bool owesJson() const final { return common_.json && !(out_ && out_->hasSent()); }
 
  protected:
-  // The result of a row; the counts have the same order.
-  enum class Status { kOk, kOutOfImage, kBehind, kOutside };
-
   // The options of both; `points` describes the input, which has these columns.
   void setUpStream(Flags& flags, const char* points, std::vector<TableColumn> columns) {
     columns_ = std::move(columns);
     flags.add("camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFile);
     flags.add("points", &points_path_, points, kFile);
-    camera_.addOptions(flags);
+    addReadOptions(flags, camera_);
     flags.addCommon(common_, false);
     flags.under(nullptr);
   }
 
   // Reads the command's inputs besides the camera.
   virtual void prepare(const CameraRecord&) {}
-  [[nodiscard]] virtual AnswerWriter::Format format(const CameraRecord& file) const = 0;
+  // The names of the columns of the answer, see AnswerWriter.
+  [[nodiscard]] virtual std::vector<std::string> columns(const CameraRecord& file) const = 0;
   // Answers a block of rows, or stores it until finish().
   virtual void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows,
                     AnswerWriter& out) = 0;
   virtual void finish(const CameraRecord&, AnswerWriter&) {}
 
   // Writes one row and counts it.
-  void answer(std::span<const double> values, Status status, std::span<const double> details,
+  void answer(std::span<const double> values, std::string_view status, std::span<const double> details,
               AnswerWriter& out) {
-    const auto index = static_cast<std::size_t>(status);
-    ++counts_[index];
-    out.row(values, kStatusNames[index], details);
+    ++counts_[status];
+    out.row(values, status, details);
   }
 
-  [[nodiscard]] static Status statusOf(ProjectStatus status, const Eigen::Vector2d& pixel, ImageSize size) {
-    if (status == ProjectStatus::kBehind) return Status::kBehind;
-    if (status == ProjectStatus::kOutsideDomain) return Status::kOutside;
+  [[nodiscard]] static std::string_view statusOf(ProjectStatus status, const Eigen::Vector2d& pixel,
+                                                 ImageSize size) {
     const bool is_in_image = pixel.x() >= -0.5 && pixel.x() < size.width - 0.5 && pixel.y() >= -0.5 &&
                              pixel.y() < size.height - 0.5;
-    return is_in_image ? Status::kOk : Status::kOutOfImage;
+    return status == ProjectStatus::kOk && !is_in_image ? kOutOfImage : statusId(status);
   }
 
   // True if a row with this status has a pixel or a ray.
-  [[nodiscard]] bool hasNumbers(Status status) const {
-    return status == Status::kOk || (status == Status::kOutOfImage && !is_clipped_);
+  [[nodiscard]] bool hasNumbers(std::string_view status) const {
+    return status == statusId(ProjectStatus::kOk) || (status == kOutOfImage && !is_clipped_);
   }
 
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -354,20 +320,22 @@ class StreamCommand : public Command {
 
  private:
   [[nodiscard]] std::string countsText() const {
-    std::string text;
-    for (std::size_t i = 0; i < counts_.size(); ++i) {
-      if (counts_[i] == 0) continue;
-      text += (text.empty() ? "" : ", ") + std::to_string(counts_[i]) + " " + std::string(kStatusNames[i]);
+    std::vector<std::string> parts;
+    for (const std::string_view status :
+         {statusId(ProjectStatus::kOk), kOutOfImage, statusId(ProjectStatus::kBehind),
+          statusId(ProjectStatus::kOutsideDomain)}) {
+      if (const auto found = counts_.find(status); found != counts_.end())
+        parts.push_back(fmt::format("{} {}", found->second, status));
     }
-    return text.empty() ? "no points" : text;
+    return parts.empty() ? "no points" : join(parts, ", ");
   }
 
   std::vector<TableColumn> columns_;
   std::optional<AnswerWriter> out_;
   std::string camera_path_;
-  CameraOptions camera_;
+  ReadOptions camera_;
   std::string points_path_;
-  std::array<std::size_t, kStatusNames.size()> counts_{};
+  std::map<std::string_view, std::size_t> counts_;  // by status
 };
 
 class ProjectCommand final : public StreamCommand {
@@ -405,16 +373,12 @@ class ProjectCommand final : public StreamCommand {
  private:
   void prepare(const CameraRecord& file) override {
     if (!pose_.empty() && !poses_path_.empty()) {
-      throw usageError({.where = "project",
-                        .found = "both --pose and --poses",
-                        .expected = "one of them",
-                        .next_step = "remove one; --poses also accepts a file with one pose"});
+      throw misuse("both --pose and --poses", "one of them",
+                   "remove one; --poses also accepts a file with one pose");
     }
     if (!direction_.empty() && poses_path_.empty()) {
-      throw usageError({.where = "project",
-                        .found = "--poses-are without --poses",
-                        .expected = "--poses FILE",
-                        .next_step = "a --pose states its direction by a key such as world_from_camera"});
+      throw misuse("--poses-are without --poses", "--poses FILE",
+                   "a --pose states its direction by a key such as world_from_camera");
     }
     if (!pose_.empty()) camera_from_points_ = readPoseSource(pose_);
     if (!poses_path_.empty()) {
@@ -431,16 +395,16 @@ class ProjectCommand final : public StreamCommand {
     if (has_jacobian_) jacobian_.resize(2 * (9 + file.camera.parameters().size()));
   }
 
-  [[nodiscard]] AnswerWriter::Format format(const CameraRecord& file) const override {
-    AnswerWriter::Format format{
-        .is_json = common_.json, .has_pose = !list_.poses.empty(), .values = {"u", "v"}, .details = {}};
-    if (!has_jacobian_) return format;
+  [[nodiscard]] std::vector<std::string> columns(const CameraRecord& file) const override {
+    std::vector<std::string> names = {"u", "v", "status"};
+    if (!list_.poses.empty()) names.insert(names.begin(), "pose");
+    if (!has_jacobian_) return names;
     std::vector<std::string> inputs = {"x", "y", "z", "tx", "ty", "tz", "rx", "ry", "rz"};
     for (const std::string_view name : file.camera.parameterNames()) inputs.emplace_back(name);
     for (const char* output : {"du_d", "dv_d"}) {
-      for (const std::string& input : inputs) format.details.push_back(output + input);
+      for (const std::string& input : inputs) names.push_back(output + input);
     }
-    return format;
+    return names;
   }
 
   void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
@@ -480,7 +444,7 @@ class ProjectCommand final : public StreamCommand {
     }
     for (std::size_t i = 0; i < rows.size(); ++i) {
       Eigen::Vector2d pixel = pixels_.row(static_cast<Eigen::Index>(i)).head<2>().transpose();
-      const Status status = statusOf(statuses_[i], pixel, file.image_size);
+      const std::string_view status = statusOf(statuses_[i], pixel, file.image_size);
       const bool has_pixel = hasNumbers(status);
       if (!has_pixel) pixel.setConstant(kNone);
       if (has_jacobian_) gatherJacobian(i, has_pixel);
@@ -534,11 +498,10 @@ class UnprojectCommand final : public StreamCommand {
   }
 
  private:
-  [[nodiscard]] AnswerWriter::Format format(const CameraRecord&) const override {
-    AnswerWriter::Format format{
-        .is_json = common_.json, .has_pose = false, .values = {"x", "y", "z"}, .details = {}};
-    if (has_jacobian_) format.details = {"dx_du", "dx_dv", "dy_du", "dy_dv", "dz_du", "dz_dv"};
-    return format;
+  [[nodiscard]] std::vector<std::string> columns(const CameraRecord&) const override {
+    std::vector<std::string> names = {"x", "y", "z", "status"};
+    if (has_jacobian_) append(names, {"dx_du", "dx_dv", "dy_du", "dy_dv", "dz_du", "dz_dv"});
+    return names;
   }
 
   void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows, AnswerWriter& out) override {
@@ -550,7 +513,7 @@ class UnprojectCommand final : public StreamCommand {
                    {column(rays_, 0), column(rays_, 1), column(rays_, 2), statuses_},
                    has_jacobian_ ? J_ray_pixel_.data() : nullptr);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      const Status status = statusOf(statuses_[i], rows[i].head<2>(), file.image_size);
+      const std::string_view status = statusOf(statuses_[i], rows[i].head<2>(), file.image_size);
       Eigen::Vector3d ray = rays_.row(static_cast<Eigen::Index>(i)).transpose();
       const auto J =
           std::span<double>(J_ray_pixel_).subspan(has_jacobian_ ? 6 * i : 0, has_jacobian_ ? 6 : 0);
@@ -571,12 +534,8 @@ class UnprojectCommand final : public StreamCommand {
 
 }  // namespace
 
-std::unique_ptr<Command> makeProjectCommand() {
-  return std::make_unique<ProjectCommand>();
-}
+const CommandEntry kProjectCommand = {"project", "Project 3D points to pixels", made<ProjectCommand>};
 
-std::unique_ptr<Command> makeUnprojectCommand() {
-  return std::make_unique<UnprojectCommand>();
-}
+const CommandEntry kUnprojectCommand = {"unproject", "Convert pixels to rays", made<UnprojectCommand>};
 
 }  // namespace alidade

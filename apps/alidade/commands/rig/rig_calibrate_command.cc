@@ -2,14 +2,19 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "alidade/adjust/board/errors.h"
+#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/number_text.h"
+#include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/rig_file.h"
@@ -21,12 +26,152 @@
 #include "camera_files.h"
 #include "command.h"
 #include "commands/rig/rig_inputs.h"
-#include "commands/rig/rig_text.h"
 #include "console.h"
 #include "outputs.h"
+#include "summary_lines.h"
 
 namespace alidade {
 namespace {
+
+constexpr double kMmPerMetre = 1000;
+
+std::string transferText(const RigCalibration& rig) {
+  const RigCamera* worst = nullptr;
+  for (const RigCamera& camera : rig.cameras) {
+    if (!std::isfinite(camera.link.transfer_px)) continue;
+    if (worst == nullptr || camera.link.transfer_px > worst->link.transfer_px) worst = &camera;
+  }
+  if (worst == nullptr) return "unknown: the frames do not determine the poses of the cameras";
+  return fmt::format("within {} (95 %) from one camera to another at the boards' distance; worst {}",
+                     pixels(worst->link.transfer_px), worst->name);
+}
+
+std::string countText(std::size_t n, const std::string& one, const std::string& many) {
+  return n == 0 ? "" : fmt::format("; {} {}", n, n == 1 ? one : many);
+}
+
+std::string fitTextOfRig(const RigCalibration& rig, int num_frames) {
+  std::size_t num_outliers = 0;
+  std::size_t num_left_out = 0;
+  std::size_t num_repeated = 0;
+  for (const RigCamera& camera : rig.cameras) {
+    num_outliers += camera.alone.dropped.outliers.size();
+    num_left_out += camera.alone.dropped.views.size();
+    num_repeated += camera.alone.dropped.repeated.size();
+  }
+  return fmt::format(
+             "{} cameras; {} seen by two or more, in {}; RMS {:.3f} px, cross-validation {}",
+             rig.cameras.size(), counted(rig.links.num_linked, "board"), counted(num_frames, "frame"),
+             rms(rig.fit),
+             rig.holdout.num_corners > 0 ? fmt::format("{:.3f} px", rig.holdout.rms_px) : "impossible") +
+         (rig.frames.time_spread > 0 ? "; matched by nearest times" : "") +
+         countText(rig.frames.unmatched.size(), "image without a partner", "images without a partner") +
+         countText(rig.links.unlinked.size(), "view contradicts its frame", "views contradict their frames") +
+         countText(num_left_out, "view left out", "views left out") +
+         countText(num_repeated, "repeated view averaged", "repeated views averaged") +
+         countText(num_outliers, "outlier", "outliers") +
+         countText(rig.links.num_renumbered, "view of an ambiguous board renumbered",
+                   "views of an ambiguous board renumbered");
+}
+
+std::string cameraText(const RigCalibration& rig, std::size_t index, const GivenViews& given) {
+  const RigCamera& camera = rig.cameras[index];
+  const FitCamera& fitted = rig.fit.cameras[index];
+  std::string text =
+      fmt::format("{}: {}{}, {} px; corners in {} of {} images; RMS {:.3f} px (alone {:.3f})", camera.name,
+                  fitted.model, camera.given ? " (fixed)" : "", sizeText(fitted.size),
+                  numImagesUsed(camera.calibration), given.num_images, camera.rms_px, camera.alone_rms_px);
+  if (std::isfinite(camera.link.transfer_px))
+    text += "; from its neighbour within " + pixels(camera.link.transfer_px);
+  if (index == 0) return text;
+  const double std_mm = camera.link.distance_std_m * kMmPerMetre;
+  const int decimals = decimalsFor(std_mm, 3);
+  return text +
+         fmt::format("; {:.{}f} mm from {}", fitted.camera_from_rig.translation.norm() * kMmPerMetre,
+                     decimals, rig.cameras.front().name) +
+         (std_mm > 0 ? fmt::format(" (standard deviation {:.{}f} mm)", std_mm, decimals) : "");
+}
+
+// Is this about the given images rather than the rig?
+bool isOfInput(const Diagnosis& diagnosis) {
+  return diagnosis.severity == Severity::kNote && diagnosis.id.kind().subject == Subject::kMatching;
+}
+
+std::string poseText(const RigCamera& camera, const SE3& camera_from_rig) {
+  const Eigen::Vector3d origin = camera_from_rig.inverse().translation * kMmPerMetre;
+  return fmt::format(
+      "at ({:.1f}, {:.1f}, {:.1f}) mm, {:.2f} mm from the first camera, turned by {:.3f} degrees; standard "
+      "deviation {:.2f} mm, {:.3f} degrees",
+      origin.x(), origin.y(), origin.z(), origin.norm(), camera_from_rig.rotation.log().norm() * kDegPerRad,
+      camera.link.position_std_m.norm() * kMmPerMetre, camera.link.rotation_std_rad.norm() * kDegPerRad);
+}
+
+std::string imageList(const RigCalibration& rig, const std::string& title,
+                      const std::vector<RigImage>& images) {
+  if (images.empty()) return "";
+  return title + "\n" + listed(mapped(images, [&](const RigImage& image) {
+           return printable(
+               fmt::format("{}/{} (frame {})", rig.cameras[image.camera].name, image.image, image.frame));
+         }));
+}
+
+// The summary of a rig's calibration for people, laid out as that of a camera: at most 100 columns; the
+// verdict, the worst transfer between cameras and all failures first; at most 16 lines unless cameras and
+// failures need more.
+// @param given  of each camera; the views are not used
+// @param num_frames  with a board that two or more cameras saw
+std::string rigSummaryText(const RigCalibration& rig, const std::vector<GivenViews>& given, int num_frames,
+                           bool is_coloured) {
+  Lines lines = wrapped("Verdict", verdictText(rig.verdict(), "rig", is_coloured));
+  append(lines, wrapped("Accuracy", transferText(rig)));
+  Lines rest = wrapped("Rig", fitTextOfRig(rig, num_frames));
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+    append(rest, wrapped(c == 0 ? "Camera" : "", cameraText(rig, c, given[c])));
+  append(rest, boardLines(rig.fit, rig.fit.boards.size() > 1 ? 2 : 1));
+  append(
+      rest,
+      wrapped("Next",
+              rig.isUsable()
+                  ? "test the rig on other frames: alidade rig validate"
+                  : "correct the failures above and calibrate again; --report page.html shows each frame"));
+  std::vector<Diagnosis> others;
+  for (const Diagnosis& diagnosis : rig.diagnoses) {
+    if (diagnosis.severity == Severity::kFailure)
+      append(lines, diagnosisLines(diagnosis));
+    else
+      others.push_back(diagnosis);
+  }
+  // Warnings, and notes on what was given, have the room that is left; what does not fit is counted. However
+  // many cameras there are, the first warning is told.
+  constexpr std::size_t kLinesOfAWarning = 3;
+  const std::size_t num_reserved = lines.size() + rest.size() + 1;
+  const std::size_t room = std::max(kLinesOfAWarning, kMaxLines - std::min(num_reserved, kMaxLines));
+  const Lines more = addDiagnoses(lines, others, room, [](const Diagnosis& diagnosis, std::size_t) {
+    return diagnosis.severity == Severity::kWarning || isOfInput(diagnosis) ? diagnosisLines(diagnosis)
+                                                                            : Lines();
+  });
+  append(lines, rest);
+  append(lines, more);
+  return join(lines, "\n") + "\n";
+}
+
+// The details that --verbose adds to the summary.
+std::string rigDetailsText(const RigCalibration& rig, const std::vector<GivenViews>& given) {
+  std::string text;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const RigCamera& camera = rig.cameras[c];
+    text += fmt::format("{}\n", printable(camera.name));
+    Lines lines = wrapped("Images", fmt::format("{} given, {} with a board, {} used", given[c].num_images,
+                                                given[c].num_found, numImagesUsed(camera.calibration)));
+    append(lines, parameterLines(camera.calibration));
+    if (c > 0) append(lines, wrapped("Pose", poseText(camera, rig.fit.cameras[c].camera_from_rig)));
+    for (const std::string& note : given[c].notes) append(lines, wrapped("Note", note));
+    text += join(lines, "\n") + "\n" + listed(given[c].reasons) + outliersText(camera.calibration);
+  }
+  text += imageList(rig, "Images without one of another camera", rig.frames.unmatched);
+  text += imageList(rig, "Views that contradict their frames", rig.links.unlinked);
+  return text + diagnosesText(rig.diagnoses);
+}
 
 class RigCalibrateCommand final : public Command {
  public:
@@ -35,9 +180,6 @@ class RigCalibrateCommand final : public Command {
         "Example: alidade rig calibrate left/ right/ --board checkerboard:9x6:25mm -o rig.yaml\n"
         "Images with the same name, or else with the same last number in it, were taken at the same time.\n"
         "Exit code 3: done, but the rig must not be used; no rig file is written.");
-    flags.add("input", &views_.inputs,
-              "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)",
-              kFile);
     views_.addOptions(flags);
     std::vector<std::string> models = modelIds();
     models.emplace_back(kAutoModel);
@@ -69,10 +211,11 @@ class RigCalibrateCommand final : public Command {
 
   int run(const Flags&) override {
     checkUsage();
+    common_.cancel = catchInterrupts();
     RigOptions options = rigOptions();
-    const std::vector<std::string> names = views_.cameraNames();
+    const std::vector<std::string> names = views_.cameraNames(common_);
     options.given = givenCameras(names);
-    RigInputViews given = readRigViews(views_, names, common_, options.camera.cancel);
+    RigInputViews given = readRigViews(views_, names, common_);
     options.frames = given.frames;
     const RigCalibration rig = calibrate(given.boards, std::move(given.cameras), options);
     const RigRecord record = recordOf(rig, programName());
@@ -84,8 +227,8 @@ class RigCalibrateCommand final : public Command {
  private:
   void checkUsage() const {
     if (views_.inputs.size() < 2) {
-      throw missingError("rig calibrate", fmt::format("{} inputs", views_.inputs.size()),
-                         "two or more, one for each camera, for example left/ right/");
+      throw missing(fmt::format("{} inputs", views_.inputs.size()),
+                    "two or more, one for each camera, for example left/ right/");
     }
     std::vector<std::string> sources = views_.sources();
     sources.push_back(common_.config);
@@ -93,17 +236,16 @@ class RigCalibrateCommand final : public Command {
     checkOutputs(std::vector<Output>{{"--output", output_}, {"--evidence", evidence_}, {"--report", report_}},
                  sources, common_);
     if (models_.size() > 1 && models_.size() != views_.inputs.size()) {
-      throw usageError(
-          {.where = "--model",
-           .found = fmt::format("{} models for {} cameras", models_.size(), views_.inputs.size()),
-           .expected = "one model, or one for each camera"});
+      throw flagError("--model",
+                      fmt::format("{} models for {} cameras", models_.size(), views_.inputs.size()),
+                      "one model, or one for each camera");
     }
   }
 
   [[nodiscard]] RigOptions rigOptions() const {
     RigOptions options{.camera = {.tolerance_px = *parsePixels(tolerance_), .jobs = common_.jobs},
                        .models = {}};
-    options.camera.cancel = catchInterrupts();
+    options.camera.cancel = common_.cancel;
     options.camera.board_shape = shapeMode(shape_);
     if (models_.size() == 1) options.camera.model = models_.front();
     if (models_.size() > 1) options.models = models_;
@@ -123,12 +265,13 @@ class RigCalibrateCommand final : public Command {
     if (!common_.quiet) printMessage("report written to " + report_);
   }
 
-  void print(const RigCalibration& rig, const std::vector<GivenViews>& given, int num_frames) const {
-    if (common_.json) return printResult(rigSummaryJson(rig));
-    if (common_.quiet) return;
+  void print(const RigCalibration& rig, const std::vector<GivenViews>& given, int num_frames) {
     const bool is_coloured = isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
-    printResult(rigSummaryText(rig, given, num_frames, is_coloured) +
-                (is_verbose_ ? "\n" + rigDetailsText(rig, given) : ""));
+    answer([&] { return rigSummaryJson(rig); },
+           [&] {
+             return rigSummaryText(rig, given, num_frames, is_coloured) +
+                    (is_verbose_ ? "\n" + rigDetailsText(rig, given) : "");
+           });
   }
 
   // Prints the locations of the results, and whether the rig may be used. @returns the exit code
@@ -146,9 +289,8 @@ class RigCalibrateCommand final : public Command {
   // rig.
   std::vector<std::optional<CameraRecord>> givenCameras(const std::vector<std::string>& names) const {
     if (!fixed_.empty() && fixed_.size() != views_.inputs.size()) {
-      throw usageError({.where = "--fixed",
-                        .found = fmt::format("{} files for {} cameras", fixed_.size(), views_.inputs.size()),
-                        .expected = "one for each camera, or '-'"});
+      throw flagError("--fixed", fmt::format("{} files for {} cameras", fixed_.size(), views_.inputs.size()),
+                      "one for each camera, or '-'");
     }
     std::vector<std::optional<CameraRecord>> given(fixed_.size());
     std::vector<std::size_t> places;  // indices of the files, in the order given
@@ -187,15 +329,14 @@ class RigCalibrateCommand final : public Command {
     for (std::size_t c = 0; c < given.size() && !is_for_others; ++c) {
       const std::string& model = models_.size() == 1 ? models_.front() : models_[c];
       if (!given[c] || model == kAutoModel || model == given[c]->camera.modelId()) continue;
-      throw usageError({.where = "--model",
-                        .found = fmt::format("{} for {}, whose lens --fixed keeps", model, names[c]),
-                        .expected = fmt::format("{}, the model of its file, or auto",
-                                                std::string(given[c]->camera.modelId())),
-                        .next_step = "leave out one of the two flags for this camera"});
+      throw flagError(
+          "--model", fmt::format("{} for {}, whose lens --fixed keeps", model, names[c]),
+          fmt::format("{}, the model of its file, or auto", std::string(given[c]->camera.modelId())),
+          "leave out one of the two flags for this camera");
     }
   }
 
-  RigInputs views_{{.command = "rig calibrate"}};
+  RigInputs views_;
   std::vector<std::string> models_;
   std::string shape_ = "auto";
   std::vector<std::string> fixed_;
@@ -209,8 +350,7 @@ class RigCalibrateCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeRigCalibrateCommand() {
-  return std::make_unique<RigCalibrateCommand>();
-}
+const CommandEntry kRigCalibrateCommand = {"rig calibrate", "Calibrate the cameras of a rig in one joint fit",
+                                           made<RigCalibrateCommand>};
 
 }  // namespace alidade

@@ -66,14 +66,6 @@ void requireSameSizes(const RigRecord& a, const RigRecord& b, const std::string&
   }
 }
 
-std::vector<LensComparison> compareCameras(const RigRecord& a, const RigRecord& b,
-                                           const DifferenceOptions& options) {
-  std::vector<LensComparison> pairs;
-  for (std::size_t i = 0; i < a.cameras.size(); ++i)
-    pairs.push_back(compareLenses(a.cameras[i].camera, b.cameras[i].camera, options));
-  return pairs;
-}
-
 std::string lensText(const LensComparison& pair) {
   const ProjectionDifference& difference = pair.difference;
   if (!isComparable(difference)) return "cannot be compared: the lenses see too little in common";
@@ -201,7 +193,9 @@ int diffRigs(const CameraSource& a, const CameraSource& b, const DifferenceOptio
   RigRecord rig_b = rigFrom(b, a);
   const bool is_by_name = matchCameras(rig_a, rig_b, a.path, b.path);
   requireSameSizes(rig_a, rig_b, b.path);
-  const std::vector<LensComparison> pairs = compareCameras(rig_a, rig_b, of_cameras);
+  std::vector<LensComparison> pairs;
+  for (std::size_t i = 0; i < in_a.size(); ++i)
+    pairs.push_back(compareLenses(rig_a.cameras[i].camera, rig_b.cameras[i].camera, of_cameras));
   const RigDifference difference =
       rigDifference(rig_a.cameras, rig_b.cameras, distance_m.value_or(usualDistance(rig_a.cameras)));
   const std::vector<std::string> names = namesOf(rig_a);

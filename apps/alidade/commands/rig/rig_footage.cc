@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <mutex>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -45,9 +43,7 @@ void requireFootage(const RigRecord& rig, const RigInputs& inputs) {
   }
   for (const std::string& input : inputs.inputs) {
     if (!isCornersFile(input)) continue;
-    throw usageError({.where = "--footage: " + input,
-                      .found = "a corners file",
-                      .expected = "a folder of images, or a pattern in quotes"});
+    throw flagError("--footage: " + input, "a corners file", "a folder of images, or a pattern in quotes");
   }
 }
 
@@ -57,11 +53,10 @@ using Instant = std::vector<std::string>;
 std::vector<Instant> instantsOf(const RigRecord& rig, const RigInputs& inputs, bool is_quiet) {
   std::vector<RigViews> cameras;
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    const std::vector<std::string> paths = listImages({&inputs.inputs[c], 1});
     RigViews& camera = cameras.emplace_back();
     camera.name = rig.cameras[c].camera.name.name;
-    camera.images = shortNames(paths);
-    camera.paths = paths;
+    camera.paths = listImages({&inputs.inputs[c], 1});
+    camera.images = shortNames(camera.paths);
     for (const std::string& image : camera.images) camera.views.push_back({.image = image});
   }
   const FrameTable table = inputs.match.empty() ? FrameTable() : readFrameTable(inputs.match);
@@ -79,7 +74,7 @@ std::vector<Instant> instantsOf(const RigRecord& rig, const RigInputs& inputs, b
       instants[frames.frame_of[c][i]][c] = cameras[c].paths[i];
   }
   std::erase_if(instants, [](const Instant& instant) {
-    return std::ranges::count_if(instant, [](const std::string& path) { return !path.empty(); }) < 2;
+    return std::ranges::count(instant, "") + 1 >= std::ssize(instant);
   });
   if (instants.size() <= kMostInstants) return instants;
   if (!is_quiet)
@@ -103,7 +98,7 @@ GrayImage readImageOf(const CameraRecord& camera, const std::string& path) {
 }
 
 std::string pixelWords(double px) {
-  return px < 10 ? fmt::format("{:.2f} px", px) : fmt::format("{:.0f} px", px);
+  return fmt::format("{:.{}f} px", px, px < 10 ? 2 : 0);
 }
 
 std::string nextStepOf(const RigPairCheck& pair) {
@@ -178,33 +173,26 @@ std::string foundText(const RigPairCheck& pair, std::string_view first, std::str
 
 Lines pairLines(const RigPairCheck& pair, std::string_view first, std::string_view second) {
   std::string text = fmt::format("{}, {}: ", first, second);
-  switch (pair.verdict) {
-    case FootageVerdict::kConsistent:
-      text +=
-          fmt::format("consistent: no {}; one that displaces rows by less than {} would go unnoticed",
-                      pair.explanation ? "error that counts" : "sign of an error", pixelWords(pair.blind_px));
-      break;
-    case FootageVerdict::kInconsistent:
-      text += "inconsistent: " + foundText(pair, first, second);
-      break;
-    case FootageVerdict::kCannotTell:
-      text += "cannot tell: " + gapText(pair);
-      break;
+  if (pair.verdict == FootageVerdict::kConsistent) {
+    text +=
+        fmt::format("consistent: no {}; one that displaces rows by less than {} would go unnoticed",
+                    pair.explanation ? "error that counts" : "sign of an error", pixelWords(pair.blind_px));
+  } else {
+    text += pair.verdict == FootageVerdict::kInconsistent ? "inconsistent: " + foundText(pair, first, second)
+                                                          : "cannot tell: " + gapText(pair);
   }
   Lines lines = wrapped("Pair", text);
   if (!pair.changes.empty() || pair.is_behind) {
-    append(lines, wrapped("", fmt::format("{}, {} of {} matches; epipolar error {:.2f} px RMS, noise "
-                                          "{:.2f} px; parallax {:.0f} px",
-                                          counted(pair.num_instants, "instant"), pair.num_used,
-                                          pair.num_matches, pair.rms_px, pair.noise_px, pair.parallax_px)));
+    addLines(lines, "",
+             "{}, {} of {} matches; epipolar error {:.2f} px RMS, noise {:.2f} px; parallax {:.0f} px",
+             counted(pair.num_instants, "instant"), pair.num_used, pair.num_matches, pair.rms_px,
+             pair.noise_px, pair.parallax_px);
   }
   if (pair.verdict == FootageVerdict::kInconsistent) append(lines, wrapped("", "next: " + nextStepOf(pair)));
   if (pair.verdict != FootageVerdict::kInconsistent && pair.explanation) {
     const RigChange& change = pair.changes[*pair.explanation];
-    append(lines,
-           wrapped("Note", fmt::format("{} fits better; rows differ by {}, which is not enough to call the "
-                                       "file wrong",
-                                       describe(change, first, second), pixelWords(change.effect_px))));
+    addLines(lines, "Note", "{} fits better; rows differ by {}, which is not enough to call the file wrong",
+             describe(change, first, second), pixelWords(change.effect_px));
   }
   if (pair.verdict != FootageVerdict::kConsistent) return lines;
   std::vector<std::string> open;
@@ -212,10 +200,10 @@ Lines pairLines(const RigPairCheck& pair, std::string_view first, std::string_vi
     const bool is_turn = change.kind == CameraChangeKind::kRotation;
     if (!(change.depth_blind_px > kOpenPx) || (!is_turn && change.kind != CameraChangeKind::kFocalLength))
       continue;
-    const std::string of = change.side == PairSide::kBoth
-                               ? "both"
-                               : std::string(change.side == PairSide::kFirst ? first : second);
-    open.push_back((is_turn ? "the direction of " : "the focal length of ") + of);
+    const std::string_view of = change.side == PairSide::kBoth    ? "both"
+                                : change.side == PairSide::kFirst ? first
+                                                                  : second;
+    open.push_back(fmt::format("the {} of {}", is_turn ? "direction" : "focal length", of));
   }
   if (!open.empty())
     append(lines, wrapped("Note", "the images leave open, because it moves points along their rows: " +
@@ -248,24 +236,18 @@ json changeJson(const RigChange& change, std::string_view first, std::string_vie
 
 }  // namespace
 
-RigFootage matchRigFootage(const RigRecord& rig, const RigInputs& inputs, const CommonOptions& common,
-                           const CancelFlag* cancel) {
+std::vector<RigPairMatches> matchRigFootage(const RigRecord& rig, const RigInputs& inputs,
+                                            const CommonOptions& common) {
   requireFootage(rig, inputs);
   const std::vector<Instant> instants = instantsOf(rig, inputs, common.quiet);
-  RigFootage footage{.num_instants = instants.size(), .pairs = {}};
   const std::size_t num_cameras = rig.cameras.size();
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> place_of;
-  for (const Instant& instant : instants) {
-    for (std::size_t i = 0; i < num_cameras; ++i) {
-      for (std::size_t j = i + 1; j < num_cameras; ++j) {
-        if (!instant[i].empty() && !instant[j].empty()) place_of[{i, j}] = 0;
-      }
+  std::vector<RigPairMatches> pairs;
+  for (std::size_t i = 0; i < num_cameras; ++i) {
+    for (std::size_t j = i + 1; j < num_cameras; ++j) {
+      const bool is_seen = std::ranges::any_of(
+          instants, [&](const Instant& instant) { return !instant[i].empty() && !instant[j].empty(); });
+      if (is_seen) pairs.push_back({i, j, std::vector<std::vector<PixelMatch>>(instants.size())});
     }
-  }
-  for (auto& [cameras, place] : place_of) {
-    place = footage.pairs.size();
-    footage.pairs.push_back(
-        {cameras.first, cameras.second, std::vector<std::vector<PixelMatch>>(instants.size())});
   }
   constexpr std::size_t kPoints = 1000;
   ProgressBar bar("matching images", common.quiet);
@@ -278,17 +260,16 @@ RigFootage matchRigFootage(const RigRecord& rig, const RigInputs& inputs, const 
         for (std::size_t c = 0; c < num_cameras; ++c) {
           if (!instants[k][c].empty()) images[c] = readImageOf(rig.cameras[c].camera, instants[k][c]);
         }
-        for (const auto& [cameras, place] : place_of) {
-          const GrayImage& first = images[cameras.first];
-          const GrayImage& second = images[cameras.second];
-          if (!first.empty() && !second.empty())
-            footage.pairs[place].instants[k] = matchImages(first, second, kPoints);
+        for (RigPairMatches& pair : pairs) {
+          const GrayImage& first = images[pair.first];
+          const GrayImage& second = images[pair.second];
+          if (!first.empty() && !second.empty()) pair.instants[k] = matchImages(first, second, kPoints);
         }
         const std::scoped_lock lock(mutex);
         bar.update(++num_done, instants.size());
       },
-      cancel);
-  return footage;
+      common.cancel);
+  return pairs;
 }
 
 std::string rigContradiction(const RigCheck& check, const AnyRig& rig) {
@@ -297,24 +278,24 @@ std::string rigContradiction(const RigCheck& check, const AnyRig& rig) {
 }
 
 std::string rigFootageText(const RigCheck& check, const AnyRig& rig) {
-  std::string verdict = "cannot tell: consistent pairs do not connect all cameras";
-  if (check.verdict == FootageVerdict::kConsistent) verdict = "consistent: the images agree with the rig";
-  if (check.verdict == FootageVerdict::kInconsistent) verdict = "inconsistent: the images contradict the rig";
-  if (check.verdict == FootageVerdict::kCannotTell && check.pairs.size() == 1)
-    verdict = "cannot tell: these images would not show an error";
+  const std::string verdict =
+      check.verdict == FootageVerdict::kConsistent     ? "consistent: the images agree with the rig"
+      : check.verdict == FootageVerdict::kInconsistent ? "inconsistent: the images contradict the rig"
+      : check.pairs.size() == 1                        ? "cannot tell: these images would not show an error"
+                                : "cannot tell: consistent pairs do not connect all cameras";
   Lines lines = wrapped("Verdict", verdict);
   for (const RigPairCheck& pair : check.pairs)
     append(lines, pairLines(pair, rig.camera(pair.first).name, rig.camera(pair.second).name));
   return join(lines, "\n") + "\n";
 }
 
-std::string rigFootageJson(const RigCheck& check, const RigFootage& footage, const AnyRig& rig) {
+std::string rigFootageJson(const RigCheck& check, std::size_t num_instants, const AnyRig& rig) {
   json pairs = json::array();
   for (const RigPairCheck& pair : check.pairs) {
     const std::string& first = rig.camera(pair.first).name;
     const std::string& second = rig.camera(pair.second).name;
-    json changes = json::array();
-    for (const RigChange& change : pair.changes) changes.push_back(changeJson(change, first, second));
+    const json changes =
+        mapped(pair.changes, [&](const RigChange& change) { return changeJson(change, first, second); });
     pairs.push_back({{"first", first},
                      {"second", second},
                      {"verdict", verdictId(pair.verdict)},
@@ -322,7 +303,7 @@ std::string rigFootageJson(const RigCheck& check, const RigFootage& footage, con
                      {"is_behind", pair.is_behind},
                      {"explanation", orNull(pair.explanation)},
                      {"alternatives", pair.alternatives},
-                     {"changes", std::move(changes)},
+                     {"changes", changes},
                      {"blind_px", pair.changes.empty() ? json(nullptr) : json(pair.blind_px)},
                      {"num_instants", pair.num_instants},
                      {"num_matches", pair.num_matches},
@@ -335,7 +316,7 @@ std::string rigFootageJson(const RigCheck& check, const RigFootage& footage, con
   return jsonText(
       {{"verdict", verdictId(check.verdict)},
        {"tolerance_px", check.pairs.empty() ? json(nullptr) : json(check.pairs.front().tolerance_px)},
-       {"num_instants", footage.num_instants},
+       {"num_instants", num_instants},
        {"pairs", std::move(pairs)}});
 }
 

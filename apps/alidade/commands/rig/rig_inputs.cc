@@ -77,10 +77,6 @@ void requireDifferentInputs(const std::string& command, const std::vector<std::s
   }
 }
 
-FrameTable readFrames(const std::string& match) {
-  return match.empty() ? FrameTable() : readFrameTable(match);
-}
-
 void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>& cameras) {
   if (frames.empty()) return;
   const std::vector<RigImage> named = namedWithoutViews(frames, cameras);
@@ -95,6 +91,8 @@ void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>
 }  // namespace
 
 void RigInputs::addOptions(Flags& flags) {
+  flags.add("input", &inputs,
+            "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)", kFile);
   addBoards(flags);
   flags.under(kBoardGroup);
   flags.add("--names", &names, "Names of the cameras, separated by commas. Default: from the inputs",
@@ -118,13 +116,13 @@ std::vector<std::string> RigInputs::sources() const {
   return sources;
 }
 
-std::vector<std::string> RigInputs::cameraNames() const {
-  requireDifferentInputs(command, inputs);
+std::vector<std::string> RigInputs::cameraNames(const CommonOptions& common) const {
+  requireDifferentInputs(common.command, inputs);
   std::vector<std::string> result = names.empty() ? namesOf(inputs) : names;
   const std::set<std::string> unique(result.begin(), result.end());
   if (result.size() != inputs.size() || unique.size() != result.size() || unique.contains("")) {
     throw usageError(
-        {.where = names.empty() ? command : "--names",
+        {.where = names.empty() ? common.command : "--names",
          .found = (result.empty() ? "no names in the inputs" : "the names " + join(result, ", ")) +
                   fmt::format(" for {} cameras", inputs.size()),
          .expected = "a different name for each camera",
@@ -133,15 +131,15 @@ std::vector<std::string> RigInputs::cameraNames() const {
   return result;
 }
 
-void RigInputs::sortLike(const std::vector<std::string>& cameras, bool is_quiet) {
-  requireDifferentInputs(command, inputs);
+void RigInputs::sortLike(const std::vector<std::string>& cameras, const CommonOptions& common) {
+  requireDifferentInputs(common.command, inputs);
   expect(inputs.size() == cameras.size(), "an input for each camera");
   const auto places = placesByName(namesOf(inputs), cameras);
   if (!places || places->empty() || std::ranges::is_sorted(*places)) return;
   std::vector<std::string> sorted(inputs.size());
   for (std::size_t i = 0; i < inputs.size(); ++i) sorted[(*places)[i]] = inputs[i];
   inputs = std::move(sorted);
-  if (is_quiet) return;
+  if (common.quiet) return;
   std::vector<std::string> assigned;
   for (std::size_t c = 0; c < cameras.size(); ++c) assigned.push_back(inputs[c] + " to " + cameras[c]);
   printMessage("note: the inputs were assigned to the cameras by their names: " + join(assigned, ", "));
@@ -166,13 +164,13 @@ void tellIfRejected(const RigRecord& rig, const std::string& path, bool is_quiet
 }
 
 RigInputViews readRigViews(const RigInputs& inputs, const std::vector<std::string>& names,
-                           const CommonOptions& common, const CancelFlag* cancel) {
+                           const CommonOptions& common) {
   RigInputViews result;
-  result.frames = readFrames(inputs.match);
+  if (!inputs.match.empty()) result.frames = readFrameTable(inputs.match);
   for (std::size_t c = 0; c < inputs.inputs.size(); ++c) {
     BoardInputs of_camera = inputs;
     of_camera.inputs = {inputs.inputs[c]};
-    GivenViews given = readViews(of_camera, common, cancel);
+    GivenViews given = readViews(of_camera, common);
     if (c == 0) result.boards = given.boards;
     if (given.boards != result.boards) {
       throw inputError({.where = inputs.inputs[c],

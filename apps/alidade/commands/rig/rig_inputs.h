@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "alidade/core/cancel.h"
 #include "alidade/record/rig_record.h"
 #include "alidade/rig/rig_frames.h"
 #include "alidade/target/board.h"
@@ -22,7 +21,7 @@ struct RigInputs : BoardInputs {
   std::vector<std::string> names = {};  ///< of the cameras; empty: derived from the inputs
   std::string match = {};               ///< table of frames; empty: none
 
-  /// Flags for everything except `inputs`.
+  /// All flags, and the inputs as arguments.
   void addOptions(Flags& flags);
   /// The flag --match.
   void addMatch(Flags& flags);
@@ -30,11 +29,11 @@ struct RigInputs : BoardInputs {
   [[nodiscard]] std::vector<std::string> sources() const;
   /// @throws Error (kUsage) for names that are missing, empty or not unique, and for inputs or images that
   /// occur for two cameras
-  [[nodiscard]] std::vector<std::string> cameraNames() const;
+  [[nodiscard]] std::vector<std::string> cameraNames(const CommonOptions& common) const;
   /// Sorts inputs named after cameras into the cameras' order, and prints a note. Other inputs keep their
   /// order.
   /// @throws Error (kUsage) as cameraNames()
-  void sortLike(const std::vector<std::string>& cameras, bool is_quiet);
+  void sortLike(const std::vector<std::string>& cameras, const CommonOptions& common);
 };
 
 /// The index of the camera with each name; nothing if a name has none, or two names have the same.
@@ -56,6 +55,6 @@ struct RigInputViews {
 /// table of frames, and prints which of its images are in no corners file.
 /// @throws Error (kInput) as readViews(), and for cameras of different boards; Cancelled
 [[nodiscard]] RigInputViews readRigViews(const RigInputs& inputs, const std::vector<std::string>& names,
-                                         const CommonOptions& common, const CancelFlag* cancel);
+                                         const CommonOptions& common);
 
 }  // namespace alidade

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
-#include <array>
 #include <limits>
 #include <map>
 #include <optional>
@@ -44,7 +42,6 @@ struct Side {
 
   [[nodiscard]] std::size_t numWritten() const { return images.size() - numSkipped(images); }
 };
-using Sides = std::array<Side, 2>;
 
 // The corners of one board that both cameras saw at the same time, in the first and the second camera.
 using SharedBoard = std::pair<const View*, const View*>;
@@ -77,18 +74,15 @@ std::vector<EpipolarPair> pairsOf(const SharedBoard& board, const BoardTurn& tur
   return pairs;
 }
 
-struct MeasuredErrors {
-  std::size_t num_boards = 0;
-  EpipolarErrors errors;
-};
+// The number of boards that both cameras saw, and the errors of their corners.
+using MeasuredErrors = std::pair<std::size_t, EpipolarErrors>;
 
 // The cameras may number a board that looks the same after a turn differently. The numbering with the
 // smallest errors is right; others are off by whole squares.
-MeasuredErrors measured(const Rectification& r, const Sides& sides, const RigInputViews& given) {
-  MeasuredErrors result;
+MeasuredErrors measured(const Rectification& r, const std::vector<Side>& sides, const RigInputViews& given) {
+  std::size_t num_boards = 0;
   std::vector<EpipolarPair> all;
-  std::vector<std::vector<BoardTurn>> turns;
-  for (const Board& board : given.boards) turns.push_back(boardTurns(board));
+  const auto turns = mapped(given.boards, boardTurns);
   for (const SharedBoard& shared : sharedBoards(given.cameras, given.frames)) {
     std::vector<EpipolarPair> best;
     double least = std::numeric_limits<double>::infinity();
@@ -99,36 +93,30 @@ MeasuredErrors measured(const Rectification& r, const Sides& sides, const RigInp
       least = errors.curve_rms_px;
       best = std::move(pairs);
     }
-    if (best.empty()) continue;
     all.insert(all.end(), best.begin(), best.end());
-    ++result.num_boards;
+    num_boards += best.empty() ? 0 : 1;
   }
-  result.errors = epipolarErrors(r, sides[0].camera, sides[1].camera, all);
-  return result;
+  return {num_boards, epipolarErrors(r, sides[0].camera, sides[1].camera, all)};
 }
 
 json matrixJson(const Eigen::MatrixXd& matrix) {
-  json rows = json::array();
-  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-    json row = json::array();
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) row.push_back(matrix(r, c));
-    rows.push_back(std::move(row));
-  }
-  return rows;
+  return rowsJson(static_cast<int>(matrix.cols()), static_cast<int>(matrix.rows()), [&](std::size_t i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    return matrix(at / matrix.cols(), at % matrix.cols());
+  });
 }
 
 class RigRectifyCommand final : public Command {
  public:
   void setUp(Flags& flags) override {
     flags.explain(
-        "Example: alidade rig rectify rig.yaml left/ right/ -o rectified\n"
-        "Example: alidade rig rectify rig.yaml --camera-only --maps -o rectified --overwrite\n"
-        "Writes one folder of images per camera, rig.yaml with the rectified pinhole cameras, and "
-        "rectification.yaml with\nR1, R2, P1, P2 and Q for cv::FileStorage. A point has the same row in both "
-        "images. If the cameras are one above\nthe other, it has the same column. Around the baseline, "
-        "cylindrical and equirectangular views show more than\nhalf of all directions. Corners files in "
-        "place of the folders only measure the errors "
-        "of the rows.");
+        "Example: alidade rig rectify rig.yaml left/ right/ -o rectified\nExample: alidade rig rectify "
+        "rig.yaml --camera-only --maps -o rectified --overwrite\nWrites one folder of images per camera, "
+        "rig.yaml with the rectified pinhole cameras, and rectification.yaml with\nR1, R2, P1, P2 and Q for "
+        "cv::FileStorage. A point has the same row in both images. If the cameras are one above\nthe other, "
+        "it has the same column. Around the baseline, cylindrical and equirectangular views show more "
+        "than\nhalf of all directions. Corners files in place of the folders only measure the errors of the "
+        "rows.");
     flags.add("rig", &rig_path_, "Rig file, or another file with several cameras and their poses", kFile);
     flags.add(
         "input", &views_.inputs,
@@ -154,21 +142,20 @@ class RigRectifyCommand final : public Command {
 
   int run(const Flags& flags) override {
     checkUsage(flags);
-    const CancelFlag* cancel = catchInterrupts();
+    common_.cancel = catchInterrupts();
     const RigRecord record = loadRig(rig_path_);
     tellIfRejected(record, rig_path_, common_.quiet);
     const AnyRig rig = rigOf(record);
     const auto [first, second] = chosenCameras(rig);
-    if (!camera_only_) views_.sortLike({rig.camera(first).name, rig.camera(second).name}, common_.quiet);
-    const Rectification r = rectify(rig, first, second, request(flags));
-    Sides sides = {Side{rig.camera(first)}, Side{rig.camera(second)}};
-    listImagesOf(sides);
-    std::optional<MeasuredErrors> errors;
-    if (hasBoards()) errors = measure(r, sides, cancel);
-    if (!output_.empty()) write(record, r, sides, cancel);
-    print(r, sides, errors);
-    const bool is_incomplete = reportSkipped(sides[0].images);
-    return reportSkipped(sides[1].images) || is_incomplete ? static_cast<int>(ErrorCode::kInput) : 0;
+    if (!camera_only_) views_.sortLike({rig.camera(first).name, rig.camera(second).name}, common_);
+    r_ = rectify(rig, first, second, request(flags));
+    sides_ = {Side{rig.camera(first)}, Side{rig.camera(second)}};
+    listImages();
+    if (hasBoards()) errors_ = measure();
+    if (!output_.empty()) write(record);
+    print();
+    const bool is_incomplete = reportSkipped(sides_[0].images);
+    return reportSkipped(sides_[1].images) || is_incomplete ? static_cast<int>(ErrorCode::kInput) : 0;
   }
 
  private:
@@ -179,27 +166,19 @@ class RigRectifyCommand final : public Command {
   [[nodiscard]] bool hasBoards() const { return hasCornersFiles() || !views_.boards.empty(); }
 
   void checkUsage(const Flags& flags) const {
-    if (rig_path_.empty())
-      throw missingError("rig rectify", "no rig file", "a rig file and two folders of images");
+    if (rig_path_.empty()) throw missing("no rig file", "a rig file and two folders of images");
     if (views_.inputs.size() != 2 && !camera_only_) {
-      throw missingError("rig rectify", fmt::format("{} inputs", views_.inputs.size()),
-                         "two, for the first and the second camera, or --camera-only");
+      throw missing(fmt::format("{} inputs", views_.inputs.size()),
+                    "two, for the first and the second camera, or --camera-only");
     }
-    if (!camera_only_ && isCornersFile(views_.inputs[0]) != isCornersFile(views_.inputs[1])) {
-      throw usageError({.where = "rig rectify",
-                        .found = "a corners file beside images",
-                        .expected = "two corners files or two folders of images"});
-    }
-    if (output_.empty() && !hasCornersFiles()) throw missingError("rig rectify", "no --output", "-o FOLDER");
-    if (camera_only_ && !views_.boards.empty()) {
-      throw usageError({.where = "rig rectify",
-                        .found = "--board with --camera-only",
-                        .expected = "one of them: boards are searched for in images"});
-    }
+    if (!camera_only_ && isCornersFile(views_.inputs[0]) != isCornersFile(views_.inputs[1]))
+      throw misuse("a corners file beside images", "two corners files or two folders of images");
+    if (output_.empty() && !hasCornersFiles()) throw missing("no --output", "-o FOLDER");
+    if (camera_only_ && !views_.boards.empty())
+      throw misuse("--board with --camera-only", "one of them: boards are searched for in images");
     if (!views_.match.empty() && !hasBoards()) {
-      throw usageError({.where = "--match",
-                        .found = "neither --board nor corners files",
-                        .expected = "one of them: only corners are compared between images"});
+      throw flagError("--match", "neither --board nor corners files",
+                      "one of them: only corners are compared between images");
     }
     view_.checkUsage(flags);
   }
@@ -222,40 +201,38 @@ class RigRectifyCommand final : public Command {
   }
 
   // Lists the images; refuses an output that is among them.
-  void listImagesOf(Sides& sides) const {
+  void listImages() {
     std::vector<std::string> sources = {cameraFilePath(rig_path_), common_.config, views_.match};
     for (std::size_t i = 0; i < 2 && !camera_only_ && !hasCornersFiles(); ++i) {
-      const std::vector<std::string> paths = listImages(std::span(&views_.inputs[i], 1));
+      const std::vector<std::string> paths = alidade::listImages(std::span(&views_.inputs[i], 1));
       append(sources, paths);
-      sides[i].images = namedImages(paths);
+      sides_[i].images = namedImages(paths);
     }
     if (hasCornersFiles()) append(sources, views_.inputs);
     if (!output_.empty()) refuseFolderOfInputs(output_, sources);
   }
 
-  MeasuredErrors measure(const Rectification& r, const Sides& sides, const CancelFlag* cancel) const {
-    const RigInputViews given =
-        readRigViews(views_, {sides[0].camera.name, sides[1].camera.name}, common_, cancel);
+  MeasuredErrors measure() const {
+    const RigInputViews given = readRigViews(views_, {sides_[0].camera.name, sides_[1].camera.name}, common_);
     for (std::size_t i = 0; i < 2; ++i) {
       const std::vector<View>& views = given.cameras[i].views;
-      const MountedCamera& camera = sides[i].camera;
+      const MountedCamera& camera = sides_[i].camera;
       if (views.empty() || views.front().size == camera.image_size) continue;
       throw inputError(
           {.where = views_.inputs[i],
            .found = "images of " + sizeText(views.front().size) + " pixels",
            .expected = sizeText(camera.image_size) + ", the image size of camera '" + camera.name + "'"});
     }
-    return measured(r, sides, given);
+    return measured(r_, sides_, given);
   }
 
-  void write(const RigRecord& record, const Rectification& r, Sides& sides, const CancelFlag* cancel) const {
-    PendingFolder folder(output_, "rig rectify", view_.may_overwrite, common_.quiet);
+  void write(const RigRecord& record) {
+    PendingFolder folder(output_, common_.command, view_.may_overwrite, common_.quiet);
     for (std::size_t i = 0; i < 2; ++i) {
-      Side& side = sides[i];
+      Side& side = sides_[i];
       const std::string name = fileNameOf(side.camera.name);
-      const RemapTable table = makeRemapTable(r, i, side.camera, common_.jobs, cancel);
-      side.dark_share =
-          static_cast<double>(table.num_without_source) / static_cast<double>(table.pixels.size());
+      const RemapTable table = makeRemapTable(r_, i, side.camera, common_.jobs, common_.cancel);
+      side.dark_share = darkShare(table);
       if (has_maps_) {
         folder.write([&] {
           writeRemapTable(table, folder.path(name + "_map_x.tiff"), folder.path(name + "_map_y.tiff"));
@@ -268,168 +245,161 @@ class RigRectifyCommand final : public Command {
                  {.label = "rectifying " + side.camera.name,
                   .subfolder = name,
                   .interpolation = view_.interpolationKind(),
-                  .num_jobs = common_.jobs,
-                  .is_quiet = common_.quiet,
-                  .cancel = cancel});
+                  .common = common_});
       });
       requireAnImage(side.images);
     }
     folder.write([&] {
-      writeFileAtomically(folder.path(kRectificationName), rectificationFileText(r));
-      if (r.projection == ViewProjection::kRectilinear)
-        writeFileAtomically(folder.path(kRigName), rigFileText(rectifiedRecord(record, r, sides)));
+      writeFileAtomically(folder.path(kRectificationName), rectificationFileText(r_));
+      if (r_.projection == ViewProjection::kRectilinear)
+        writeFileAtomically(folder.path(kRigName), rigFileText(rectifiedRecord(record)));
     });
     folder.commit();
   }
 
   // The rectified cameras, with the rig's statements about itself.
-  static RigRecord rectifiedRecord(const RigRecord& source, const Rectification& r, const Sides& sides) {
+  RigRecord rectifiedRecord(const RigRecord& source) const {
     RigRecord record = source;
     record.cameras.clear();
     record.covariance.clear();
-    record.created_by = programName() + " rig rectify";
+    record.created_by = maker();
     for (std::size_t i = 0; i < 2; ++i) {
-      CameraRecord camera = bareRecord(r.pinhole(i), r.size, record.created_by);
-      camera.name.name = sides[i].camera.name;
+      CameraRecord camera = bareRecord(r_.pinhole(i), r_.size, record.created_by);
+      camera.name.name = sides_[i].camera.name;
       SE3 camera_from_rig;
-      if (i == 1) camera_from_rig.translation[r.alongIndex()] = -r.baseline_m;
+      if (i == 1) camera_from_rig.translation[r_.alongIndex()] = -r_.baseline_m;
       record.cameras.push_back({.camera = std::move(camera), .camera_from_rig = camera_from_rig});
     }
     return record;
   }
 
-  void print(const Rectification& r, const Sides& sides, const std::optional<MeasuredErrors>& errors) const {
-    const std::vector<std::string> notes = notesOn(r, sides);
-    const std::vector<std::string> warnings = warningsOn(errors, r.is_vertical);
-    if (common_.json) {
-      json document = documentOf(r, sides, errors);
-      document["notes"] = notes;
-      document["warnings"] = warnings;
-      printResult(jsonText(document));
-    } else if (!common_.quiet) {
-      printResult(summaryOf(r, sides, errors));
-    }
+  void print() {
+    const std::vector<std::string> warnings = this->warnings();
+    answer(
+        [&] {
+          json document = wholeDocument();
+          document["notes"] = notes();
+          document["warnings"] = warnings;
+          return jsonText(document);
+        },
+        [&] { return summary(); });
     if (common_.quiet) return;
-    printNotes(notes);
+    printNotes(notes());
     for (const std::string& warning : warnings) printMessage("warning: " + warning);
   }
 
-  [[nodiscard]] static std::vector<std::string> notesOn(const Rectification& r, const Sides& sides) {
-    const std::string& first = sides[0].camera.name;
-    const std::string& second = sides[1].camera.name;
+  [[nodiscard]] std::vector<std::string> notes() const {
+    const std::string& first = sides_[0].camera.name;
+    const std::string& second = sides_[1].camera.name;
     std::vector<std::string> notes;
-    if (r.baseline_m < 0) {
+    if (r_.baseline_m < 0) {
       notes.push_back(fmt::format(
           "camera '{}' is {} '{}', so disparities are negative; --cameras {},{} makes them positive", first,
-          r.is_vertical ? "below" : "on the right of", second, second, first));
+          r_.is_vertical ? "below" : "on the right of", second, second, first));
     }
-    if (r.is_vertical)
+    if (r_.is_vertical)
       notes.emplace_back(
           "the cameras are one above the other: a point has the same column in both images, not the same "
           "row");
-    if (r.cut_share > 0) {
+    if (r_.cut_share > 0) {
       notes.push_back(fmt::format(
           "{:.2g} % of the input pixels are too far from the axis of the views and were cut off; {}",
-          100 * r.cut_share, "--projection equirectangular shows them all"));
+          100 * r_.cut_share, "--projection equirectangular shows them all"));
     }
-    const std::size_t num_second = sides[1].images.size();
-    if (sides[0].images.size() != num_second && num_second > 0)
-      notes.push_back(fmt::format("{} images for the first camera, {} for the second", sides[0].images.size(),
-                                  num_second));
-    for (const Side& side : sides) append(notes, orientationNotes(side.images));
+    const std::size_t num_second = sides_[1].images.size();
+    if (sides_[0].images.size() != num_second && num_second > 0)
+      notes.push_back(fmt::format("{} images for the first camera, {} for the second",
+                                  sides_[0].images.size(), num_second));
+    for (const Side& side : sides_) append(notes, orientationNotes(side.images));
     return notes;
   }
 
-  [[nodiscard]] std::vector<std::string> warningsOn(const std::optional<MeasuredErrors>& errors,
-                                                    bool is_vertical) const {
+  [[nodiscard]] std::vector<std::string> warnings() const {
     const double tolerance_px = *parsePixels(tolerance_);
-    if (!errors) return {};
-    if (errors->errors.num_pairs == 0) return {"no board was seen by both cameras at one time"};
-    if (!(errors->errors.row_rms_px > tolerance_px)) return {};
+    if (!errors_) return {};
+    if (errors_->second.num_pairs == 0) return {"no board was seen by both cameras at one time"};
+    if (!(errors_->second.row_rms_px > tolerance_px)) return {};
     return {
         fmt::format("{} differ by RMS {:.3g} px, more than --tolerance {:g} px; check that the inputs are in "
                     "the order of the cameras, and that the cameras stand where the rig file says",
-                    is_vertical ? "columns" : "rows", errors->errors.row_rms_px, tolerance_px)};
+                    r_.is_vertical ? "columns" : "rows", errors_->second.row_rms_px, tolerance_px)};
   }
 
-  [[nodiscard]] std::string summaryOf(const Rectification& r, const Sides& sides,
-                                      const std::optional<MeasuredErrors>& errors) const {
+  [[nodiscard]] std::string summary() const {
     constexpr double kMillimetres = 1000;
-    const char* row = r.is_vertical ? "columns" : "rows";
+    const char* row = r_.is_vertical ? "columns" : "rows";
     std::string text;
     if (!output_.empty()) {
-      const auto& [first, second] = sides;
+      const Side& first = sides_[0];
+      const Side& second = sides_[1];
       const std::string what =
           first.images.empty() ? "no images"
                                : fmt::format("{} of {} and {} of {} images", first.numWritten(),
                                              first.images.size(), second.numWritten(), second.images.size());
       text += fmt::format("{}: {}; {}, {} px, {:.2g} % and {:.2g} % of the pixels are black (no source)\n",
-                          printable(output_), what, projectionName(r.projection), sizeText(r.size),
+                          printable(output_), what, projectionName(r_.projection), sizeText(r_.size),
                           100 * first.dark_share, 100 * second.dark_share);
     }
-    text += fmt::format("Baseline  {:.2f} mm, {}\n", r.baseline_m * kMillimetres,
-                        r.is_vertical ? "vertical" : "horizontal");
-    if (r.projection == ViewProjection::kEquirectangular) {
+    text += fmt::format("Baseline  {:.2f} mm, {}\n", r_.baseline_m * kMillimetres,
+                        r_.is_vertical ? "vertical" : "horizontal");
+    if (r_.projection == ViewProjection::kEquirectangular) {
       text += fmt::format("Views     {:.4g} px per degree; {} are planes through the baseline\n",
-                          r.scale_px / kDegPerRad, row);
+                          r_.scale_px / kDegPerRad, row);
     } else {
-      const std::string offset = r.disparityAtInfinity() == 0
+      const std::string offset = r_.disparityAtInfinity() == 0
                                      ? "disparity"
-                                     : fmt::format("(disparity - {:.3f})", r.disparityAtInfinity());
+                                     : fmt::format("(disparity - {:.3f})", r_.disparityAtInfinity());
       text +=
-          fmt::format("Views     focal length {:.2f} px; {} = {:.4f} m px / {}\n", r.scale_px,
-                      r.projection == ViewProjection::kRectilinear ? "depth" : "distance from the baseline",
-                      r.scale_px * r.baseline_m, offset);
+          fmt::format("Views     focal length {:.2f} px; {} = {:.4f} m px / {}\n", r_.scale_px,
+                      r_.projection == ViewProjection::kRectilinear ? "depth" : "distance from the baseline",
+                      r_.scale_px * r_.baseline_m, offset);
     }
-    if (errors) {
-      const EpipolarErrors& e = errors->errors;
+    if (errors_) {
+      const auto& [num_boards, e] = *errors_;
       text += fmt::format(
-          "Errors    {} corners of {} boards: RMS {:.3f} px from the epipolar curves before\n"
-          "          {} differ by RMS {:.3f} px, mean {:.3f} px, at most {:.2f} px; {} corners in both "
-          "views\n",
-          e.num_pairs, errors->num_boards, e.curve_rms_px, row, e.row_rms_px, e.row_mean_px, e.row_max_px,
+          "Errors    {} corners of {} boards: RMS {:.3f} px from the epipolar curves before\n          {} "
+          "differ by RMS {:.3f} px, mean {:.3f} px, at most {:.2f} px; {} corners in both views\n",
+          e.num_pairs, num_boards, e.curve_rms_px, row, e.row_rms_px, e.row_mean_px, e.row_max_px,
           e.num_shown);
     }
     return text;
   }
 
-  [[nodiscard]] json documentOf(const Rectification& r, const Sides& sides,
-                                const std::optional<MeasuredErrors>& errors) const {
-    const bool is_flat = r.projection == ViewProjection::kRectilinear;
+  [[nodiscard]] json wholeDocument() const {
+    const bool is_flat = r_.projection == ViewProjection::kRectilinear;
     json cameras = json::array();
     for (std::size_t i = 0; i < 2; ++i) {
-      json camera = {{"name", sides[i].camera.name},
-                     {"folder", fileNameOf(sides[i].camera.name)},
-                     {"axis_pixel", vectorJson(r.views[i].axis_px)},
-                     {"R", matrixJson(r.views[i].rectified_from_camera.matrix())},
-                     {"P", is_flat ? matrixJson(r.projectionMatrix(i)) : json(nullptr)},
-                     {"share_without_source", output_.empty() ? json(nullptr) : json(sides[i].dark_share)},
-                     {"images", imagesJson(sides[i].images)}};
-      cameras.push_back(std::move(camera));
+      cameras.push_back(
+          {{"name", sides_[i].camera.name},
+           {"folder", fileNameOf(sides_[i].camera.name)},
+           {"axis_pixel", vectorJson(r_.views[i].axis_px)},
+           {"R", matrixJson(r_.views[i].rectified_from_camera.matrix())},
+           {"P", is_flat ? matrixJson(r_.projectionMatrix(i)) : json(nullptr)},
+           {"share_without_source", output_.empty() ? json(nullptr) : json(sides_[i].dark_share)},
+           {"images", imagesJson(sides_[i].images)}});
     }
     json epipolar = nullptr;
-    if (errors) {
-      const EpipolarErrors& e = errors->errors;
-      epipolar = {{"num_boards", errors->num_boards}, {"num_corners", e.num_pairs},
-                  {"curve_rms_px", e.curve_rms_px},   {"num_shown", e.num_shown},
-                  {"row_rms_px", e.row_rms_px},       {"row_mean_px", e.row_mean_px},
+    if (errors_) {
+      const auto& [num_boards, e] = *errors_;
+      epipolar = {{"num_boards", num_boards},  {"num_corners", e.num_pairs}, {"curve_rms_px", e.curve_rms_px},
+                  {"num_shown", e.num_shown},  {"row_rms_px", e.row_rms_px}, {"row_mean_px", e.row_mean_px},
                   {"row_max_px", e.row_max_px}};
     }
     return {{"folder", output_.empty() ? json(nullptr) : json(output_)},
-            {"projection", projectionName(r.projection)},
-            {"direction", r.is_vertical ? "vertical" : "horizontal"},
-            {"image_size", r.size},
-            {"scale_px", r.scale_px},
-            {"baseline_m", r.baseline_m},
-            {"disparity_at_infinity_px", r.disparityAtInfinity()},
-            {"Q", is_flat ? matrixJson(r.disparityToDepth()) : json(nullptr)},
-            {"share_cut", r.cut_share},
+            {"projection", projectionName(r_.projection)},
+            {"direction", r_.is_vertical ? "vertical" : "horizontal"},
+            {"image_size", r_.size},
+            {"scale_px", r_.scale_px},
+            {"baseline_m", r_.baseline_m},
+            {"disparity_at_infinity_px", r_.disparityAtInfinity()},
+            {"Q", is_flat ? matrixJson(r_.disparityToDepth()) : json(nullptr)},
+            {"share_cut", r_.cut_share},
             {"cameras", std::move(cameras)},
             {"epipolar_errors", std::move(epipolar)}};
   }
 
   std::string rig_path_;
-  RigInputs views_{{.command = "rig rectify"}};
+  RigInputs views_;
   std::string output_;
   std::vector<std::string> names_;
   std::string tolerance_ = "1px";
@@ -437,12 +407,15 @@ class RigRectifyCommand final : public Command {
   bool has_own_centres_ = false;
   bool has_maps_ = false;
   bool camera_only_ = false;
+  Rectification r_;
+  std::vector<Side> sides_;  // two
+  std::optional<MeasuredErrors> errors_;
 };
 
 }  // namespace
 
-std::unique_ptr<Command> makeRigRectifyCommand() {
-  return std::make_unique<RigRectifyCommand>();
-}
+const CommandEntry kRigRectifyCommand = {
+    "rig rectify", "Rectify the images of two cameras, so that a point has one row in both",
+    made<RigRectifyCommand>};
 
 }  // namespace alidade

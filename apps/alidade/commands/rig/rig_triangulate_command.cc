@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <iterator>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -27,93 +25,82 @@ namespace {
 using detail::TableLines;
 
 // A point to triangulate: its name in the input, and its pixels.
-struct SeenPoint {
-  std::string id;
-  std::vector<RigPixel> pixels;
-};
+using SeenPoint = std::pair<std::string, std::vector<RigPixel>>;
 
 constexpr const char* kColumns = "id,camera,u,v";
 constexpr std::array<const char*, 6> kEntries = {"xx", "xy", "xz", "yy", "yz", "zz"};
 
-// Reads rows id,camera,u,v and optionally sigma_px, under a header that names them in any order. The rows of
-// a point need not be adjacent.
-class PixelTable {
- public:
-  PixelTable(const AnyRig& rig, double default_sigma_px) : rig_(rig), default_sigma_px_(default_sigma_px) {}
-
-  // The points in the order of their first rows. @throws Error (kInput) with the line
-  std::vector<SeenPoint> read(const std::string& path) {
-    constexpr std::size_t kMaxBytes = std::size_t{1} << 30U;
-    const bool is_standard = path.empty() || path == "-";
-    const std::string text = readTextFile(is_standard ? "/dev/stdin" : path, kMaxBytes);
-    TableLines lines(is_standard ? "standard input" : path);
-    for (std::string_view rest = text; !rest.empty();) {
-      const std::size_t end = rest.find('\n');
-      takeLine(lines, rest.substr(0, end));
-      rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
-    }
-    return std::move(points_);
-  }
-
- private:
-  void takeLine(TableLines& lines, std::string_view line) {
-    const TableLines::Kind kind = lines.take(line);
-    if (kind == TableLines::Kind::kHeader) findColumns(lines);
-    if (kind != TableLines::Kind::kRow) return;
-    if (fields_.empty())
-      throw lines.error("a row before the header", std::string("the header ") + kColumns + "[,sigma_px]");
-    const std::string id(lines.fields()[fields_[0]]);
-    const std::string camera(lines.fields()[fields_[1]]);
-    RigPixel pixel{.camera = cameraOf(lines, camera),
-                   .pixel = {lines.number(fields_[2], "u"), lines.number(fields_[3], "v")},
-                   .sigma_px = default_sigma_px_};
-    if (fields_.size() > 4 && !lines.fields()[fields_[4]].empty()) {
-      const double sigma = lines.number(fields_[4], "sigma_px");
-      if (!std::isnan(sigma)) pixel.sigma_px = sigma;
-      if (!(pixel.sigma_px > 0) || std::isinf(pixel.sigma_px))
-        throw lines.error("sigma_px " + exactText(sigma), "a positive number of pixels");
-    }
-    const auto [at, is_new] = index_.emplace(id, points_.size());
-    if (is_new) points_.push_back({.id = id, .pixels = {}});
-    std::vector<RigPixel>& pixels = points_[at->second].pixels;
-    if (std::ranges::find(pixels, pixel.camera, &RigPixel::camera) != pixels.end()) {
-      throw lines.error("a second pixel of point '" + id + "' in camera '" + camera + "'",
-                        "at most one per point and camera",
-                        "give points of other moments their own ids, such as 17_frame2");
-    }
-    pixels.push_back(pixel);
-  }
-
-  void findColumns(const TableLines& lines) {
-    for (const detail::TableColumn& column :
-         {detail::TableColumn{"id"}, detail::TableColumn{"camera"}, detail::TableColumn{"u", "px"},
-          detail::TableColumn{"v", "px"}, detail::TableColumn{"sigma_px"}}) {
-      const detail::ColumnSearch search = detail::findColumn(lines.names(), column);
-      if (search.index) {
-        fields_.push_back(*search.index);
-        continue;
-      }
-      if (column.name == "sigma_px" && search.complaint.empty()) continue;
+// The fields of id, camera, u, v and, where the header has it, sigma_px.
+std::vector<std::size_t> fieldsOf(const TableLines& lines) {
+  std::vector<std::size_t> fields;
+  for (const detail::TableColumn& column :
+       {detail::TableColumn{"id"}, detail::TableColumn{"camera"}, detail::TableColumn{"u", "px"},
+        detail::TableColumn{"v", "px"}, detail::TableColumn{"sigma_px"}}) {
+    const detail::ColumnSearch search = detail::findColumn(lines.names(), column);
+    if (search.index) {
+      fields.push_back(*search.index);
+    } else if (column.name != "sigma_px" || !search.complaint.empty()) {
       throw lines.error(
           search.complaint.empty() ? "the header " + join(lines.names(), ",") : search.complaint,
           std::string("columns ") + kColumns + " and optionally sigma_px");
     }
   }
+  return fields;
+}
 
-  std::size_t cameraOf(const TableLines& lines, const std::string& name) const {
-    const auto at = std::ranges::find(rig_.cameras(), name, &MountedCamera::name);
-    if (at != rig_.cameras().end()) return static_cast<std::size_t>(at - rig_.cameras().begin());
-    const std::vector<std::string> names = mapped(rig_.cameras(), &MountedCamera::name);
-    throw lines.error("camera '" + name + "'", "one of the rig's: " + join(names, ", "),
-                      didYouMean(name, names));
+// The pixel of a row.
+RigPixel pixelOf(const TableLines& lines, const std::vector<std::size_t>& fields, const AnyRig& rig,
+                 double default_sigma_px) {
+  const std::string camera(lines.fields()[fields[1]]);
+  const auto at = std::ranges::find(rig.cameras(), camera, &MountedCamera::name);
+  if (at == rig.cameras().end()) {
+    const std::vector<std::string> names = mapped(rig.cameras(), &MountedCamera::name);
+    throw lines.error("camera '" + camera + "'", "one of the rig's: " + join(names, ", "),
+                      didYouMean(camera, names));
   }
+  RigPixel pixel{.camera = static_cast<std::size_t>(at - rig.cameras().begin()),
+                 .pixel = {lines.number(fields[2], "u"), lines.number(fields[3], "v")},
+                 .sigma_px = default_sigma_px};
+  if (fields.size() <= 4 || lines.fields()[fields[4]].empty()) return pixel;
+  const double sigma = lines.number(fields[4], "sigma_px");
+  if (!std::isnan(sigma)) pixel.sigma_px = sigma;
+  if (!(pixel.sigma_px > 0) || std::isinf(pixel.sigma_px))
+    throw lines.error("sigma_px " + exactText(sigma), "a positive number of pixels");
+  return pixel;
+}
 
-  const AnyRig& rig_;
-  double default_sigma_px_;
-  std::vector<std::size_t> fields_;  // of id, camera, u, v and sigma_px
-  std::vector<SeenPoint> points_;
-  std::map<std::string, std::size_t> index_;
-};
+// Reads rows id,camera,u,v and optionally sigma_px, under a header that names them in any order. The rows of
+// a point need not be adjacent.
+// @returns the points in the order of their first rows. @throws Error (kInput) with the line
+std::vector<SeenPoint> readPixels(const std::string& path, const AnyRig& rig, double default_sigma_px) {
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 30U;
+  const bool is_standard = path.empty() || path == "-";
+  const std::string text = readTextFile(is_standard ? "/dev/stdin" : path, kMaxBytes);
+  TableLines lines(is_standard ? "standard input" : path);
+  std::vector<std::size_t> fields;
+  std::vector<SeenPoint> points;
+  std::map<std::string, std::size_t> index_of;
+  for (const std::string_view line : split(text, '\n')) {
+    const TableLines::Kind kind = lines.take(line);
+    if (kind == TableLines::Kind::kHeader) fields = fieldsOf(lines);
+    if (kind != TableLines::Kind::kRow) continue;
+    if (fields.empty())
+      throw lines.error("a row before the header", std::string("the header ") + kColumns + "[,sigma_px]");
+    const std::string id(lines.fields()[fields[0]]);
+    const RigPixel pixel = pixelOf(lines, fields, rig, default_sigma_px);
+    const auto [at, is_new] = index_of.emplace(id, points.size());
+    if (is_new) points.emplace_back(id, std::vector<RigPixel>());
+    std::vector<RigPixel>& pixels = points[at->second].second;
+    if (std::ranges::find(pixels, pixel.camera, &RigPixel::camera) != pixels.end()) {
+      throw lines.error(
+          "a second pixel of point '" + id + "' in camera '" + rig.camera(pixel.camera).name + "'",
+          "at most one per point and camera",
+          "give points of other moments their own ids, such as 17_frame2");
+    }
+    pixels.push_back(pixel);
+  }
+  return points;
+}
 
 std::array<double, 6> entriesOf(const Eigen::Matrix3d& matrix) {
   return {matrix(0, 0), matrix(0, 1), matrix(0, 2), matrix(1, 1), matrix(1, 2), matrix(2, 2)};
@@ -149,10 +136,9 @@ class RigTriangulateCommand final : public Command {
  public:
   void setUp(Flags& flags) override {
     flags.explain(
-        "Example: alidade rig triangulate rig.yaml pixels.csv -o points.csv\n"
-        "Output: id,x,y,z,std_x,std_y,std_z,std_by_pixels,std_by_rig,error_px,num_cameras,status, in metres "
-        "in "
-        "the frame of\nthe rig. std_x to std_z are standard deviations from the noise of the pixels and the "
+        "Example: alidade rig triangulate rig.yaml pixels.csv -o points.csv\nOutput: "
+        "id,x,y,z,std_x,std_y,std_z,std_by_pixels,std_by_rig,error_px,num_cameras,status, in metres in the "
+        "frame of\nthe rig. std_x to std_z are standard deviations from the noise of the pixels and the "
         "uncertainty of the rig\ntogether; std_by_pixels and std_by_rig are the lengths of the two parts. "
         "error_px is the RMS distance of the\nprojected point from its pixels. The status is ok, "
         "too_few_cameras, no_ray (of a pixel), at_infinity (parallel\nrays), behind (the rays meet behind a "
@@ -173,10 +159,9 @@ class RigTriangulateCommand final : public Command {
   }
 
   int run(const Flags&) override {
-    if (rig_path_.empty())
-      throw missingError("rig triangulate", "no rig file", "a rig file and a table of pixels");
+    if (rig_path_.empty()) throw missing("no rig file", "a rig file and a table of pixels");
     checkOutput(output_, {rig_path_, pixels_path_, common_.config}, common_);
-    const CancelFlag* cancel = catchInterrupts();
+    common_.cancel = catchInterrupts();
     const RigRecord record = loadRig(rig_path_);
     tellIfRejected(record, rig_path_, common_.quiet);
     const AnyRig rig = rigOf(record);
@@ -186,11 +171,11 @@ class RigTriangulateCommand final : public Command {
     }
     Eigen::MatrixXd covariance;
     if (!record.covariance.empty()) covariance = fullMatrix(record.covariance, numRigUnknowns(rig));
-    const std::vector<SeenPoint> points = PixelTable(rig, *parsePixels(sigma_)).read(pixels_path_);
+    const std::vector<SeenPoint> points = readPixels(pixels_path_, rig, *parsePixels(sigma_));
     std::vector<Triangulation> answers(points.size());
     parallelFor(
         points.size(), resolveJobs(common_.jobs),
-        [&](std::size_t i) { answers[i] = triangulate(rig, points[i].pixels, covariance); }, cancel);
+        [&](std::size_t i) { answers[i] = triangulate(rig, points[i].second, covariance); }, common_.cancel);
     write(points, answers, covariance.size() > 0);
     if (common_.quiet) return 0;
     if (covariance.size() == 0 && !points.empty())
@@ -214,14 +199,13 @@ class RigTriangulateCommand final : public Command {
     json list = json::array();
     for (std::size_t i = 0; i < points.size(); ++i) {
       const NamedNumbers numbers = numbersOf(answers[i], is_rig_known, has_covariance_);
-      const std::size_t num_cameras = points[i].pixels.size();
-      table += detail::csvField(points[i].id);
-      json point = {
-          {"id", points[i].id}, {"num_cameras", num_cameras}, {"status", statusId(answers[i].status)}};
+      const auto& [id, pixels] = points[i];
+      table += detail::csvField(id);
+      json point = {{"id", id}, {"num_cameras", pixels.size()}, {"status", statusId(answers[i].status)}};
       for (const auto& [name, value] : numbers) {
         table += "," + exactText(value);
         if (common_.json) point[name] = value;
-        if (name == "error_px") table += fmt::format(",{},{}", num_cameras, statusId(answers[i].status));
+        if (name == "error_px") table += fmt::format(",{},{}", pixels.size(), statusId(answers[i].status));
       }
       table += "\n";
       if (common_.json) list.push_back(std::move(point));
@@ -253,8 +237,7 @@ class RigTriangulateCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeRigTriangulateCommand() {
-  return std::make_unique<RigTriangulateCommand>();
-}
+const CommandEntry kRigTriangulateCommand = {
+    "rig triangulate", "Find 3D points from their pixels in several cameras", made<RigTriangulateCommand>};
 
 }  // namespace alidade

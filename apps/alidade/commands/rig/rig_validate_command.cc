@@ -30,18 +30,16 @@ std::string validationText(const RigValidation& tested) {
     if (diagnosis.severity == Severity::kFailure) append(lines, diagnosisLines(diagnosis));
   }
   if (std::isfinite(tested.epipolar_px)) {
-    append(lines,
-           wrapped("Epipolar", fmt::format("error {:.3f} px RMS, {} points seen by two or more cameras",
-                                           tested.epipolar_px, tested.num_points - tested.num_failed)));
+    addLines(lines, "Epipolar", "error {:.3f} px RMS, {} points seen by two or more cameras",
+             tested.epipolar_px, tested.num_points - tested.num_failed);
   }
   if (tested.num_failed > 0) {
-    append(lines, wrapped("Points", fmt::format("{} of {} that two or more cameras see have no position",
-                                                tested.num_failed, tested.num_points)));
+    addLines(lines, "Points", "{} of {} that two or more cameras see have no position", tested.num_failed,
+             tested.num_points);
   }
   if (std::isfinite(tested.length_ratio)) {
-    append(lines,
-           wrapped("Lengths", fmt::format("on the boards {:+.3f} %, standard deviation {:.3f} %",
-                                          100 * (tested.length_ratio - 1), 100 * tested.length_ratio_std)));
+    addLines(lines, "Lengths", "on the boards {:+.3f} %, standard deviation {:.3f} %",
+             100 * (tested.length_ratio - 1), 100 * tested.length_ratio_std);
   }
   for (const TestedRigCamera& camera : tested.cameras) {
     const bool is_first = &camera == &tested.cameras.front();
@@ -91,16 +89,12 @@ class RigValidateCommand final : public Command {
  public:
   void setUp(Flags& flags) override {
     flags.explain(
-        "Example: alidade rig validate rig.yaml left/ right/ --board checkerboard:9x6:25mm\n"
-        "Example: alidade rig validate rig.yaml left/ right/ --footage\n"
-        "Inputs are in the order of the rig's cameras, unless --names or their own names say otherwise.\n"
-        "--footage needs no board: points that two cameras see at the same time show whether a camera was "
-        "turned or its lens is\nanother one (docs/footage.md). It may be unable to tell.\n"
-        "Exit code 3: the images contradict the rig.");
+        "Example: alidade rig validate rig.yaml left/ right/ --board checkerboard:9x6:25mm\nExample: alidade "
+        "rig validate rig.yaml left/ right/ --footage\nInputs are in the order of the rig's cameras, unless "
+        "--names or their own names say otherwise.\n--footage needs no board: points that two cameras see at "
+        "the same time show whether a camera was turned or its lens is\nanother one (docs/footage.md). It "
+        "may be unable to tell.\nExit code 3: the images contradict the rig.");
     flags.add("rig", &rig_path_, "Rig file of any format that states where its cameras are", kFile);
-    flags.add("input", &views_.inputs,
-              "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)",
-              kFile);
     views_.addOptions(flags);
     flags.under(kFootageGroup);
     flags.addSwitch(
@@ -115,19 +109,20 @@ class RigValidateCommand final : public Command {
   }
 
   int run(const Flags& flags) override {
-    if (rig_path_.empty()) throw missingError("rig validate", "no rig file", "a rig file and images");
+    if (rig_path_.empty()) throw missing("no rig file", "a rig file and images");
     RigRecord rig = loadRig(rig_path_);
     if (views_.inputs.size() != rig.cameras.size()) {
-      throw missingError("rig validate", fmt::format("{} inputs", views_.inputs.size()),
-                         fmt::format("{}, one for each camera: {}", rig.cameras.size(),
-                                     join(mapped(rig.cameras, nameOf), ", ")));
+      throw missing(fmt::format("{} inputs", views_.inputs.size()),
+                    fmt::format("{}, one for each camera: {}", rig.cameras.size(),
+                                join(mapped(rig.cameras, nameOf), ", ")));
     }
     tellIfRejected(rig, rig_path_, common_.quiet);
     if (views_.names.empty()) {
-      views_.sortLike(mapped(rig.cameras, nameOf), common_.quiet);
+      views_.sortLike(mapped(rig.cameras, nameOf), common_);
     } else {
       sortByNames(rig);
     }
+    common_.cancel = catchInterrupts();
     const std::string no =
         is_footage_ ? contradictionByFootage(rig, flags.isGiven("--tolerance")) : contradictionByBoards(rig);
     if (no.empty()) return 0;
@@ -139,41 +134,39 @@ class RigValidateCommand final : public Command {
   static std::string nameOf(const RigCameraRecord& camera) { return camera.camera.name.name; }
 
   // Each test prints its findings. @returns the errors of the rig; empty: none
-  [[nodiscard]] std::string contradictionByBoards(const RigRecord& rig) const {
+  [[nodiscard]] std::string contradictionByBoards(const RigRecord& rig) {
     RigOptions options;
     options.camera.tolerance_px = *parsePixels(tolerance_);
     options.camera.jobs = common_.jobs;
-    options.camera.cancel = catchInterrupts();
-    RigInputViews given = readRigViews(views_, mapped(rig.cameras, nameOf), common_, options.camera.cancel);
+    options.camera.cancel = common_.cancel;
+    RigInputViews given = readRigViews(views_, mapped(rig.cameras, nameOf), common_);
     options.frames = given.frames;
     const RigValidation tested = validateRig(rig, given.boards, std::move(given.cameras), options);
-    printResult(common_.json ? validationJson(tested) : common_.quiet ? "" : validationText(tested));
+    answer([&] { return validationJson(tested); }, [&] { return validationText(tested); });
     return tested.verdict() == Verdict::kNo ? tested.diagnoses.front().message() : "";
   }
 
-  [[nodiscard]] std::string contradictionByFootage(const RigRecord& record, bool has_tolerance) const {
+  [[nodiscard]] std::string contradictionByFootage(const RigRecord& record, bool has_tolerance) {
     FootageCheckOptions options{
-        .tolerance_px = kRigFootageTolerancePx, .num_jobs = common_.jobs, .cancel = catchInterrupts()};
+        .tolerance_px = kRigFootageTolerancePx, .num_jobs = common_.jobs, .cancel = common_.cancel};
     if (has_tolerance) options.tolerance_px = *parsePixels(tolerance_);
-    const RigFootage footage = matchRigFootage(record, views_, common_, options.cancel);
+    const std::vector<RigPairMatches> pairs = matchRigFootage(record, views_, common_);
     const AnyRig rig = rigOf(record);
-    const RigCheck check = checkRigOnFootage(rig, footage.pairs, options);
-    printResult(common_.json    ? rigFootageJson(check, footage, rig)
-                : common_.quiet ? ""
-                                : rigFootageText(check, rig));
+    const RigCheck check = checkRigOnFootage(rig, pairs, options);
+    answer([&] { return rigFootageJson(check, pairs.empty() ? 0 : pairs.front().instants.size(), rig); },
+           [&] { return rigFootageText(check, rig); });
     return check.verdict == FootageVerdict::kInconsistent ? rigContradiction(check, rig) : "";
   }
 
   // Sorts the rig in the order of --names. A rig's frame need not be that of a camera.
   void sortByNames(RigRecord& rig) const {
-    const std::vector<std::string> names = views_.cameraNames();
+    const std::vector<std::string> names = views_.cameraNames(common_);
     std::vector<RigCameraRecord> sorted;
     for (const std::string& name : names) {
       const auto found = std::ranges::find(rig.cameras, name, nameOf);
       if (found == rig.cameras.end()) {
-        throw usageError({.where = "--names",
-                          .found = "'" + name + "'",
-                          .expected = "the cameras of the rig: " + join(mapped(rig.cameras, nameOf), ", ")});
+        throw flagError("--names", "'" + name + "'",
+                        "the cameras of the rig: " + join(mapped(rig.cameras, nameOf), ", "));
       }
       sorted.push_back(*found);
     }
@@ -182,15 +175,14 @@ class RigValidateCommand final : public Command {
   }
 
   std::string rig_path_;
-  RigInputs views_{{.command = "rig validate"}};
+  RigInputs views_;
   bool is_footage_ = false;
   std::string tolerance_ = "1px";
 };
 
 }  // namespace
 
-std::unique_ptr<Command> makeRigValidateCommand() {
-  return std::make_unique<RigValidateCommand>();
-}
+const CommandEntry kRigValidateCommand = {
+    "rig validate", "Test a rig on images of boards, or on ordinary ones", made<RigValidateCommand>};
 
 }  // namespace alidade

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <filesystem>
+#include <iterator>
 #include <variant>
 
 #include <fmt/format.h>
@@ -7,6 +7,7 @@
 #include "alidade/core/error.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/corners_file.h"
+#include "alidade/files/pose_list.h"
 #include "alidade/files/scene_file.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/files/text/file_text.h"
@@ -18,12 +19,57 @@
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
 #include "command.h"
-#include "commands/simulate/simulated_footage.h"
 #include "console.h"
 #include "pending_folder.h"
 
 namespace alidade {
 namespace {
+
+std::string tracksText(const FootageSimulator& simulator, const std::vector<TrueTrack>& tracks) {
+  std::string text = fmt::format(
+      "# {} simulate; exact. u, v: pixels; x, y, z: the point in the world at the time of the frame, metres\n"
+      "track,frame,u,v,moving,x,y,z\n",
+      programName());
+  for (const TrueTrack& track : tracks) {
+    for (std::size_t i = 0; i < track.pixels.size(); ++i) {
+      const int frame = track.first_frame + static_cast<int>(i);
+      const Eigen::Vector3d p = simulator.positionOf(track.point, simulator.timeOf(frame));
+      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}\n", track.id, frame,
+                     track.pixels[i].x(), track.pixels[i].y(), track.point.is_moving ? 1 : 0, p.x(), p.y(),
+                     p.z());
+    }
+  }
+  return text;
+}
+
+// Writes camera.yaml, poses.yaml, trajectory.txt, tracks.csv and, if they are wanted, images/*.png.
+void writeFootage(const FootageSimulator& simulator, const std::vector<TrueTrack>& tracks,
+                  const PendingFolder& folder, bool with_images, const CommonOptions& common) {
+  const FootageScene& scene = simulator.scene();
+  std::vector<std::string> names;
+  std::vector<SE3> poses;
+  std::vector<double> times_s;
+  for (int i = 0; i < simulator.numFrames(); ++i) {
+    names.push_back(fmt::format("frame_{:05}.png", i));
+    poses.push_back(simulator.poseOf(i));
+    times_s.push_back(simulator.timeOf(i));
+  }
+  folder.write([&] {
+    saveCamera(folder.path("camera.yaml"),
+               bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
+    writeFileAtomically(folder.path("poses.yaml"), posesText(names, "camera_from_world", poses));
+    writeFileAtomically(folder.path("trajectory.txt"), tumText(times_s, poses));
+    writeFileAtomically(folder.path("tracks.csv"), tracksText(simulator, tracks));
+    if (!with_images) return;
+    folder.makeSubfolder("images");
+    ProgressBar bar("rendering", common.quiet);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      GrayImage image = simulator.renderFrame(static_cast<int>(i), common.cancel);
+      writeImage(folder.path("images/" + names[i]), {.size = image.size, .bytes = std::move(image.pixels)});
+      bar.update(i + 1, names.size());
+    }
+  });
+}
 
 class SimulateCommand final : public Command {
  public:
@@ -42,10 +88,10 @@ class SimulateCommand final : public Command {
   }
 
   int run(const Flags&) override {
-    if (scene_path_.empty()) throw missingError("simulate", "no scene file", "a scene file (YAML)");
-    if (output_.empty()) throw missingError("simulate", "no --output", "-o FOLDER");
+    if (scene_path_.empty()) throw missing("no scene file", "a scene file (YAML)");
+    if (output_.empty()) throw missing("no --output", "-o FOLDER");
     refuseFolderOfInputs(output_, {scene_path_, common_.config});
-    const CancelFlag* cancel = catchInterrupts();
+    common_.cancel = catchInterrupts();
     const AnyScene any_scene = readSceneFile(scene_path_);
     std::visit(
         [&](const auto& scene) {
@@ -53,36 +99,38 @@ class SimulateCommand final : public Command {
           if (!common_.quiet) printNotes(scene.camera_remarks);
         },
         any_scene);
-    if (const auto* footage = std::get_if<FootageScene>(&any_scene)) return runFootage(*footage, cancel);
-    return runBoard(std::get<Scene>(any_scene), cancel);
+    if (const auto* footage = std::get_if<FootageScene>(&any_scene)) return runFootage(*footage);
+    return runBoard(std::get<Scene>(any_scene));
   }
 
  private:
-  int runFootage(FootageScene scene, const CancelFlag* cancel) const {
+  int runFootage(FootageScene scene) {
     scene.num_jobs = common_.jobs;
     // Only the simulator can check whether objects can cover the requested share.
     const FootageSimulator simulator =
         detail::withPlace(scene_path_ + ": footage", [&] { return FootageSimulator(scene); });
-    PendingFolder folder(output_, "simulate", overwrite_, common_.quiet);
+    PendingFolder folder(output_, common_.command, overwrite_, common_.quiet);
     const std::vector<TrueTrack> tracks = simulator.trackPoints();
     std::size_t num_pixels = 0;
     for (const TrueTrack& track : tracks) num_pixels += track.pixels.size();
-    writeFootage(simulator, tracks, folder, !truth_only_, common_.quiet, cancel);
+    writeFootage(simulator, tracks, folder, !truth_only_, common_);
     folder.commit();
-    if (common_.json) {
-      printResult(jsonText({{"folder", output_},
-                            {"num_frames", simulator.numFrames()},
-                            {"num_tracks", tracks.size()},
-                            {"num_pixels", num_pixels}}));
-    } else if (!common_.quiet) {
-      printResult(fmt::format("{}: {} frames, {} tracks of {} pixels{}\n", printable(output_),
-                              simulator.numFrames(), tracks.size(), num_pixels,
-                              truth_only_ ? ", no images" : ""));
-    }
+    answer(
+        [&] {
+          return jsonText({{"folder", output_},
+                           {"num_frames", simulator.numFrames()},
+                           {"num_tracks", tracks.size()},
+                           {"num_pixels", num_pixels}});
+        },
+        [&] {
+          return fmt::format("{}: {} frames, {} tracks of {} pixels{}\n", printable(output_),
+                             simulator.numFrames(), tracks.size(), num_pixels,
+                             truth_only_ ? ", no images" : "");
+        });
     return 0;
   }
 
-  int runBoard(const Scene& scene, const CancelFlag* cancel) const {
+  int runBoard(const Scene& scene) {
     std::vector<SE3> poses = scene.camera_from_board;
     if (poses.empty()) {
       Random random(streamSeed(scene.seed, 0));
@@ -94,27 +142,29 @@ class SimulateCommand final : public Command {
 
     const CornersFile corners = trueCorners(scene, poses, names);
     const std::vector<std::string> without_corners = viewsWithoutCorners(corners);
-    PendingFolder folder(output_, "simulate", overwrite_, common_.quiet);
+    PendingFolder folder(output_, common_.command, overwrite_, common_.quiet);
     folder.write([&] {
       writeCornersFile(folder.path("corners.csv"), corners);
       saveCamera(folder.path("camera.yaml"),
                  bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
       writeFileAtomically(folder.path("poses.yaml"), posesText(names, "camera_from_board", poses));
-      if (!truth_only_) renderAll(scene, poses, names, folder, cancel);
+      if (!truth_only_) renderAll(scene, poses, names, folder);
     });
     folder.commit();
 
     std::size_t num_corners = 0;
     for (const View& view : corners.views) num_corners += view.corners.size();
-    if (common_.json) {
-      printResult(jsonText({{"folder", output_},
-                            {"num_views", poses.size()},
-                            {"num_corners", num_corners},
-                            {"views_without_corners", without_corners}}));
-    } else if (!common_.quiet) {
-      printResult(fmt::format("{}: {} views, {} corners{}\n", printable(output_), poses.size(), num_corners,
-                              truth_only_ ? ", no images" : ""));
-    }
+    answer(
+        [&] {
+          return jsonText({{"folder", output_},
+                           {"num_views", poses.size()},
+                           {"num_corners", num_corners},
+                           {"views_without_corners", without_corners}});
+        },
+        [&] {
+          return fmt::format("{}: {} views, {} corners{}\n", printable(output_), poses.size(), num_corners,
+                             truth_only_ ? ", no images" : "");
+        });
     if (!without_corners.empty() && !common_.quiet) {
       printMessage(fmt::format("warning: no corner of the board is visible in {}\n  next: check these poses",
                                fmt::join(without_corners, ", ")));
@@ -154,7 +204,7 @@ class SimulateCommand final : public Command {
   }
 
   void renderAll(const Scene& scene, const std::vector<SE3>& poses, const std::vector<std::string>& names,
-                 const PendingFolder& folder, const CancelFlag* cancel) const {
+                 const PendingFolder& folder) const {
     folder.makeSubfolder("images");
     ProgressBar bar("rendering", common_.quiet);
     const Renderer renderer(scene.camera, scene.image_size, common_.jobs);
@@ -164,8 +214,8 @@ class SimulateCommand final : public Command {
       RenderOptions options = scene.render;
       options.num_jobs = common_.jobs;
       options.seed = streamSeed(scene.seed, 1'000'000 + i);
-      GrayImage image = squares != nullptr ? renderer.render(*squares, poses[i], options, cancel)
-                                           : renderer.render(ink, poses[i], options, cancel);
+      GrayImage image = squares != nullptr ? renderer.render(*squares, poses[i], options, common_.cancel)
+                                           : renderer.render(ink, poses[i], options, common_.cancel);
       writeImage(folder.path("images/" + names[i]), {.size = image.size, .bytes = std::move(image.pixels)});
       bar.update(i + 1, poses.size());
     }
@@ -179,8 +229,7 @@ class SimulateCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> makeSimulateCommand() {
-  return std::make_unique<SimulateCommand>();
-}
+const CommandEntry kSimulateCommand = {
+    "simulate", "Render images of a board, or footage, with known ground truth", made<SimulateCommand>};
 
 }  // namespace alidade

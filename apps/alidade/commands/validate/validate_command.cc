@@ -23,7 +23,6 @@
 #include "commands/validate/validation_output.h"
 #include "console.h"
 #include "outputs.h"
-#include "report_output.h"
 
 namespace alidade {
 namespace {
@@ -43,29 +42,23 @@ class ValidateCommand final : public Command {
     flags.explain(
         "Example: alidade validate camera.yaml\nExample: alidade validate calibrations/ --strict --junit "
         "report.xml\nExample: alidade validate camera.yaml --images photos/ --board "
-        "checkerboard:9x6:25mm\nExample: alidade validate "
-        "camera.yaml --footage walk.mp4\nPrints a line for each file and the totals; --verbose adds a line "
-        "for each "
-        "check, --quiet prints only files that fail.\nFolders are searched with their sub-folders for yaml, "
-        "yml, json, xml, txt, cameramodel and cam. Files that do not name\na camera are only counted. Of a "
-        "rig, "
-        "the poses are checked too.\n"
-        "--images tests the camera on photographs that were not used for its calibration. Use 10 or "
+        "checkerboard:9x6:25mm\nExample: alidade validate camera.yaml --footage walk.mp4\nPrints a line for "
+        "each file and the totals; --verbose adds a line for each check, --quiet prints only files that "
+        "fail.\nFolders are searched with their sub-folders for yaml, yml, json, xml, txt, cameramodel and "
+        "cam. Files that do not name\na camera are only counted. Of a rig, the poses are checked "
+        "too.\n--images tests the camera on photographs that were not used for its calibration. Use 10 or "
         "more.\n--footage tests it on ordinary pictures of a scene in which nothing moves, without a board "
         "(docs/footage.md): whether\nanother focal length, centre or distortion explains them better. It may "
-        "be unable to "
-        "tell; that is a warning.\nFiles may have any supported format (docs/formats.md); FILE#NAME selects "
-        "one camera of a "
-        "file with several.\nExit code 0: no file failed; 1: no camera file, or --images, --footage or "
-        "--against "
-        "cannot be used; 3: a file failed.");
+        "be unable to tell; that is a warning.\nFiles may have any supported format (docs/formats.md); "
+        "FILE#NAME selects one camera of a file with several.\nExit code 0: no file failed; 1: no camera "
+        "file, or --images, --footage or --against cannot be used; 3: a file failed.");
     flags.add("file", &files_, "Camera files, folders, or patterns in quotes", kFile);
     flags.addSwitch("--strict", is_strict_, "Treat warnings as failures");
     flags.addSwitch("--verbose", is_verbose_, "Print every check");
     flags.add("--junit", &junit_path_, "Write the result as JUnit XML to this file", kFile);
     flags.add("--report", &report_,
               "HTML page to write: what was found, with figures, in one file that needs no network", kFile);
-    camera_.addOptions(flags);
+    addReadOptions(flags, camera_);
     flags.add("--images", &images_.inputs,
               "Images of a board that were not used for the calibration: folders, files or patterns, or "
               "corners files (.csv or .vnl)",
@@ -93,8 +86,7 @@ class ValidateCommand final : public Command {
   }
 
   int run(const Flags& flags) override {
-    if (files_.empty())
-      throw missingError("validate", "no file", "camera files, or folders with camera files");
+    if (files_.empty()) throw missing("no file", "camera files, or folders with camera files");
     const std::vector<ListedFile> listed = listCameraFiles(files_);
     checkUsage(listed);
     const std::vector<std::optional<CameraSource>> known = readForFootage(listed);
@@ -121,17 +113,13 @@ class ValidateCommand final : public Command {
     std::error_code error;
     if (!junit_path_.empty() && std::filesystem::is_regular_file(junit_path_, error) &&
         !isJunitReport(junit_path_)) {
-      throw usageError({.where = "--junit " + junit_path_,
-                        .found = "an existing file that is no JUnit report",
-                        .expected = "a new file, or an earlier report",
-                        .next_step = "choose another name, otherwise the file would be overwritten"});
+      throw flagError("--junit " + junit_path_, "an existing file that is no JUnit report",
+                      "a new file, or an earlier report",
+                      "choose another name, otherwise the file would be overwritten");
     }
     if (!report_.empty()) checkOutputs(outputs, allSources(listed), common_, 1);
-    if (footage_.empty() && !front_end_.empty()) {
-      throw usageError({.where = "validate",
-                        .found = "--front-end without --footage",
-                        .expected = "--footage with a video or photographs"});
-    }
+    if (footage_.empty() && !front_end_.empty())
+      throw misuse("--front-end without --footage", "--footage with a video or photographs");
   }
 
   [[nodiscard]] std::vector<std::string> allSources(const std::vector<ListedFile>& listed) const {
@@ -146,23 +134,20 @@ class ValidateCommand final : public Command {
 
   // Finds the boards and reads the other camera, once for all tested files.
   void prepareComparisons() {
-    if (images_.inputs.empty() && !images_.boards.empty()) {
-      throw usageError({.where = "validate",
-                        .found = "--board without --images",
-                        .expected = "--images FOLDER with images of the board"});
-    }
+    if (images_.inputs.empty() && !images_.boards.empty())
+      throw misuse("--board without --images", "--images FOLDER with images of the board");
     tests_.jobs = common_.jobs;
     if (!against_.empty()) tests_.other = readCameraTelling(against_, {}, common_.quiet);
     if (images_.inputs.empty()) return;
-    tests_.cancel = catchInterrupts();
-    images_.image_size = camera_.size;
+    tests_.cancel = common_.cancel = catchInterrupts();
+    images_.image_size = camera_.image_size;
     images_.pictures = report_.empty() ? nullptr : &passing_;
-    given_ = readViews(images_, common_, tests_.cancel);
-    tests_.boards = given_->boards;
-    tests_.views = given_->views;
+    given_ = readViews(images_, common_);
+    tests_.boards = given_.boards;
+    tests_.views = given_.views;
     if (common_.quiet) return;
-    for (const std::string& reason : given_->reasons) printMessage("  " + reason);
-    printNotes(given_->notes);
+    for (const std::string& reason : given_.reasons) printMessage("  " + reason);
+    printNotes(given_.notes);
   }
 
   // The content of named files if they are tested on footage, which belongs to one camera; other files are
@@ -173,7 +158,7 @@ class ValidateCommand final : public Command {
     for (std::size_t i = 0; i < listed.size(); ++i) {
       if (footage_.empty() || listed[i].is_from_folder) continue;
       try {
-        sources[i] = readCamerasToJudge(listed[i].path, camera_.readOptions());
+        sources[i] = readCamerasToJudge(listed[i].path, camera_);
       } catch (const Error&) {
         continue;  // its judgement states the reason
       }
@@ -181,10 +166,9 @@ class ValidateCommand final : public Command {
       append(names, mapped(sources[i]->refused, cameraLabel<RefusedCamera>));
       if (names.size() <= 1) continue;
       const std::string& path = listed[i].path;
-      throw usageError({.where = "--footage: " + path,
-                        .found = fmt::format("a file with {} cameras", names.size()),
-                        .expected = "the one camera that took the footage",
-                        .next_step = fmt::format("test each camera alone: {}#{}", path, names.front())});
+      throw flagError("--footage: " + path, fmt::format("a file with {} cameras", names.size()),
+                      "the one camera that took the footage",
+                      fmt::format("test each camera alone: {}#{}", path, names.front()));
     }
     return sources;
   }
@@ -192,13 +176,13 @@ class ValidateCommand final : public Command {
   // Tracks points through the footage, once for all tested files.
   void followFootage(bool has_tolerance) {
     if (footage_.empty()) return;
-    tests_.cancel = catchInterrupts();
+    tests_.cancel = common_.cancel = catchInterrupts();
     if (has_tolerance) tests_.footage_tolerance_px = tests_.tolerance_px;
     const bool is_flow = front_end_.empty() ? isVideoFootage(footage_) : front_end_ == "flow";
     FootagePass pass;
     ProgressBar bar("following points", common_.quiet);
     FootagePassOptions options;
-    options.progress = [&](std::size_t done, std::size_t total) { bar.update(done, total); };
+    options.progress = bar.reporter();
     options.cancel = tests_.cancel;
     tests_.footage =
         trackFootage(footage_, is_flow ? FrontEndKind::kFlow : FrontEndKind::kKeyPoints, pass, options);
@@ -212,7 +196,7 @@ class ValidateCommand final : public Command {
     // The checks with images and footage are parallel themselves.
     const int num_jobs = tests_.views.empty() && !tests_.footage ? common_.jobs : 1;
     parallelFor(listed.size(), num_jobs, [&](std::size_t i) {
-      judgements[i] = judgeFile(listed[i], camera_.readOptions(), tests_, known[i] ? &*known[i] : nullptr);
+      judgements[i] = judgeFile(listed[i], camera_, tests_, known[i] ? &*known[i] : nullptr);
     });
     ValidationResult result{.is_strict = is_strict_,
                             .tolerance_px = tests_.tolerance_px,
@@ -240,19 +224,16 @@ class ValidateCommand final : public Command {
   void write(const ValidationResult& result) const {
     if (!junit_path_.empty()) writeFileAtomically(junit_path_, junitText(result));
     if (report_.empty()) return;
-    const PictureSource pictures = given_ ? picturesOf(*given_, passing_) : PictureSource{};
-    writeFileAtomically(report_, validationPage(result, validationEvidence(result), pictures, common_.jobs));
+    writeFileAtomically(report_,
+                        validationPage(result, validationEvidence(result),
+                                       picturesOf(given_.images, given_.image_set, &passing_), common_.jobs));
   }
 
-  void print(const ValidationResult& result) const {
-    if (common_.json) {
-      printResult(judgementJson(result));
-    } else if (common_.quiet) {
-      printResult(filesText(result, true));
-    } else {
-      printResult((is_verbose_ ? checksText(result) : filesText(result, false)) +
-                  totalsText(totalsOf(result)));
-    }
+  void print(const ValidationResult& result) {
+    if (common_.quiet && !common_.json) printResult(filesText(result, true));
+    answer(
+        [&] { return judgementJson(result); },
+        [&] { return (is_verbose_ ? checksText(result) : filesText(result, false)) + totalsText(result); });
     if (!report_.empty() && !common_.quiet) printMessage("report written to " + report_);
   }
 
@@ -261,20 +242,18 @@ class ValidateCommand final : public Command {
   std::string report_;
   bool is_strict_ = false;
   bool is_verbose_ = false;
-  CameraOptions camera_;
-  BoardInputs images_{.command = "validate"};
+  ReadOptions camera_;
+  BoardInputs images_;
   std::vector<std::string> footage_;
   std::string front_end_;
   std::string against_;
   FileTests tests_;
-  std::optional<GivenViews> given_;
+  GivenViews given_;
   PassingPictures passing_;
 };
 
 }  // namespace
 
-std::unique_ptr<Command> makeValidateCommand() {
-  return std::make_unique<ValidateCommand>();
-}
+const CommandEntry kValidateCommand = {"validate", "Check camera files", made<ValidateCommand>};
 
 }  // namespace alidade

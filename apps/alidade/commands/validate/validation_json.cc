@@ -6,7 +6,6 @@
 #include "alidade/core/mapped.h"
 #include "alidade/report/data/json_output.h"
 #include "commands/validate/validation_output.h"
-#include "console.h"
 
 namespace alidade {
 namespace {
@@ -27,6 +26,74 @@ json checksJson(const std::vector<FileCheck>& list) {
     }
   }
   return checks;
+}
+
+json cameraChangeJson(const CameraChange& change) {
+  return {{"id", changeId(change.kind)},
+          {"text", describe(change)},
+          {"amounts", change.amounts},
+          {"std", change.std},
+          {"parameters", parametersJson(change.camera.parameterNames(), change.camera.parameters())},
+          {"cost_drop", change.cost_drop},
+          {"score", change.score},
+          {"effect_px", change.effect_px},
+          {"sure_px", change.sure_px},
+          {"blind_px", change.blind_px}};
+}
+
+json cellsJson(const FootageCheck& check) {
+  return mapped(check.cells, [](const FootageCell& cell) -> json {
+    const auto orNone = [&](double value) { return cell.num_pixels > 0 ? json(value) : json(nullptr); };
+    return {{"num_pixels", cell.num_pixels},
+            {"rms_px", orNone(cell.rms_px)},
+            {"dx", orNone(cell.mean_px.x())},
+            {"dy", orNone(cell.mean_px.y())}};
+  });
+}
+
+json footageCheckJson(const FootageCheck& check) {
+  const bool is_tested = check.num_windows > 0;
+  const auto orNone = [&](double value) { return is_tested ? json(value) : json(nullptr); };
+  return {{"verdict", verdictId(check.verdict)},
+          {"gap", check.gap == FootageGap::kNone ? json(nullptr) : json(gapId(check.gap))},
+          {"explanation",
+           check.explanation ? json(changeId(check.changes.at(*check.explanation).kind)) : json(nullptr)},
+          {"changes", mapped(check.changes, cameraChangeJson)},
+          {"blind_px", check.changes.empty() ? json(nullptr) : json(check.blind_px)},
+          {"num_frames", check.num_frames},
+          {"num_windows", check.num_windows},
+          {"num_points", check.num_points},
+          {"num_pixels", check.num_pixels},
+          {"parallax_px", check.parallax_px},
+          {"noise_px", orNone(check.noise_px)},
+          {"holdout_rms_px", orNone(check.holdout_rms_px)},
+          {"readout_frames", check.is_video && is_tested ? json(check.readout) : json(nullptr)},
+          {"cell_columns", FootageCheck::kColumns},
+          {"cell_rows", FootageCheck::kRows},
+          {"cells", cellsJson(check)}};
+}
+
+json footageJson(const FootageJudgement& judgement) {
+  json edits = json::array();
+  for (const FootageEdit& edit : judgement.edits) {
+    json crop = nullptr;
+    if (const auto& part = edit.request.crop)
+      crop = {{"x", part->x}, {"y", part->y}, {"width", part->width}, {"height", part->height}};
+    std::string id = editWords(edit.request);
+    std::ranges::replace(id, ' ', '_');
+    edits.push_back({{"id", std::move(id)},
+                     {"crop", std::move(crop)},
+                     {"resize", orNull(edit.request.resize)},
+                     {"rotate_deg", edit.request.rotate_deg ? json(*edit.request.rotate_deg) : json(nullptr)},
+                     {"flags", editFlags(edit.request)},
+                     {"check", footageCheckJson(edit.check)}});
+  }
+  return {{"verdict", verdictId(judgement.verdict())},
+          {"image_size", judgement.image_size},
+          {"num_frames_given", judgement.num_frames_given},
+          {"tolerance_px", judgement.check.tolerance_px},
+          {"check", judgement.isOtherSize() ? json(nullptr) : footageCheckJson(judgement.check)},
+          {"edits", std::move(edits)}};
 }
 
 json heldOutViewJson(const HeldOutView& view, const std::vector<Board>& boards, bool has_corners) {
@@ -118,16 +185,16 @@ json validationDocument(const ValidationResult& result, bool has_corners) {
                      {"cameras", std::move(cameras)},
                      {"rig_checks", checksJson(file.rig_checks)}});
   }
-  const ValidationTotals totals = totalsOf(result);
+  const std::size_t num_failed = numWith(result, Severity::kFailure);
   return {{"created_by", result.created_by},
           {"strict", result.is_strict},
           {"tolerance_px", result.tolerance_px},
           {"totals",
-           {{"files", totals.num_files},
-            {"passed", totals.num_files - totals.num_failed},
-            {"passed_with_warnings", totals.num_warned},
-            {"failed", totals.num_failed},
-            {"other_files", totals.num_others}}},
+           {{"files", result.files.size()},
+            {"passed", result.files.size() - num_failed},
+            {"passed_with_warnings", numWith(result, Severity::kWarning)},
+            {"failed", num_failed},
+            {"other_files", result.other_files.size()}}},
           {"files", std::move(files)},
           {"other_files", result.other_files}};
 }

@@ -141,18 +141,48 @@ std::string checkLines(const std::vector<FileCheck>& checks) {
   return text;
 }
 
-std::string cameraText(const FileJudgement& file, const CameraJudgement& camera) {
+std::string changeLines(const FootageCheck& check) {
   std::string text;
-  if (file.cameras.size() > 1)
-    text += fmt::format("  {}: {} {}\n", printable(camera.name), modelText(camera), cameraSizeText(camera));
-  return text + checkLines(camera.checks);
+  for (std::size_t i = 0; i < check.changes.size(); ++i) {
+    const CameraChange& change = check.changes[i];
+    text += fmt::format(
+        "      {:<15}  {}; displaces points by {:.1f} px, surely by {:.1f} px; squared errors {:.0f} % "
+        "less{}\n",
+        changeId(change.kind), describe(change), change.effect_px, change.sure_px,
+        std::max(0.0, 100 * change.cost_drop), check.explanation == i ? "; best explanation" : "");
+  }
+  return text;
+}
+
+std::string footageCheckLines(const FootageJudgement& judgement, const FootageCheck& check) {
+  std::string text =
+      fmt::format("      {} of {} frames in {}, {} points, {} pixels; parallax {:.0f} px\n", check.num_frames,
+                  judgement.num_frames_given, counted(check.num_windows, "window"), check.num_points,
+                  check.num_pixels, check.parallax_px);
+  if (check.num_windows > 0)
+    text += fmt::format("      held-out error {:.2f} px RMS, noise {:.2f} px\n", check.holdout_rms_px,
+                        check.noise_px);
+  return text + changeLines(check);
+}
+
+// The details of the footage check: what was tried, and what came of it. Lines with an indentation.
+std::string footageLines(const FootageJudgement& judgement) {
+  if (judgement.edits.empty()) return footageCheckLines(judgement, judgement.check);
+  std::string text;
+  for (const FootageEdit& edit : judgement.edits) {
+    text += fmt::format("    {}: {}\n", editFlags(edit.request), verdictId(edit.check.verdict));
+    text += footageCheckLines(judgement, edit.check);
+  }
+  return text;
 }
 
 std::string fileText(const ValidationResult& result, const FileJudgement& file) {
   std::string text = rowsText({rowOf(result, file)});
   if (!file.error.empty()) return text;
   for (const CameraJudgement& camera : file.cameras) {
-    text += cameraText(file, camera);
+    if (file.cameras.size() > 1)
+      text += fmt::format("  {}: {} {}\n", printable(camera.name), modelText(camera), cameraSizeText(camera));
+    text += checkLines(camera.checks);
     if (camera.footage) text += footageLines(*camera.footage);
   }
   if (!file.rig_checks.empty()) text += "  rig\n" + checkLines(file.rig_checks);
@@ -191,25 +221,19 @@ bool addTestCase(pugi::xml_node suite, const char* class_name, const std::string
 
 }  // namespace
 
-ValidationTotals totalsOf(const ValidationResult& result) {
-  ValidationTotals totals{.num_files = result.files.size(), .num_others = result.other_files.size()};
-  for (const FileJudgement& file : result.files) {
-    const Severity outcome = result.outcomeOf(file);
-    totals.num_failed += outcome == Severity::kFailure ? 1 : 0;
-    totals.num_warned += outcome == Severity::kWarning ? 1 : 0;
-  }
-  return totals;
+std::size_t numWith(const ValidationResult& result, Severity outcome) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      result.files, [&](const FileJudgement& file) { return result.outcomeOf(file) == outcome; }));
 }
 
-std::string totalsText(const ValidationTotals& totals) {
-  std::string text =
-      fmt::format("{}: {} passed", counted(totals.num_files, "file"), totals.num_files - totals.num_failed);
-  if (totals.num_warned > 0) text += fmt::format(" ({} with warnings)", totals.num_warned);
-  text += fmt::format(", {} failed", totals.num_failed);
-  if (totals.num_others > 0) {
-    text += fmt::format("; {} without a camera", counted(totals.num_others, "other file"));
-  }
-  return text + "\n";
+std::string totalsText(const ValidationResult& result) {
+  const std::size_t num_failed = numWith(result, Severity::kFailure);
+  const std::size_t num_warned = numWith(result, Severity::kWarning);
+  const std::size_t num_others = result.other_files.size();
+  return fmt::format("{}: {} passed{}, {} failed{}\n", counted(result.files.size(), "file"),
+                     result.files.size() - num_failed,
+                     num_warned > 0 ? fmt::format(" ({} with warnings)", num_warned) : "", num_failed,
+                     num_others > 0 ? "; " + counted(num_others, "other file") + " without a camera" : "");
 }
 
 std::string filesText(const ValidationResult& result, bool only_failed) {
