@@ -22,17 +22,16 @@ struct ScaledInverse {
 /// @param singular  the condition up to which what looks like an eigenvalue is rounding
 [[nodiscard]] ScaledInverse scaledInverse(const Eigen::MatrixXd& matrix, double singular = 1e-13);
 
-/// What the corners say about the intrinsics once every pose is free. Along what a constraint leaves alone
-/// `inverse` is zero, and the condition is that of the rest.
-struct IntrinsicsInformation {
+/// The same along free directions, one a column: zero across them, and the condition is that of the rest.
+[[nodiscard]] ScaledInverse inverseAlong(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& matrix);
+
+/// What the corners say about the intrinsics once every pose is free, with the inverse along what a
+/// constraint leaves free. With a condition near 0, some combination of parameters is not seen by these views
+/// at all.
+struct IntrinsicsInformation : ScaledInverse {
   /// N x N: the Schur complement of the poses in J^T W J, W being the corners' weights, so that covariance =
   /// sigma^2 * information^-1 with the variance sigma^2 of a corner of weight 1. Per px^2.
   Eigen::MatrixXd information;
-  /// Ratio of the smallest to the largest eigenvalue after scaling the diagonal to 1: near 0, some
-  /// combination of parameters is not seen by these views at all.
-  double scaled_condition = 0;
-  /// information^-1, or nothing where the matrix is singular to working precision.
-  std::optional<Eigen::MatrixXd> inverse;
 };
 
 /// The information of a fit of one camera; corners that do not project are left out.
