@@ -156,7 +156,7 @@ class TrackCommand final : public Command {
     TrackedPath tracked;
     const bool is_flow = front_end_.empty() ? isVideoFootage(inputs_) : front_end_ == "flow";
     tracked.front_end = is_flow ? FrontEndKind::kFlow : FrontEndKind::kKeyPoints;
-    const std::unique_ptr<FrontEnd> front_end = makeFrontEnd({.kind = tracked.front_end});
+    const std::unique_ptr<FrontEnd> front_end = makeFrontEnd(tracked.front_end);
     Odometry odometry(camera.camera, camera.image_size);
     ProgressBar bar("tracking", common_.quiet);
     tracked.pass =

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "alidade/camera/camera_change.h"
 #include "alidade/core/cancel.h"
 
@@ -59,6 +61,10 @@ struct ChangeFit {
   /// The same percentile of 1.96 standard deviations: a change of this kind that would go unnoticed.
   double blind_px = 0;
 
+  /// Sets amounts, their standard deviations and the score.
+  /// @param drop  of the cost
+  /// @param unit  its variance over that of independent pixels
+  void setFit(const Eigen::VectorXd& by, const Eigen::MatrixXd& covariance, double drop, double unit);
   /// @param std_px  95th percentile of the standard deviation of the displacement
   void setEffect(double displacement_px, double std_px);
 };
@@ -81,21 +87,11 @@ struct FootageOutcome {
 /// Taken off a score for each unknown: 1 in 1000 and a choice of six kinds.
 inline constexpr double kPenalty = 6;
 
-/// How the explanation is chosen.
-struct ExplanationRule {
-  bool prefers_wrong = false;  ///< changes that show a file to be wrong come before all others
-  double as_much = 1;          ///< share of the largest gain from which the first change is taken
-  double several = 1;          ///< times the effect that fails otherwise, of all unknowns at once
-};
-inline constexpr ExplanationRule kCameraRule = {};
-inline constexpr ExplanationRule kRigRule = {.prefers_wrong = true, .as_much = 0.98, .several = 2};
-
 /// Sets the explanation: of the significant changes of one kind, the one that explains most; or all unknowns
-/// together, if they explain clearly more, and what they find is an error that counts. And the alternatives,
-/// of rigs.
+/// together, if they explain clearly more, and what they find is an error that counts. Of rigs, changes that
+/// show the file to be wrong come before all others, and the alternatives are set.
 /// @returns whether the explanation shows the file to be wrong
-bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& changes,
-             const ExplanationRule& rule);
+bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& changes, bool is_rig);
 
 /// A change of a camera's parameters: "focal length of left +3.1 % +- 0.2 %".
 /// @param camera  whose parameters are named

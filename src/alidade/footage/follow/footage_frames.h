@@ -50,7 +50,7 @@ FootagePass forEachFrame(std::span<const std::string> inputs,
                          const FootagePassOptions& options = {});
 
 /// Follows points through footage. Of a video, only keyframes are kept. In photographs, more key points are
-/// looked for the fewer there are: FrontEndOptions::num_points is 10000 over their number, 400 to 1000.
+/// looked for the fewer there are: the number to follow is 10000 over their number, 400 to 1000.
 /// @param pass  set to what was met
 [[nodiscard]] FootageTracks trackFootage(std::span<const std::string> inputs, FrontEndKind kind,
                                          FootagePass& pass, const FootagePassOptions& options = {});

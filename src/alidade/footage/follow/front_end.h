@@ -4,8 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <optional>
-#include <string_view>
 #include <vector>
 
 #include "alidade/core/image.h"
@@ -19,12 +17,6 @@ enum class FrontEndKind : std::uint8_t {
   kKeyPoints,  ///< descriptors: for photographs
 };
 
-struct FrontEndOptions {
-  FrontEndKind kind = FrontEndKind::kFlow;
-  std::size_t num_points =
-      400;  ///< to follow at a time, spread over the image; of key points, up to twice as many are described
-};
-
 /// Follows points through the images that it is given one after the other.
 class FrontEnd {
  public:
@@ -33,6 +25,23 @@ class FrontEnd {
   [[nodiscard]] virtual std::vector<TrackPixel> follow(const GrayImage& image) = 0;
 };
 
-[[nodiscard]] std::unique_ptr<FrontEnd> makeFrontEnd(const FrontEndOptions& options);
+/// @param num_points  to follow at a time, spread over the image; of key points, up to twice as many are
+/// described
+[[nodiscard]] std::unique_ptr<FrontEnd> makeFrontEnd(FrontEndKind kind, std::size_t num_points = 400);
 
+namespace detail {
+
+/// Optical flow: pyramidal Lucas-Kanade (Bouguet 2000) from frame to frame, then alignment with the patch of
+/// the first frame that showed the point, as it is deformed by now: so errors do not add up on the way. A
+/// point is dropped if its patch no longer looks alike. Where cells of the image have too few points, the
+/// best corners of the cell (Shi and Tomasi 1994) are added.
+[[nodiscard]] std::unique_ptr<FrontEnd> makeFlowTracker(std::size_t num_points);
+
+/// Key points with descriptors (SIFT, Lowe 2004), matched between an image and those before it: the nearest
+/// descriptor in either direction, clearly nearer than the second. Needs no small motion from image to image.
+/// A matched point is then aligned with its patch in the first image of its track, whose size and direction
+/// there are a first guess of the deformation. Where that fails it stays where its descriptor was found.
+[[nodiscard]] std::unique_ptr<FrontEnd> makeKeyPointMatcher(std::size_t num_points);
+
+}  // namespace detail
 }  // namespace alidade

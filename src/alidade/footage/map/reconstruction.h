@@ -22,16 +22,9 @@ struct Reconstruction {
   TwoViewKind kind = TwoViewKind::kNone;
   std::optional<SceneFit> fit;
   std::vector<std::size_t> frames;    ///< of the tracks, those of the fit, rising
-  std::vector<std::uint32_t> tracks;  ///< of each point of the fit
   double noise_px = 0;                ///< standard deviation of a coordinate, by the errors that remain
   double outlier_share = 0;           ///< of the pixels of tracks in these frames
   double parallax_px = 0;             ///< of the first two views
-};
-
-struct ReconstructionOptions {
-  double threshold_px = 0;  ///< as TwoViewOptions
-  std::uint64_t seed = 1;
-  const CancelFlag* cancel = nullptr;
 };
 
 /// Starts from the two frames that share most tracks with a large parallax, adds frames one by one, and
@@ -39,7 +32,7 @@ struct ReconstructionOptions {
 /// @param frames  of the tracks, rising
 [[nodiscard]] Reconstruction reconstruct(const AnyCamera& camera, const FootageTracks& tracks,
                                          std::span<const std::size_t> frames,
-                                         const ReconstructionOptions& options = {});
+                                         const CancelFlag* cancel = nullptr);
 
 /// Groups of frames, each reconstructed by itself.
 struct FootageWindows {
@@ -49,14 +42,17 @@ struct FootageWindows {
 /// Reconstructs all groups that chooseWindows() makes; the rest of a group of photographs becomes further
 /// windows.
 [[nodiscard]] FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks,
-                                            const ReconstructionOptions& options, int num_jobs);
+                                            int num_jobs, const CancelFlag* cancel);
+
+/// Finds poses and points of all windows again, for their cameras as they are.
+/// @returns whether they were found
+bool solveWindows(std::vector<Reconstruction>& windows, int num_jobs, const CancelFlag* cancel);
 
 /// The standard deviation of a coordinate in units of sigma_px, by the median of the errors.
 [[nodiscard]] double noiseOf(const SceneFit& fit);
 
 /// Leaves out sightings whose error is beyond a limit, in units of sigma_px, then points with fewer than two.
 /// Indices of points stay as they are.
-/// @returns how many sightings were left out
-std::size_t removeOutliers(SceneFit& fit, double limit);
+void removeOutliers(SceneFit& fit, double limit);
 
 }  // namespace alidade
