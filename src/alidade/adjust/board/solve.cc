@@ -239,17 +239,11 @@ class Bundle {
     constexpr double kPerfect = 1e-12;  // px^2 a residual
     // Share of the cost that a step may promise without lowering it, as where the loss has a kink.
     constexpr double kNegligible = 1e-10;
-    switch (summary.termination_type) {
-      case ceres::NO_CONVERGENCE:
-        return Termination::kIterationLimit;
-      case ceres::CONVERGENCE:
-      case ceres::USER_SUCCESS:
-      case ceres::FAILURE:
-        break;
-      default:
-        return Termination::kFailed;
-    }
-    const bool is_done = summary.termination_type != ceres::FAILURE && !watch.isRefused();
+    const ceres::TerminationType end = summary.termination_type;
+    if (end == ceres::NO_CONVERGENCE) return Termination::kIterationLimit;
+    const bool is_success = end == ceres::CONVERGENCE || end == ceres::USER_SUCCESS;
+    if (!is_success && end != ceres::FAILURE) return Termination::kFailed;
+    const bool is_done = is_success && !watch.isRefused();
     const bool is_perfect = summary.final_cost <= kPerfect * num_residuals_;
     if (is_done || is_perfect || watch.promisedShare() <= kNegligible) return Termination::kConverged;
     return Termination::kStalled;

@@ -251,10 +251,12 @@ class OffsetEquations {
     const Eigen::Index num_offsets = columns.count - num_others;
     const Eigen::MatrixXd directions = jointDirections(fit, columns, all.information);
     const Eigen::Index num_free = directions.cols() - num_offsets;
-    const auto others = directions.topLeftCorner(num_others, num_free);
-    const Eigen::MatrixXd mixed = all.information.bottomLeftCorner(num_offsets, num_others) * others;
-    const auto inverse =
-        scaledInverseSpd(others.transpose() * all.information.topLeftCorner(num_others, num_others) * others);
+    // Plain matrices: each kind of block would be a product of its own to compile.
+    const Eigen::MatrixXd others = directions.topLeftCorner(num_others, num_free);
+    const Eigen::MatrixXd own = all.information.topLeftCorner(num_others, num_others);
+    const Eigen::MatrixXd coupling = all.information.bottomLeftCorner(num_offsets, num_others);
+    const Eigen::MatrixXd mixed = coupling * others;
+    const auto inverse = scaledInverseSpd(others.transpose() * own * others);
     if (!inverse) return std::nullopt;
     result.information_ =
         all.information.bottomRightCorner(num_offsets, num_offsets) - mixed * *inverse * mixed.transpose();
@@ -418,9 +420,9 @@ std::optional<Eigen::MatrixXd> offsetShare(const Fit& fit) {
   const auto whole = scaledInverseSpd(free);
   const auto given = scaledInverseSpd(free.topLeftCorner(num_others, num_others));
   if (!whole || !given) return std::nullopt;
-  const auto others = directions.topLeftCorner(num_columns, num_others);
-  return Eigen::MatrixXd(others * (whole->topLeftCorner(num_others, num_others) - *given) *
-                         others.transpose());
+  const Eigen::MatrixXd others = directions.topLeftCorner(num_columns, num_others);
+  const Eigen::MatrixXd difference = whole->topLeftCorner(num_others, num_others) - *given;
+  return Eigen::MatrixXd(others * difference * others.transpose());
 }
 
 }  // namespace alidade

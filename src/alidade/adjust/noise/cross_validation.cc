@@ -52,8 +52,7 @@ std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view, c
   const std::vector<Observation> all = onShape(board.target, board.shape, view.corners);
   const SE3 pose = cameraFromBoard(fit, view);
   const CornerHalves halves = halvesOf(board.target, all);
-  const std::array<std::vector<Observation>, 2> corners = {cornersOf(all, halves[0]),
-                                                           cornersOf(all, halves[1])};
+  const std::array corners = {cornersOf(all, halves[0]), cornersOf(all, halves[1])};
   if (!givesPose(corners[0]) || !givesPose(corners[1])) return {};
   const std::array groups = {groupsOf(corners[0]), groupsOf(corners[1])};
   constexpr double kUnseen = std::numeric_limits<double>::quiet_NaN();

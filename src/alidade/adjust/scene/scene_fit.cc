@@ -246,17 +246,10 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
   fit.summary = {.reason = summary.message,
                  .num_iterations = static_cast<int>(summary.iterations.size()) - 1,
                  .cost = summary.final_cost};
-  switch (summary.termination_type) {
-    case ceres::CONVERGENCE:
-    case ceres::USER_SUCCESS:
-      fit.summary.termination = Termination::kConverged;
-      break;
-    case ceres::NO_CONVERGENCE:
-      fit.summary.termination = Termination::kIterationLimit;
-      break;
-    default:
-      fit.summary.termination = Termination::kFailed;
-  }
+  const ceres::TerminationType end = summary.termination_type;
+  fit.summary.termination = end == ceres::CONVERGENCE || end == ceres::USER_SUCCESS ? Termination::kConverged
+                            : end == ceres::NO_CONVERGENCE ? Termination::kIterationLimit
+                                                           : Termination::kFailed;
   return fit;
 }
 

@@ -206,8 +206,8 @@ class PairTest {
     }
     if (used_.empty()) return;
     check_.noise_px = medianOf(std::move(sigmas));
-    check_.num_instants = static_cast<int>(
-        std::count_if(counts.begin(), counts.end(), [](std::size_t n) { return n >= kFewest; }));
+    check_.num_instants =
+        static_cast<int>(std::ranges::count_if(counts, [](std::size_t n) { return n >= kFewest; }));
     check_.rms_px = rmsOf(stated_, used_);
   }
 
@@ -394,10 +394,8 @@ RigCheck checkRigOnFootage(const AnyRig& rig, std::span<const RigPairMatches> ma
     result.second = pair.second;
     check.pairs.push_back(std::move(result));
   }
-  const bool is_wrong = std::any_of(check.pairs.begin(), check.pairs.end(), [](const RigPairCheck& pair) {
-    return pair.verdict == FootageVerdict::kInconsistent;
-  });
-  if (is_wrong) {
+  if (std::ranges::find(check.pairs, FootageVerdict::kInconsistent, &RigPairCheck::verdict) !=
+      check.pairs.end()) {
     check.verdict = FootageVerdict::kInconsistent;
   } else if (areConnected(rig.size(), check.pairs)) {
     check.verdict = FootageVerdict::kConsistent;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -106,8 +107,7 @@ KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& searched, doub
   // The strongest of each cell, so that the points spread over the image; one of those at one place.
   constexpr int kColumns = 8;
   constexpr int kRows = 6;
-  std::stable_sort(found.begin(), found.end(),
-                   [](const cv::KeyPoint& a, const cv::KeyPoint& b) { return a.response > b.response; });
+  std::ranges::stable_sort(found, std::greater(), &cv::KeyPoint::response);
   const std::size_t per_cell = 2 * num_points_ / (kColumns * kRows) + 1;
   std::array<std::size_t, std::size_t{kColumns} * kRows> count{};
   std::set<std::pair<int, int>> taken;
@@ -207,8 +207,7 @@ std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   // In rising order of track, the descriptors too.
   std::vector<int> order(now.points.size());
   std::iota(order.begin(), order.end(), 0);
-  const auto trackOf = [&](int i) { return now.points[static_cast<std::size_t>(i)].at.track; };
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return trackOf(a) < trackOf(b); });
+  std::ranges::sort(order, {}, [&](int i) { return now.points[static_cast<std::size_t>(i)].at.track; });
   Image sorted;
   std::vector<TrackPixel> result;
   for (const int i : order) {

@@ -72,11 +72,13 @@ std::optional<PlacedFrame> LocalMap::place(std::span<const TrackPixel> tracks, c
   now_ = std::max(now_, frame);
   std::vector<KnownPoint> known;
   std::vector<std::uint32_t> ids;
+  const auto add = [&](const TrackPixel& at, const Eigen::Vector4d& place, double sigma_px) {
+    known.push_back({place, at.pixel, sigma_px});
+    ids.push_back(at.track);
+  };
   for (const TrackPixel& at : tracks) {
     const Point* point = find(at.track);
-    if (point == nullptr || !point->is_placed || !isOfUse(*point)) continue;
-    known.push_back({point->at, at.pixel, at.sigma_px});
-    ids.push_back(at.track);
+    if (point != nullptr && point->is_placed && isOfUse(*point)) add(at, point->at, at.sigma_px);
   }
   const std::size_t num_placed = known.size();
   if (num_placed < kFewPlaced) {
@@ -91,8 +93,7 @@ std::optional<PlacedFrame> LocalMap::place(std::span<const TrackPixel> tracks, c
       if (doubt_px > kMostDoubt * scale_.threshold_px) continue;
       Eigen::Vector4d assumed;
       assumed << point->anchor + depth_ * point->direction, 1;
-      known.push_back({assumed.normalized(), at.pixel, std::hypot(at.sigma_px, doubt_px)});
-      ids.push_back(at.track);
+      add(at, assumed.normalized(), std::hypot(at.sigma_px, doubt_px));
     }
   }
   if (known.size() < kFewestAgreeing) return std::nullopt;

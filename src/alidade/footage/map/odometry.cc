@@ -17,8 +17,8 @@ constexpr std::size_t kFewestForScale = 25;  // points at a known distance that 
 }  // namespace
 
 std::size_t Path::numPosed() const {
-  return static_cast<std::size_t>(std::count_if(
-      frames.begin(), frames.end(), [](const PathFrame& frame) { return frame.segment.has_value(); }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(frames, [](const PathFrame& frame) { return frame.segment.has_value(); }));
 }
 
 Odometry::Odometry(const AnyCamera& camera, ImageSize size)
