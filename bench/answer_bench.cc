@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Is the answer true? What calibrations of simulated and real sets say of their accuracy beside the truth.
-//   answer_bench sound [sets a row, default 200]    30 views over the whole image, nothing wrong
-//   answer_bench flawed [sets, default 600] [flaw]  of all kinds and sizes; what is called trustworthy
-//   answer_bench cameras [pairs, default 100]       views of two cameras among each other
-//   answer_bench halves CORNERS.csv...              random halves of a set against each other
+// Compares the accuracy that calibrations of simulated and real sets state with the truth.
+//   answer_bench sound [sets per row, default 200]  30 views over the whole image, nothing wrong
+//   answer_bench flawed [sets, default 600] [flaw]  flaws of all kinds and sizes, and trust in the results
+//   answer_bench cameras [pairs, default 100]       mixed views of two cameras
+//   answer_bench halves CORNERS.csv...              random halves of a set compared
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -132,7 +132,7 @@ int runFlawed(std::size_t num_sets, const std::string& only) {
   return 0;
 }
 
-// The sum of squares of the differences in the stated standard deviations, and how many there are.
+// Sum of squared differences in stated standard deviations, and their number.
 struct Sum {
   double squares = 0;
   int count = 0;
@@ -153,8 +153,8 @@ int runCameras(std::size_t num_pairs) {
     const auto viewsOf = [&](const AnyCamera& camera, int count, std::uint64_t seed) {
       return simulateSet(camera, kSpoiledSize, count, 0.1, seed, {}, kSpoiledBoard);
     };
-    // Cameras of one series: focal lengths within 0.3 %, principal points within 10 px, from which only the
-    // pairs count that differ by more than three stated standard deviations.
+    // Cameras of one series: focal lengths within 0.3 %, principal points within 10 px. Only pairs count that
+    // differ by more than three stated standard deviations.
     const std::vector<Answer> pairs = answers(num_pairs, [&](std::size_t i) {
       Random random(streamSeed(300, i));
       const SimulatedSet set = viewsOf(first, 12, streamSeed(301, i));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// projectBatch() for python_bench.py, which calls it in its own process: both sides then run in turns on the
+// projectBatch() for python_bench.py, which calls it in its own process: both sides then alternate on the
 // same processor, with the same memory allocator.
 #include <cstddef>
 #include <span>
@@ -40,7 +40,7 @@ struct BatchScene {
 extern "C" {
 
 /// @param params  of a `radtan` camera
-/// @param points  n rows x, y, z, which are copied
+/// @param points  n rows x, y, z, copied
 void* newBatchScene(const double* params, const double* points, std::size_t n) {
   auto* scene = new alidade::BatchScene{.camera = alidade::AnyCamera::make("radtan", std::span(params, 9)),
                                         .x = std::vector<double>(n),
@@ -55,13 +55,13 @@ void* newBatchScene(const double* params, const double* points, std::size_t n) {
   return scene;
 }
 
-/// Into arrays that all calls share.
+/// Projects into arrays that all calls share.
 void projectIntoKept(void* scene, bool with_pose) {
   auto& s = *static_cast<alidade::BatchScene*>(scene);
   s.projectTo(s.kept, with_pose);
 }
 
-/// Into new vectors, as Python's project() returns new arrays.
+/// Projects into new vectors, as Python's project() returns new arrays.
 void projectIntoNew(void* scene, bool with_pose) {
   auto& s = *static_cast<alidade::BatchScene*>(scene);
   alidade::PixelArrays pixels(s.x.size());

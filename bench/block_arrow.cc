@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kParams = 9;
 
-// The normal equations at some point, poses eliminated.
+// The normal equations at one point, with poses eliminated.
 struct Point {
   std::vector<double> params;
   std::vector<SE3> poses;
@@ -29,7 +29,7 @@ class Solver {
     for (const FitView& view : fit.views) corners_.push_back(groupsOf(view.corners));
   }
 
-  // False where a corner does not project.
+  // Returns false if a corner does not project.
   bool evaluate(Point& at) const {
     at.factors.resize(corners_.size(), ViewFactor(kParams + 7, kParams + 7));
     at.information.setZero();

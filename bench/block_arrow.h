@@ -5,10 +5,11 @@
 
 namespace alidade {
 
-/// The floor of solve() for a fit of one radtan camera: Gauss and Newton's method by hand on the same sums
-/// over corners, poses eliminated by view, steps halved until they lower the cost, without Ceres. Nothing
-/// else: no options, no reasons, and it takes for granted that the start can be evaluated.
-/// @returns false if it has not come to rest
+/// Lower bound for solve() on a fit of one radtan camera: a hand-written Gauss-Newton method on the same sums
+/// over corners, with poses eliminated per view and steps halved until they lower the cost, without Ceres,
+/// options and reasons.
+/// @pre the start can be evaluated
+/// @returns false if it did not converge
 [[nodiscard]] bool solveBlockArrow(Fit& fit);
 
 }  // namespace alidade

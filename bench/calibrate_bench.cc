@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The whole of alidade::calibrate() against cv::calibrateCamera() on the same simulated corners, one thread.
+// alidade::calibrate() against cv::calibrateCamera() on the same simulated corners, one thread.
 #include <cfloat>
 #include <cmath>
 #include <cstdio>
@@ -25,7 +25,7 @@ constexpr ImageSize kSize{1920, 1200};
 constexpr double kNoisePx = 0.1;
 constexpr int kMaxViews = 3000;
 constexpr int kRepetitions = 5;
-constexpr int kSlowRepetitions = 2;  // for the cases that take seconds
+constexpr int kSlowRepetitions = 2;  // for cases that take seconds
 constexpr double kRequiredRatio = 100;
 
 const Checkerboard kBoard{.columns = 10, .rows = 7, .square_m = 0.03};
@@ -36,7 +36,7 @@ const AnyCamera& trueCamera() {
   return camera;
 }
 
-// 120 degrees over the image's width.
+// A camera with 120 degrees over the image's width.
 const AnyCamera& fisheyeCamera() {
   static const AnyCamera camera =
       AnyCamera::make("kannala_brandt", std::vector<double>{900, 898, 955, 604, 0.02, -0.01, 0.003, -5e-4});
@@ -55,7 +55,7 @@ std::vector<View> makeViews(const AnyCamera& camera, int count) {
   return views;
 }
 
-// The first `count` of one fixed sequence of views.
+// The first `count` views of one fixed sequence.
 std::vector<View> simulatedViews(int count) {
   static const std::vector<View> all = makeViews(trueCamera(), kMaxViews);
   return {all.begin(), all.begin() + count};
@@ -68,13 +68,13 @@ double peakMegabytes() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-// What shows a fast but wrong answer.
+// Counters that reveal a fast but wrong answer.
 void setCounters(benchmark::State& state, double rms_px, double fx) {
   state.counters["rms_px"] = rms_px;
   state.counters["fx_error_px"] = fx - trueCamera().parameters()[0];
 }
 
-// Calibrates over and over; the last result.
+// Calibrates repeatedly; returns the last result.
 std::optional<Calibration> calibrateViews(benchmark::State& state, const std::vector<View>& views,
                                           const char* model) {
   std::optional<Calibration> result;
@@ -87,7 +87,7 @@ std::optional<Calibration> calibrateViews(benchmark::State& state, const std::ve
   return result;
 }
 
-// Another model may be chosen, so that only the errors compare.
+// The chosen models may differ, so only the errors are comparable.
 void runFisheye(benchmark::State& state) {
   const auto result =
       calibrateViews(state, makeViews(fisheyeCamera(), static_cast<int>(state.range(0))), kAutoModel);
@@ -162,7 +162,7 @@ void registerAll() {
   }
 }
 
-// Prints the ratios; false if the one that is required was measured and falls short.
+// Prints the ratios; false if the required one was measured and is too small.
 bool printSummary(const MedianReporter& reporter) {
   bool is_fast_enough = true;
   for (const char* opencv : {"calibrate/opencv_default", "calibrate/opencv_converged"}) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Which model is chosen for lenses of each model, and is a model that cannot follow the lens noticed?
-// And how many cameras are wrong beyond their sigmas, and trusted?
-//   choice_bench [sets a model, default 20] [seed, default 1] [model or all] [views a set, default 12 to 40]
+// Counts which models are chosen for lenses of each model, how often a model that cannot follow the lens is
+// detected, and how many cameras are wrong beyond their sigmas and trusted.
+//   choice_bench [sets per model, default 20] [seed, default 1] [model or all]
+//                [views per set, default 12 to 40]
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -25,12 +26,12 @@ struct Tally {
   int num_sets = 0;
   int verdicts[4] = {};
   double largest_z = -std::numeric_limits<double>::infinity();  // of sets calibrated with their true model
-  int num_clean = 0;                                            // how many these are, and of them
-  int num_false = 0;                                            // those whose errors are called biased
-  int num_lean = 0;    // calibrations with a model that is off by more than half the noise, and of these
-  int num_found = 0;   // those that are called biased
-  int num_astray = 0;  // chosen cameras that are wrong beyond their sigmas in a tenth of the image
-  int num_astray_trusted = 0;  // of these, those that nothing is told of
+  int num_clean = 0;                                            // number of these sets
+  int num_false = 0;                                            // of these, sets with errors called biased
+  int num_lean = 0;            // calibrations with a model that is off by more than half the noise
+  int num_found = 0;           // of these, those called biased
+  int num_astray = 0;          // chosen cameras that are wrong beyond their sigmas in a tenth of the image
+  int num_astray_trusted = 0;  // of these, those without any finding
   double seconds = 0;
 
   [[nodiscard]] double share() const {
@@ -64,7 +65,7 @@ void printOther(const std::string& model, int number, const ChoiceSet& set, cons
   std::printf("\n");
 }
 
-// A lens that the model cannot follow adds its own error to the noise.
+// A model that cannot follow the lens adds its own error to the noise.
 void addLean(const ChoiceSet& set, const std::string& lean, Tally& tally) {
   constexpr double kHalfNoise = 0.5;
   try {
@@ -78,7 +79,7 @@ void addLean(const ChoiceSet& set, const std::string& lean, Tally& tally) {
                   result.uncertainty.coordinate_sigma_px, result.uncertainty.image_bias.z,
                   result.fit.views.size());
   } catch (const Error&) {
-    return;  // said more clearly still
+    return;  // a stronger statement
   }
 }
 

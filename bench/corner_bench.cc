@@ -39,13 +39,13 @@ struct Errors {
     for (const auto& e : errors) sum += e;
     return (sum / static_cast<double>(errors.size())).cwiseAbs().maxCoeff();
   }
-  // What the sigmas promise over what came out.
+  // Stated sigmas over the actual errors.
   [[nodiscard]] double sigmaRatio() const {
     double sum = 0;
     for (const double s : sigmas) sum += s * s;
     return std::sqrt(sum / static_cast<double>(sigmas.size())) / rms();
   }
-  // The same, corner by corner: 1 if each corner's sigma is right.
+  // The same per corner: 1 if each corner's sigma is right.
   [[nodiscard]] double normalizedRatio() const {
     double sum = 0;
     for (std::size_t i = 0; i < errors.size(); ++i)
@@ -68,9 +68,10 @@ struct Case {
   bool with_opencv = true;
 };
 
-// The least standard deviation any unbiased estimate can have: the model's derivatives at the truth, all of
-// its parameters unknown but the tone curve and the difference of the blurs, over the window of 0.8 steps. Of
-// the rendering's own blur and noise: what degrades an image afterwards is not in it.
+// The smallest standard deviation of any unbiased estimate (Cramer-Rao bound): from the model's derivatives
+// at the truth, with all its parameters unknown except the tone curve and the difference of the blurs, over
+// the window of 0.8 steps. It covers the rendering's own blur and noise, but not later degradation of the
+// image.
 double cramerRao(const GrayImage& image, const CornerGuess& at_truth, double blur_px, double noise) {
   EdgeModel model;
   const Eigen::Vector2i origin(static_cast<int>(std::lround(at_truth.pixel.x())),
@@ -107,7 +108,7 @@ double cramerRao(const GrayImage& image, const CornerGuess& at_truth, double blu
   return noise * noise * 0.5 * (covariance(0, 0) + covariance(1, 1));
 }
 
-// Hands each found point to the nearest true corner within a third of the spacing.
+// Assigns each found point to the nearest true corner within a third of the spacing.
 void addMatched(const std::vector<cv::Point2f>& found, const std::vector<CornerGuess>& truth,
                 Errors& errors) {
   for (const CornerGuess& corner : truth) {
@@ -124,7 +125,7 @@ void addMatched(const std::vector<cv::Point2f>& found, const std::vector<CornerG
   }
 }
 
-// Rendering takes longer than all the rest, so that cases share it.
+// Rendering takes longer than everything else, so cases share it.
 const BoardPhotos& photosOf(ImageSize size, int num_views, double blur_px) {
   static std::map<std::pair<int, double>, BoardPhotos> cache;
   const auto key = std::pair(size.width, blur_px);

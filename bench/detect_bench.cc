@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Boards of each kind, from JPEG file to refined corners, beside OpenCV on the same files in the same run.
+// Boards of each kind, from JPEG file to refined corners, compared with OpenCV on the same files in the same
+// run.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -59,7 +60,7 @@ void writeJpeg(const std::string& path, const GrayImage& image) {
   cv::imwrite(path, mat, {cv::IMWRITE_JPEG_QUALITY, 92});
 }
 
-// A way of OpenCV's to find a target.
+// An OpenCV function that finds a target.
 struct Peer {
   const char* name;
   std::function<bool(const cv::Mat&)> finds;
@@ -90,7 +91,7 @@ std::vector<std::string> writeBoards(const fs::path& folder, ImageSize size, con
   return paths;
 }
 
-// A picture with detail of all sizes and no board: octaves of noise, some of it in hard edges.
+// An image with detail at all scales but no board: octaves of noise, some with hard edges.
 std::vector<std::string> writeTextures(const fs::path& folder, ImageSize size) {
   std::vector<std::string> paths;
   for (int i = 0; i < kNumViews; ++i) {
@@ -193,7 +194,7 @@ std::vector<Target> targets() {
           {"acircles", kStaggered, {{"findCirclesGrid", findStaggered}}}};
 }
 
-// CPU time an image, ms, and in how many the board is found.
+// CPU time per image, ms, and the number of images in which the board is found.
 struct Cost {
   double ms = 0;
   int num_found = 0;
@@ -256,7 +257,7 @@ int run(int num_memory_images) {
   const fs::path folder = fs::temp_directory_path() / "alidade_detect_bench";
   fs::create_directories(folder);
   if (num_memory_images > 0) {
-    // Alone in its process, so that the peak is that of detection: the renderer needs more.
+    // Runs alone in its process, so that the peak is that of detection: the renderer needs more.
     std::vector<std::string> paths;
     for (int i = 0; i < num_memory_images; ++i)
       paths.push_back((folder / (fmt::format("checkerboard_4000_{}.jpg", i % kNumViews))).string());

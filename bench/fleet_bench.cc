@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Time and memory of `alidade fleet` on a drawn fleet, with a previous calibration of each unit.
+// Time and memory of `alidade fleet` on a random fleet, with a previous calibration of each unit.
 //
 // usage: fleet_bench PROGRAM FOLDER [UNITS]
 //
 // Writes UNITS camera files (default 10000) to FOLDER/now, one in a hundred of them damaged, and as many to
-// FOLDER/before, unless they are there; then runs PROGRAM on them. Exit code 1: it takes longer than 120 s or
+// FOLDER/before, unless they exist; then runs PROGRAM on them. Exit code 1: it takes longer than 120 s or
 // more than 1 GB.
 #include <chrono>
 #include <cstdio>
@@ -46,10 +46,10 @@ void writeUnits(const fs::path& folder, std::size_t count) {
   });
 }
 
-// Seconds and largest resident memory of a command, which is run by the shell.
+// Seconds and largest resident memory of a shell command.
 struct RunCost {
   double seconds = 0;
-  double cpu_seconds = 0;  // of all threads together
+  double cpu_seconds = 0;  // sum over all threads
   double megabytes = 0;
   int exit_code = 0;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Simulated footage on one thread: a picture, the simulator itself, and exact tracks over all frames.
+// Simulated footage on one thread: one picture, the simulator itself, and exact tracks over all frames.
 #include <string>
 #include <string_view>
 #include <vector>

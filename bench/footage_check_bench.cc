@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Does footage tell a wrong camera from the true one, and what is wrong with it? Each set is a walk through a
-// simulated room by a camera of one of ten models, checked with the true camera and with four changed ones.
+// Tests whether footage distinguishes a wrong camera from the true one, and finds the error. Each set is a
+// walk through a simulated room by a camera of one of ten models, checked with the true camera and with four
+// changed ones.
 //   footage_check_bench tracks|rendered [sets, default 100] [first set, default 0]
-//   footage_check_bench controls [sets a kind, default 5]
+//   footage_check_bench controls [sets per kind, default 5]
 // tracks: exact tracks with noise and drift; rendered: optical flow on rendered frames. Footage that cannot
 // tell must not be called inconsistent (controls). Exits with 1 if a target is missed.
 #include <algorithm>
@@ -35,7 +36,7 @@ struct Lens {
   std::vector<double> params;
 };
 
-// Two of each model; across the image 65 to 185 degrees.
+// Two lenses of each model; 65 to 185 degrees across the image.
 const std::vector<Lens>& lenses() {
   static const std::vector<Lens> all = {
       {"pinhole", {500, 502, 322, 238}},
@@ -134,7 +135,7 @@ double effectOf(const AnyCamera& a, const AnyCamera& b) {
   return lengths.empty() ? 0 : quantile95(std::move(lengths));
 }
 
-// Standard deviation of a kind of change relative to the size of the one that was made.
+// Standard deviation of a kind of change relative to the size of the actual change.
 double relativeStd(const FootageCheck& at_true, Kind kind) {
   for (const CameraChange& change : at_true.changes) {
     if (change.kind == CameraChangeKind::kFocalLength && kind == Kind::kFocal) return change.std[0] / 0.02;
@@ -146,7 +147,7 @@ double relativeStd(const FootageCheck& at_true, Kind kind) {
   return HUGE_VAL;
 }
 
-// The first radial coefficient is most of a lens' distortion.
+// The first radial coefficient accounts for most of a lens's distortion.
 bool isRight(const FootageCheck& check, Kind kind) {
   if (!check.explanation) return false;
   const CameraChangeKind found = check.changes[*check.explanation].kind;
@@ -186,7 +187,7 @@ struct Row {
   int num_inconsistent = 0;
   int num_consistent = 0;
   int num_cannot_tell = 0;
-  int num_right = 0;  // of those inconsistent
+  int num_right = 0;  // of the inconsistent ones
 
   void add(const FootageCheck& check, bool is_right) {
     num_inconsistent += check.verdict == FootageVerdict::kInconsistent ? 1 : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Is the suggested next view a good one, and what does the search for it cost? See README.md.
+// Quality of the suggested next view, and the cost of the search for it. See README.md.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -28,8 +28,8 @@ CalibratorOptions optionsFor(const SimulatedSet& set) {
   return {.model = std::string(set.camera.modelId())};
 }
 
-// The worst uncertainty that a set with one view more leaves after calibrating it anew, with the noise that
-// it was made with; infinite where there is no answer.
+// The worst uncertainty after calibrating a set again with one more view, with its true noise; infinite if
+// the calibration fails.
 double worstAfter(const SimulatedSet& set, const SE3& camera_from_board, std::uint64_t seed) {
   std::vector<View> views = set.views;
   views.push_back(noisyView(set, camera_from_board, "view_next", seed));

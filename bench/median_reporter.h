@@ -10,8 +10,8 @@
 
 namespace alidade {
 
-/// Prints the usual table and keeps the median CPU time of each case, so that the program can print what the
-/// table is for: ratios between cases.
+/// Prints the usual table and stores the median CPU time of each case, so that the program can print the
+/// ratios between cases that matter.
 class MedianReporter final : public benchmark::ConsoleReporter {
  public:
   void ReportRuns(const std::vector<Run>& runs) override;

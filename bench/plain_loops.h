@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The radtan formulas as plain loops over arrays, without any check, for the compiler to vectorise: the least
-// that a batch of points costs. Compiled for AVX2 where the processor has it.
+// The radtan formulas as plain loops over arrays, without checks, for the compiler to vectorise: a lower
+// bound for the cost of a batch of points. Compiled for AVX2 if the processor supports it.
 #pragma once
 
 #include <cstddef>
 
 namespace alidade {
 
-/// Pixels of points in another frame; params: fx fy cx cy k1 k2 p1 p2 k3; R row-major.
+/// Pixels of points in a second frame; params: fx fy cx cy k1 k2 p1 p2 k3; R row-major.
 void plainProjectRadtan(const double* params, const double* R, const double* t, const double* x,
                         const double* y, const double* z, std::size_t count, double* u, double* v);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Projection of points and unprojection of pixels in batches against OpenCV's functions for the same models
-// and against plain loops over arrays, which stand for the least that the arithmetic costs; one thread.
+// Batch projection of points and unprojection of pixels, compared with OpenCV's functions for the same models
+// and with plain loops over arrays, which are a lower bound for the arithmetic; one thread.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -53,8 +53,8 @@ std::vector<double> paramsOf(std::string_view model) {
   return {600, 601, 955, 604, -0.2, 0.6};
 }
 
-// A camera, pixels all over its image, and for each a point of its ray, seen from a frame of its own: each
-// side has its truth in the other.
+// A camera, pixels all over its image, and for each a point on its ray in a separate frame: each side is the
+// truth for the other.
 struct Scene {
   AnyCamera camera;
   SE3 camera_from_points{.rotation = SO3::exp({0.1, -0.2, 0.3}), .translation = {0.05, -0.02, 0.1}};
@@ -75,7 +75,7 @@ struct Scene {
   }
 };
 
-// One at a time: a million points of ten models need much memory.
+// One at a time, because a million points of ten models need much memory.
 const Scene& sceneOf(const std::string& model) {
   static std::string name;
   static std::unique_ptr<Scene> scene;
@@ -94,8 +94,8 @@ cv::Mat openCvDistortion(const Scene& scene) {
   return cv::Mat(std::vector<double>(lens.begin(), lens.end()), true);
 }
 
-// Points a second, and the largest error in pixels, which shows a fast but wrong answer. `pixelOf(i)` is the
-// pixel that answer i stands for.
+// Points per second, and the largest error in pixels, which reveals a fast but wrong answer. `pixelOf(i)` is
+// the pixel for answer i.
 template <class PixelOf>
 void setCounters(benchmark::State& state, const Scene& scene, const PixelOf& pixelOf) {
   double worst = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The joint solve of rigs beside mrcal and cv::stereoCalibrate, on the same simulated corners and from the
+// The joint solve of rigs compared with mrcal and cv::stereoCalibrate, on the same simulated corners from the
 // same start; and how often the stated covariance of a rig covers the truth.
 #include <algorithm>
 #include <array>
@@ -54,7 +54,7 @@ struct Problem {
   Fit start;
 };
 
-// As a calibration finds it: lenses a few per cent off, poses a few millimetres and degrees.
+// A start like that of a calibration: lenses off by a few per cent, poses by a few millimetres and degrees.
 Problem makeProblem(int num_cameras, int num_frames) {
   const TrueRig rig = sameCameras(num_cameras);
   Problem problem;
@@ -99,7 +99,7 @@ double cpuMilliseconds() {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-// Shortest of as many runs as fit two seconds, up to 20.
+// Shortest of as many runs as fit into two seconds, at most 20.
 template <class F>
 double leastMilliseconds(const F& f) {
   std::vector<double> times;
@@ -180,8 +180,8 @@ int printTimes() {
   return 0;
 }
 
-// Models and resolutions in turn, on an arc; a camera sees a board together with its neighbours only, if the
-// rig is large.
+// Alternating models and resolutions, on an arc; in a large rig, a camera shares boards only with its
+// neighbours.
 TrueRig mixedCameras(int num_cameras) {
   struct Lens {
     const char* model;
@@ -212,7 +212,7 @@ TrueRig mixedCameras(int num_cameras) {
   return rig;
 }
 
-// Frames in front of each camera in turn.
+// Frames with a board in front of each camera in turn.
 std::vector<RigViews> mixedViews(const TrueRig& rig, const Board& board, int num_frames, double noise_px,
                                  std::uint64_t seed) {
   Random random(seed);

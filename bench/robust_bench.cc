@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What do bad corners and bad views do to a calibration, and does it say so? Tables over simulated sets of 25
-// (and 8) views of 70 corners with noise of 0.1 px.
-//   robust_bench [sets a row, default 100] [outliers | views | influence | aspect [radtan | kannala_brandt]]
+// Effect of bad corners and bad views on a calibration, and whether it reports them. Tables over simulated
+// sets of 25 (and 8) views of 70 corners with noise of 0.1 px.
+//   robust_bench [sets per row, default 100]
+//                [outliers | views | influence | aspect [radtan | kannala_brandt]]
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -39,7 +40,7 @@ Calibration run(const SimulatedSet& set) {
   return calibrate(set.board, set.views, {.model = std::string(set.camera.modelId())});
 }
 
-// A message with its numbers taken out, to count equal ones.
+// A message without its numbers, to count equal ones.
 std::string withoutNumbers(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -100,7 +101,7 @@ double largestPull(const Calibration& result, const Calibration& clean) {
   return largest;
 }
 
-// Names in any finding or among the views left out.
+// True if the image is named in a finding or is among the views left out.
 bool isNamed(const Calibration& result, const std::string& image) {
   return std::any_of(result.diagnoses.begin(), result.diagnoses.end(),
                      [&](const Diagnosis& f) { return f.message().starts_with(image + ":"); });
@@ -171,7 +172,7 @@ double shareAbove(const std::vector<double>& values, double limit) {
   return 100.0 * static_cast<double>(count) / static_cast<double>(values.size());
 }
 
-// The largest of a set's views.
+// The largest influence among a set's views.
 ViewInfluence largestInfluence(const Calibration& result) {
   ViewInfluence largest;
   for (const ViewInfluence& influence : result.uncertainty.influences) {

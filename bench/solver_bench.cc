@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The solver beside its floor and its peers, on the same simulated corners and from the same start, each case
-// in a process of its own: CPU time, peak memory and where it ended.
+// The solver compared with its lower bound and other solvers, on the same simulated corners from the same
+// start, each case in a separate process: CPU time, peak memory and the result.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -46,7 +46,7 @@ struct Problem {
   Fit start;
 };
 
-// A start as a calibration finds it: without distortion, the poses from the rays of that camera.
+// A start like that of a calibration: without distortion, with poses from that camera's rays.
 Problem makeProblem(int num_views) {
   const AnyCamera camera =
       AnyCamera::make("radtan", std::vector<double>{1003, 1001, 955, 604, -0.2, 0.08, 5e-4, -4e-4, -0.01});
@@ -65,11 +65,11 @@ Problem makeProblem(int num_views) {
   return problem;
 }
 
-// What one case reports.
+// The results of one case.
 struct Outcome {
   double ms = 0;
   double peak_mb = 0;
-  double rms_px = 0;  // without the loss, of all corners
+  double rms_px = 0;  // over all corners, without the loss
   double fx = 0;
 };
 
@@ -85,8 +85,7 @@ double peakMegabytes() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-// Shortest time of as many runs as fit two seconds, from one up to 50: what other work on the machine adds is
-// never negative.
+// Shortest of as many runs as fit into two seconds, 1 to 50: other work on the machine only adds time.
 template <class F>
 double leastMilliseconds(const F& f) {
   std::vector<double> times;
@@ -161,7 +160,7 @@ Outcome runCeres(const Problem& problem) {
   });
 }
 
-// The whole calibration, which finds its start itself.
+// The complete calibration, which finds its own start.
 Outcome runCalibrate(const Problem& problem) {
   Outcome outcome;
   outcome.ms = leastMilliseconds([&] {
@@ -233,7 +232,7 @@ int runCase(std::string_view name, int num_views) {
   return 0;
 }
 
-// Runs a case in a process of its own; nothing if it fails, as where mrcal is not installed.
+// Runs a case in a separate process; nothing if it fails, for instance because mrcal is not installed.
 std::optional<Outcome> outcomeOf(const std::string& program, const Case& c, int num_views) {
   const std::string command =
       program + " --case " + c.name + " " + std::to_string(num_views) + " 2>/dev/null";

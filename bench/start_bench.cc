@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Does calibrate() find the true optimum without any guess? A table over all models and fields of view.
-//   start_bench [sets a cell, default 5] [model, default all] [seed, default 0]
+// Tests whether calibrate() finds the true optimum without a guess. A table over all models and fields of
+// view.
+//   start_bench [sets per cell, default 5] [model, default all] [seed, default 0]
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -11,14 +12,14 @@
 namespace {
 
 constexpr double kRequiredShare = 0.995;
-constexpr int kMaxSets = 100000;  // a cell; another seed has none of them in common
+constexpr int kMaxSets = 100000;  // per cell; sets of different seeds never coincide
 
 struct Tally {
   int num_sets = 0;
   int num_found = 0;
-  int num_undetermined = 0;  // not counted as found or missed
-  int num_held = 0;          // nor these: the result says that the views do not determine the model
-  int num_silent = 0;        // neither found nor warned of
+  int num_undetermined = 0;  // counted neither as found nor as missed
+  int num_held = 0;          // nor these: the result states that the views do not determine the model
+  int num_silent = 0;        // neither found nor reported
   int num_lonely = 0;        // found, but by one start of several
   int num_lonely_missed = 0;
   double seconds = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Visual odometry of a rendered video, from the file to the path, beside OpenCV's two-view functions on the
-// same tracks. One thread.
+// Visual odometry of a rendered video, from the file to the path, compared with OpenCV's two-view functions
+// on the same tracks. One thread.
 #include <unistd.h>
 
 #include <array>
@@ -47,7 +47,8 @@ std::vector<cv::Point2d> pixelsOf(const std::vector<TrackPixel>& frame, const au
   return pixels;
 }
 
-// Each step from the frame before. Two views do not tell how long a step is: it is given the true one.
+// Each step relative to the previous frame. Two views do not determine the length of a step, so the true one
+// is given.
 Path openCvPath(const FootageTracks& tracks, const std::vector<SE3>& poses) {
   const cv::Matx33d K(kFocalPx, 0, 319.5, 0, kFocalPx, 239.5, 0, 0, 1);
   Path path;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Are stated uncertainties true? Errors of calibrations of simulated sets beside what they say of themselves.
-//   uncertainty_bench [sets a row, default 500] [seed, default 1] [radtan | kannala_brandt
+// Compares actual errors of calibrations of simulated sets with their stated uncertainties.
+//   uncertainty_bench [sets per row, default 500] [seed, default 1] [radtan | kannala_brandt
 //                     [clean | outliers | bent | motion]]
 #include <cstdio>
 #include <cstdlib>

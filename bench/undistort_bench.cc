@@ -62,7 +62,7 @@ const Case& plain(const std::string& model) {
   return model == "radtan" ? radtan : fisheye;
 }
 
-// The largest error of places against the exact projection, over one pixel in seven.
+// The largest error of positions against the exact projection, over one pixel in seven.
 template <class PlaceOf>
 double largestError(const Case& c, const PlaceOf& place_of) {
   double worst = 0;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Do held-out images tell a wrong camera from the true one? A row for each way of being wrong: of so many
-// simulated cameras, each tested on 10 views of its own with noise of 0.1 px, how many were rejected,
+// Tests whether held-out images distinguish a wrong camera from the true one. A row for each type of error:
+// the numbers of simulated cameras, each tested on 10 views with noise of 0.1 px, that were rejected,
 // accepted and neither.
-//   validate_bench [trials a row, default 200] [model] [tolerance in px]
+//   validate_bench [trials per row, default 200] [model] [tolerance in px]
 // Exits with 1 unless 99 % of the wrong cameras are rejected and 95 % of the true ones are not.
 #include <algorithm>
 #include <cmath>
@@ -34,7 +34,7 @@ double at(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
-// An ordinary camera, or nothing where one is drawn for each set.
+// An ordinary camera, or nothing if a new one is drawn for each set.
 struct Case {
   const char* name;
   std::optional<DrawnCamera> camera;

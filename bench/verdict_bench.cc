@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Does the verdict name what is wrong, and leave good sets alone? A row for each flaw: how many sets were
-// given each finding.
-//   verdict_bench [sets a row, default 100] [flaw] [radtan | kannala_brandt]
+// Tests whether the verdict names the flaw, and accepts good sets. A row for each flaw: the numbers of sets
+// with each finding.
+//   verdict_bench [sets per row, default 100] [flaw] [radtan | kannala_brandt]
 // Exits with 1 unless 95 % of the sets with a flaw are given its finding and 95 % of those without are given
 // none.
-//   verdict_bench graded [sets a row, default 100]
-// The flaws that can be of any strength: as strong as displaces points by the tolerance, and by a tenth of
-// it. Exits with 1 unless 97 % of the strong ones are named in a warning or failure, and 97 % of the weak are
-// not.
+//   verdict_bench graded [sets per row, default 100]
+// Flaws with an adjustable strength: one that displaces points by the tolerance, and by a tenth of it. Exits
+// with 1 unless 97 % of the strong ones are named in a warning or failure, and 97 % of the weak ones are not.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -34,7 +33,7 @@ struct Row {
 Row runRow(Flaw flaw, const std::string& model, int num_sets) {
   Row row;
   const std::vector<DiagnosisId> expected = findingsFor(flaw);
-  // A view that was left out does no harm any more, and a lens may deviate by little.
+  // A view that was left out does no more harm, and a lens may deviate slightly.
   const bool is_harmless = flaw == Flaw::kSwappedImage || flaw == Flaw::kTooLean;
   for (int i = 0; i < num_sets; ++i) {
     const VerdictCase c = makeVerdictCase(flaw, model, static_cast<std::uint64_t>(i));
@@ -89,7 +88,7 @@ int run(int num_sets, const std::string& only_flaw, const std::string& only_mode
   return is_good ? 0 : 1;
 }
 
-// A flawed set beside the same views without the flaw: same camera, poses and noise.
+// A flawed set and the same views without the flaw: same camera, poses and noise.
 class GradedCase {
  public:
   GradedCase(Flaw flaw, const std::string& model, std::uint64_t number)
@@ -101,7 +100,7 @@ class GradedCase {
   }
 
   struct Graded {
-    double effect_px = 0;  // of the flaw where boards were seen, the largest
+    double effect_px = 0;  // largest effect of the flaw where boards were seen
     bool is_mended = false;
     bool is_warned = false;
   };
@@ -115,7 +114,7 @@ class GradedCase {
       });
       graded.effect_px = effectOn(result);
       if (flaw_ == Flaw::kBentBoard) {
-        // A bend is estimated, and then has little effect. What it has is that of a bend taken for a plane.
+        // An estimated bend has little effect left. The stated effect is that of a bend taken for a plane.
         graded.is_mended = graded.effect_px < kMendedPx;
         graded.effect_px = effectOn(calibratedWith(strength, BoardShapeMode::kFlat));
       }
@@ -126,7 +125,7 @@ class GradedCase {
   }
 
  private:
-  static constexpr double kMendedPx = 0.25;  // what is not worth a warning
+  static constexpr double kMendedPx = 0.25;  // not worth a warning
 
   [[nodiscard]] Calibration calibratedWith(double strength,
                                            BoardShapeMode shape = BoardShapeMode::kAuto) const {
@@ -148,8 +147,8 @@ class GradedCase {
   std::vector<Eigen::Vector2d> covered_;
 };
 
-// A flaw grows until it is harmful. Some are noticed and mended before: an image that fits ever less is left
-// out.
+// A flaw grows until it is harmful. Some are detected and corrected earlier: an image that fits less and less
+// is left out.
 struct GradedRow {
   int num_sets = 0;
   int num_harmful = 0;

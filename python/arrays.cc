@@ -26,7 +26,7 @@ std::vector<py::ssize_t> joined(std::vector<py::ssize_t> shape, const std::vecto
   return shape;
 }
 
-// The value as a C-contiguous float64 array, which is the value itself if it is one.
+// The value as a C-contiguous float64 array; the value itself if it already is one.
 py::array realArray(const py::handle& value, const std::string& what) {
   const auto refusal = [&](const std::string& found) {
     return usageError({.where = what, .found = found, .expected = "an array of real numbers"});
@@ -92,7 +92,7 @@ Rows rowsOf(const py::handle& value, py::ssize_t columns, const std::string& wha
 }
 
 void eachRun(std::size_t num_rows, int jobs, const std::function<void(std::size_t, std::size_t)>& work) {
-  constexpr std::size_t kRun = 1 << 15;  // enough work to be worth the hand-over to a thread
+  constexpr std::size_t kRun = 1 << 15;  // enough work to be worth passing to a thread
   if (jobs < 0)
     throw usageError(
         {.where = "jobs", .found = std::to_string(jobs), .expected = "0 (one per processor) or more"});
@@ -130,7 +130,7 @@ ImageSize sizeOf(const py::handle& value, const std::string& what) {
     const auto [width, height] = value.cast<std::pair<int, int>>();
     if (width > 0 && height > 0) return {.width = width, .height = height};
   } catch (const py::cast_error&) {
-    // Refused below, like a size that is not positive.
+    // Rejected below, like a size that is not positive.
   }
   throw usageError({.where = what,
                     .found = py::repr(value).cast<std::string>(),

@@ -16,8 +16,7 @@
 #include "alidade/geometry/dense_matrix.h"
 #include "alidade/geometry/se3.h"
 
-// NumPy arrays as the library reads and fills them, and small values (sizes, poses, paths) from Python and
-// back.
+// Conversions of NumPy arrays and of small values (sizes, poses, paths) from Python and back.
 
 namespace alidade::python {
 
@@ -25,32 +24,33 @@ namespace py = pybind11;
 
 /// An array whose last axis holds one point, pixel or ray.
 struct Rows {
-  py::array array;                 ///< float64, C-contiguous: the caller's own where it is so already
+  py::array array;                 ///< float64, C-contiguous: the caller's own array if possible
   std::vector<py::ssize_t> shape;  ///< of the axes before the last
-  std::size_t count = 1;           ///< rows in all
+  std::size_t count = 1;           ///< total number of rows
 
   [[nodiscard]] const double* data() const { return static_cast<const double*>(array.data()); }
-  /// A new float64 array of the shape (..., inner), not filled.
+  /// A new float64 array of the shape (..., inner), uninitialised.
   [[nodiscard]] py::array_t<double> results(const std::vector<py::ssize_t>& inner) const;
-  /// A new array of one status per row, not filled.
+  /// A new array of one status per row, uninitialised.
   [[nodiscard]] py::array_t<std::uint8_t> statuses() const;
 };
 
-/// What a call fills: one point or ray and one status per row.
+/// Output arrays of a call: one point or ray and one status per row.
 struct RowOutputs {
   py::array_t<double> values;
   py::array_t<std::uint8_t> statuses;
 };
 /// New arrays, or those of the tuple `out` if it is not None.
-/// @throws Error (kUsage) for arrays that are not C-contiguous and writeable, or of another shape or dtype
+/// @throws Error (kUsage) for arrays that are not C-contiguous and writeable, or have a different shape or
+/// dtype
 [[nodiscard]] RowOutputs outputsOf(const py::handle& out, const Rows& rows, py::ssize_t columns);
 
 /// @param columns  length of the last axis
 /// @param what     the argument, for messages
-/// @throws Error (kUsage) for another shape, and for what is not an array of real numbers
+/// @throws Error (kUsage) for a different shape, or if it is not an array of real numbers
 [[nodiscard]] Rows rowsOf(const py::handle& value, py::ssize_t columns, const std::string& what);
 
-/// Calls `work(begin, count)` for runs of rows, from up to `jobs` threads (0: one per processor) and without
+/// Calls `work(begin, count)` for blocks of rows, from up to `jobs` threads (0: one per processor), without
 /// the interpreter lock.
 void eachRun(std::size_t num_rows, int jobs, const std::function<void(std::size_t, std::size_t)>& work);
 
@@ -64,7 +64,7 @@ void eachRun(std::size_t num_rows, int jobs, const std::function<void(std::size_
 
 /// A str, bytes or os.PathLike as a path.
 [[nodiscard]] std::string pathOf(const py::handle& value);
-/// A name that may hold bytes that are not UTF-8, as file names in Python.
+/// A name that may contain bytes that are not UTF-8, encoded like file names in Python.
 [[nodiscard]] py::str nameText(const std::string& name);
 
 [[nodiscard]] py::array_t<double> vectorArray(const std::vector<double>& values);

@@ -3,13 +3,13 @@
 
 #include <pybind11/pybind11.h>
 
-// What module.cc puts together; one file per concept.
+// The parts of module.cc; one file per concept.
 
 namespace alidade::python {
 
-/// The docstring of a name of the module such as "Camera.project", with its signature, from
+/// The docstring of a name in the module such as "Camera.project", with its signature, from
 /// alidade/_core.pyi.
-/// @throws std::logic_error for a name that is not there, so that the module cannot be loaded
+/// @throws std::logic_error for an unknown name, so that the module cannot be loaded
 [[nodiscard]] const char* doc(const char* name);
 
 void bindErrors(pybind11::module_& module);

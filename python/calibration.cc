@@ -32,7 +32,7 @@ namespace {
 
 using namespace pybind11::literals;
 
-// A result in Python, with what its documents need.
+// A result in Python, with the additional data for its documents.
 struct CalibrationValue {
   Calibration result;
   ViewsValue from;
@@ -198,7 +198,7 @@ CalibrationValue calibrated(const py::object& views, const py::object& board, co
   return value;
 }
 
-// What a notebook or a page shows of the images: those that are files, and frames of videos.
+// Images for a notebook or a page: those that are files, and frames of videos.
 PageOptions pageOptions(const ViewsValue& from) {
   std::vector<std::string> paths;
   std::map<std::string, std::size_t> index_of;
@@ -213,7 +213,7 @@ PageOptions pageOptions(const ViewsValue& from) {
     try {
       image = set.read(found->second).decode().image;
     } catch (const Error&) {
-      return image;  // the page shows the corners in its place
+      return image;  // the page shows the corners instead
     }
     return image;
   };
@@ -515,7 +515,7 @@ py::str resultHtml(const std::string& title, const std::vector<Diagnosis>& findi
     list += "</li>";
   }
   if (!list.empty()) html += "<ul>" + list + "</ul>";
-  // As pictures of their own: the style of a drawing must not reach the notebook, nor the other drawings.
+  // As separate pictures, because the style of a drawing must not affect the notebook or other drawings.
   for (const CaptionedFigure& figure : shown) {
     const auto file = std::ranges::find(figures, figure.file, &FigureFile::name);
     if (file == figures.end()) continue;

@@ -12,16 +12,16 @@
 
 namespace alidade::python {
 
-/// What a calibration is made from.
+/// The input of a calibration.
 struct ViewsValue {
   std::vector<Board> boards;
   std::vector<View> views;
   GivenImages given;
-  std::vector<std::pair<std::string, std::string>> paths = {};  ///< as SurveyValue
-  std::vector<std::string> images = {};                         ///< all that were searched; empty: unknown
+  std::vector<std::pair<std::string, std::string>> paths = {};  ///< as in SurveyValue
+  std::vector<std::string> images = {};                         ///< all that were searched; empty if unknown
 };
 
-/// How views are found or read, from the keyword arguments that calibrate() and calibrate_rig() share.
+/// Keyword arguments for finding or reading views, which calibrate() and calibrate_rig() share.
 struct ViewsArguments {
   SearchArguments search = {};
   py::object image_size = py::none();
@@ -29,20 +29,20 @@ struct ViewsArguments {
 };
 [[nodiscard]] ViewsArguments viewsArguments(Keywords& keywords);
 
-/// The views of images, a Survey, detections or corner arrays.
+/// The views from images, a Survey, detections or corner arrays.
 [[nodiscard]] ViewsValue gatheredViews(const py::object& views, const py::object& board,
                                        const ViewsArguments& arguments, const py::object& progress);
 
-/// Options of one camera, from the keyword arguments that calibrate() and calibrate_rig() share.
+/// Options for one camera, from the keyword arguments that calibrate() and calibrate_rig() share.
 [[nodiscard]] CalibratorOptions calibratorOptions(Keywords& keywords);
 
-/// A figure of the report, and what it shows.
+/// A figure of the report, and its caption.
 struct CaptionedFigure {
   std::string file;  ///< as FigureFile::name
   std::string caption;
 };
 
-/// What a notebook shows of a result: title, warnings and some figures of the report. The title may be empty.
+/// HTML of a result for a notebook: title, warnings and some figures of the report. The title may be empty.
 [[nodiscard]] py::str resultHtml(const std::string& title, const std::vector<Diagnosis>& findings,
                                  const std::vector<FigureFile>& figures,
                                  const std::vector<CaptionedFigure>& shown);

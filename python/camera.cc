@@ -35,7 +35,7 @@ std::span<ProjectStatus> statusSpan(std::uint8_t* statuses, std::size_t n) {
   return {reinterpret_cast<ProjectStatus*>(statuses), n};
 }
 
-// The same Jacobians from row `begin` on.
+// The same Jacobians, starting at row `begin`.
 PixelJacobians from(const PixelJacobians& all, std::size_t begin, std::size_t num_params) {
   const auto at = [&](double* jacobians, std::size_t size) {
     return jacobians == nullptr ? nullptr : jacobians + begin * size;
@@ -138,7 +138,7 @@ py::tuple undistortMap(const CameraValue& self, const std::string& projection,
     view = chooseView(record.camera, record.image_size, request).view;
     table = std::make_unique<RemapTable>(makeRemapTable(record.camera, record.image_size, view, jobs));
   }
-  // The array is the table's own memory, which a capsule keeps alive.
+  // The array refers to the table's own memory, which a capsule keeps alive.
   static_assert(sizeof(SourcePixel) == 2 * sizeof(float));
   const auto* const data = reinterpret_cast<const float*>(table->pixels.data());
   const std::vector<py::ssize_t> shape = {table->size.height, table->size.width, 2};
@@ -198,7 +198,7 @@ std::string reprOf(const CameraValue& self) {
   return text + ")";
 }
 
-// A number, to two digits of its standard deviation if that is known.
+// A number, with two digits of its standard deviation if that is known.
 std::string roundedText(double value, double std) {
   constexpr int kMostDecimals = 15;
   if (!(std > 0)) return numberText("%.10g", value);
@@ -207,7 +207,7 @@ std::string roundedText(double value, double std) {
   return numberText(format.c_str(), value) + " &plusmn; " + numberText(format.c_str(), std);
 }
 
-// What a camera file says of its calibration, for people.
+// The calibration stated in a camera file, for people.
 py::str htmlOf(const CameraValue& self) {
   const CameraRecord& record = self.record;
   std::string rows;

@@ -11,14 +11,14 @@
 
 namespace alidade::python {
 
-/// A camera in Python: what a camera file holds, and what was assumed in reading it. Immutable.
+/// A camera in Python: the content of a camera file, and assumptions made in reading it. Immutable.
 struct CameraValue {
   CameraRecord record;
   std::vector<std::string> remarks = {};
-  std::optional<SE3> camera_from_rig = {};  ///< of a camera of a rig
+  std::optional<SE3> camera_from_rig = {};  ///< for a camera of a rig
 };
 
-/// What files that Python writes name as their writer, as those of the program.
+/// Creator stated in files that Python writes, like those of the program.
 [[nodiscard]] std::string creatorName();
 
 /// The parameters by name, as a dict in storage order.

@@ -28,7 +28,7 @@ struct CheckResult {
   FileCheck check;
 };
 
-// A judged file, and the camera that its cameras were compared with.
+// A judged file, and the camera it was compared with.
 struct FileValue {
   FileJudgement judgement;
   std::shared_ptr<const CameraRecord> other;
@@ -88,7 +88,8 @@ std::vector<FileValue> validate(const py::object& path, const py::object& images
   return judgements;
 }
 
-// The maps of a judged camera: against the other camera, and against the one that the images give.
+// The difference maps of a judged camera: against the other camera, and against the one calibrated from the
+// images.
 void addMaps(const FileValue& self, const CameraJudgement& judged, std::vector<FigureFile>& figures,
              std::vector<CaptionedFigure>& shown) {
   if (!judged.camera || !judged.image_size) return;
@@ -99,7 +100,7 @@ void addMaps(const FileValue& self, const CameraJudgement& judged, std::vector<F
     try {
       value = tryDifference(record, other, {});
     } catch (const Error&) {
-      return;  // images of another shape: a check says so
+      return;  // different aspect ratio; a check reports it
     }
     if (!value) return;
     const std::string name = std::to_string(figures.size()) + ".svg";

@@ -29,7 +29,7 @@ namespace {
 
 using namespace pybind11::literals;
 
-// An image of the caller, which the array keeps alive.
+// An image of the caller; the array keeps it alive.
 struct ArrayImage {
   py::array array;
   RasterView view;
@@ -51,7 +51,7 @@ ArrayImage imageOf(const py::handle& value, const std::string& color) {
                       .expected = "uint8 or uint16 of shape (height, width), or (height, width, 3) in color",
                       .next_step = "pass several images as a list"});
   }
-  // Rows may have padding, as those of a part of a larger image do; pixels of a row must not.
+  // Rows may have padding, as in a part of a larger image; pixels of a row must not.
   const bool is_native = array.dtype().attr("isnative").cast<bool>();
   const auto sample = static_cast<py::ssize_t>(array.itemsize());
   const bool is_dense = array.strides(1) == channels * sample &&
@@ -76,7 +76,7 @@ bool isPath(const py::handle& value) {
          py::hasattr(value, "__fspath__");
 }
 
-// What boards are searched in: files and videos, or arrays.
+// Sources of images to search: files and videos, or arrays.
 struct Inputs {
   std::vector<std::string> paths = {};
   std::vector<std::string> names = {};
@@ -107,10 +107,10 @@ Inputs inputsOf(const py::handle& images, const SearchArguments& arguments) {
 
 ImageSet openInputs(const Inputs& inputs, const OpenImagesOptions& options) {
   if (inputs.arrays.empty()) return openImages(inputs.paths, options);
-  // Shared, because each image of the set has a copy of the function below.
+  // Shared, because each image of the set has its own copy of the function below.
   const auto views = std::make_shared<std::map<std::string, RasterView>>();
   for (std::size_t i = 0; i < inputs.names.size(); ++i) (*views)[inputs.names[i]] = inputs.arrays[i].view;
-  // The threads that call this do not hold the interpreter's lock; they read the arrays' memory alone.
+  // Threads call this without the interpreter lock; they read only the arrays' memory.
   return {inputs.names,
           [views](const std::string& name) -> LoadedImage { return {.image = grayImage(views->at(name))}; }};
 }
@@ -136,7 +136,7 @@ SurveyValue valueOf(const std::vector<BoardSurvey>& surveys, const ImageSet& ima
   return value;
 }
 
-// Views of a corners file as if they had been found now.
+// Views of a corners file in the form of a new detection.
 SurveyValue loadCorners(const py::object& path) {
   const std::string file = pathOf(path);
   const CornersFile corners = [&] {
@@ -189,7 +189,7 @@ py::array_t<double> foundPixels(const DetectionValue& self) {
   return pixelsArray(pixels);
 }
 
-// Of all points of the board; NaN where one is not seen.
+// Pixels of all points of the board; NaN for those not seen.
 py::array_t<double> allPixels(const DetectionValue& self) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   std::vector<Eigen::Vector2d> pixels(static_cast<std::size_t>(self.board.numCorners()),
@@ -352,7 +352,7 @@ bool areImages(const py::handle& value) {
 }
 
 std::vector<std::string> namesOf(const py::handle& names, std::size_t count, const std::string& prefix) {
-  constexpr std::size_t kDigits = 4;  // so that names sort as the images do
+  constexpr std::size_t kDigits = 4;  // so that names sort like the images
   std::vector<std::string> result;
   if (names.is_none()) {
     for (std::size_t i = 0; i < count; ++i) {

@@ -86,7 +86,7 @@ py::object gridOf(const DifferenceValue& self, const std::vector<Eigen::Vector2d
   return pixelsArray(values).attr("reshape")(self.difference.rows, self.difference.columns, 2);
 }
 
-// What diff_rigs() returns.
+// Return value of diff_rigs().
 struct RigDifferenceValue {
   std::vector<std::string> names;
   std::vector<DifferenceValue> lenses;
@@ -135,7 +135,7 @@ RigDifferenceValue differenceOfRigs(const py::object& a, const py::object& b,
   return value;
 }
 
-// One entry for each camera, by its name.
+// One entry per camera, by its name.
 template <class ValueAt>
 py::dict byCamera(const RigDifferenceValue& self, const ValueAt& valueAt) {
   py::dict values;

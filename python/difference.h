@@ -10,7 +10,7 @@
 
 namespace alidade::python {
 
-/// Two cameras and how they differ.
+/// Two cameras and their difference.
 struct DifferenceValue {
   CameraRecord a;
   CameraRecord b;
@@ -18,11 +18,11 @@ struct DifferenceValue {
   std::optional<DifferenceSignificance> significance = {};
 };
 
-/// Nothing for cameras that have too little in common. @throws Error as projectionDifference()
+/// Nothing if the cameras have too little in common. @throws Error as projectionDifference()
 [[nodiscard]] std::optional<DifferenceValue> tryDifference(const CameraRecord& a, const CameraRecord& b,
                                                            const DifferenceOptions& options);
 
-/// The map of the difference over the image of a. @param name  of the file
+/// The map of the difference over the image of a. @param name  file name
 [[nodiscard]] FigureFile figureOf(const DifferenceValue& value, const std::string& name);
 
 }  // namespace alidade::python

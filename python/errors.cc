@@ -9,7 +9,7 @@ namespace {
 
 namespace py = pybind11;
 
-// They live as long as the process: a module cannot be unloaded.
+// Never released, because a module cannot be unloaded.
 PyObject* any_error = nullptr;
 PyObject* input_error = nullptr;
 PyObject* usage_error = nullptr;

@@ -21,10 +21,10 @@ struct Report {
   std::size_t total;
 };
 
-// What the working thread and the calling one share.
+// State shared by the working and the calling thread.
 class Progress {
  public:
-  // Only the newest report of a stage is of interest.
+  // Only the newest report of a stage matters.
   void add(const Report& report) {
     const std::lock_guard lock(mutex_);
     if (!reports_.empty() && reports_.back().stage == report.stage) {
@@ -38,9 +38,9 @@ class Progress {
     is_finished_ = true;
     finished_.notify_all();
   }
-  // Waits a little for the end of the work; true if it has come.
+  // Waits a little for the end of the work; true once it has ended.
   bool waitForEnd(std::vector<Report>& reports) {
-    constexpr std::chrono::milliseconds kPoll(20);  // Ctrl-C feels immediate, and polling costs nothing
+    constexpr std::chrono::milliseconds kPoll(20);  // Ctrl-C feels immediate, and polling is cheap
     std::unique_lock lock(mutex_);
     finished_.wait_for(lock, kPoll, [this] { return is_finished_; });
     reports = std::exchange(reports_, {});
@@ -61,7 +61,7 @@ void runInterruptibly(const py::object& progress,
   CancelFlag cancel{false};
   Progress shared;
   std::exception_ptr failure;
-  std::optional<py::error_already_set> raised;  // by a signal's handler or the callback
+  std::optional<py::error_already_set> raised;  // from a signal handler or the callback
   {
     std::jthread worker([&] {
       try {

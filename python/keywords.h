@@ -18,7 +18,7 @@ class Keywords {
   Keywords(std::string function, pybind11::dict given)
       : function_(std::move(function)), given_(std::move(given)) {}
 
-  /// The value given for `name`, or `otherwise`. @throws Error (kUsage) for a value of another type
+  /// The value given for `name`, or `otherwise`. @throws Error (kUsage) for a value of the wrong type
   template <class T>
   [[nodiscard]] T take(const char* name, T otherwise) {
     names_.emplace_back(name);
@@ -33,7 +33,7 @@ class Keywords {
     }
   }
 
-  /// @throws Error (kUsage) if there are arguments that nobody took
+  /// @throws Error (kUsage) if there are unused arguments
   void finish() const {
     if (given_.empty()) return;
     const auto name = pybind11::str(given_.begin()->first).cast<std::string>();

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "bindings.h"
-#include "docstrings.h"  // made from alidade/_core.pyi
+#include "docstrings.h"  // generated from alidade/_core.pyi
 
 namespace alidade::python {
 
@@ -20,7 +20,7 @@ const char* doc(const char* name) {
 
 PYBIND11_MODULE(_core, module) {
   using namespace alidade::python;
-  // The signatures of the stubs, which have Python's types, are in the docstrings already.
+  // The docstrings already contain the signatures from the stubs, with Python's types.
   pybind11::options options;
   options.disable_function_signatures();
   module.attr("__version__") = ALIDADE_VERSION;

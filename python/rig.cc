@@ -63,7 +63,7 @@ RigValue calibratedRig(const py::dict& views, const py::object& board, const py:
   return value;
 }
 
-// As load_cameras() reads them from the rig's file.
+// The cameras as load_cameras() reads them from the rig's file.
 std::vector<CameraValue> camerasOf(const RigValue& self) {
   std::vector<CameraValue> cameras;
   for (const RigCameraRecord& camera : self.record.cameras)

@@ -514,6 +514,30 @@ def check_room_table() -> Iterator[Finding]:
             return
 
 
+def check_named_places() -> Iterator[Finding]:
+    """Each file and each name of the code that CONTRIBUTING.md mentions is there."""
+    text = read("CONTRIBUTING.md")
+    files = [f for folder in ("src", "apps", "tests", "scripts", "docs", "config", "python", "bench", ".ci")
+             for f in files_in(folder)]
+    folders = {parent.as_posix() for f in files for parent in pathlib.PurePosixPath(f).parents}
+    code = "".join(read(f) for f in files if f.endswith((".h", ".cc")))
+    for match in re.finditer(r"`([^`\s]+)`", text):
+        name = match[1]
+        if re.search(r"\b(X|GROUP)\b|\bX_|[*<^]|^build|^\.\w+$", name):  # several, or made
+            continue
+        if name.endswith("/"):
+            known = any(f"/{folder}/".endswith(f"/{name}") for folder in folders)
+        elif re.search(r"\.(h|cc|py|yaml|md|txt)$", name):
+            known = (ROOT / name).exists() or any(f.endswith(f"/{name}") for f in files)
+        elif re.fullmatch(r"k[A-Z]\w+|\w+\(\)", name):
+            known = re.search(rf"\b{name.removesuffix('()')}\b", code)
+        else:
+            continue
+        if not known:
+            yield Finding("CONTRIBUTING.md", line_at(text, match.start()), f"there is no {name}; what it names is in the "
+                          "project; correct it")
+
+
 def anchors_of(path: str) -> set[str]:
     """Returns the anchors of the headings of a Markdown file."""
     return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")
@@ -598,6 +622,7 @@ def main() -> int:
         (check_rooms, f"{num_units()} units include each other in one direction"),
         (check_public_headers, f"{len(public_headers())} headers are public"),
         (check_room_table, "CONTRIBUTING.md names the rooms in their order"),
+        (check_named_places, "CONTRIBUTING.md names files and code that exist"),
         (check_links, "all links of the pages lead somewhere"),
         (check_phrases, f"{len(PHRASES)} phrases do not occur where they are banned"),
     ]

@@ -38,6 +38,8 @@ function(alidade_compile_together target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${ALIDADE_UNITY} UNITY_BUILD_BATCH_SIZE 8)
 endfunction()
 
+set(ALIDADE_TEXT_ROOMS record files print report)  # what they compute is little
+
 # One folder, one target: alidade_add_library(core HEADERS a.h SOURCES a.cc PUBLIC dep PRIVATE dep).
 # The links are the import rule: a layer that does not link another one cannot use it.
 function(alidade_add_library name)
@@ -51,14 +53,20 @@ function(alidade_add_library name)
                                              VERIFY_INTERFACE_HEADER_SETS ON)
   target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${ARG_HEADERS})
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
-  # What most sources include, compiled once. They must name it themselves too: scripts/lint --tidy and scripts/sanitize
-  # build without.
-  if(name STREQUAL "geometry")
+  # What most sources include, compiled once for the rooms that compute and once for those of text: a precompiled header
+  # fixes the optimisation of the sources that use it. They must include it themselves too: scripts/lint --tidy and
+  # scripts/sanitize build without.
+  set(first geometry)
+  if(name IN_LIST ALIDADE_TEXT_ROOMS)
+    set(first record)
+    target_compile_options(${target} PRIVATE ${ALIDADE_TEXT_OPTIONS})
+  endif()
+  if(name STREQUAL first)
     target_precompile_headers(${target} PRIVATE <Eigen/Cholesky> <Eigen/Core> <Eigen/Geometry> <Eigen/LU> <algorithm>
                                                 <array> <cmath> <limits> <numbers> <optional> <span> <string>
                                                 <string_view> <utility> <vector>)
   elseif(NOT name STREQUAL "core")
-    target_precompile_headers(${target} REUSE_FROM alidade_geometry)
+    target_precompile_headers(${target} REUSE_FROM alidade_${first})
   endif()
   set_property(GLOBAL APPEND PROPERTY ALIDADE_LIBRARIES ${name})  # from the bottom up, for pkg_config.cmake
   set(export_set alidade-targets)

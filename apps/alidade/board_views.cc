@@ -35,8 +35,8 @@
 namespace alidade {
 namespace {
 
-// Where the debug images go, by path of the input. Names that differ in folders only stay apart, and long
-// ones leave room for what is added to them.
+// Paths of the debug images, by path of the input. Names that differ only in folders stay distinct, and long
+// ones leave room for suffixes.
 std::map<std::string, std::string> debugPaths(const std::string& folder,
                                               const std::vector<std::string>& paths,
                                               const std::vector<std::string>& names) {
@@ -77,7 +77,7 @@ std::string specsText(std::span<const Board> boards) {
   return join(mapped(boards, &Board::spec), " and ");
 }
 
-// Corners of one board, with what the files do not state from the command line.
+// Corners of one board; the command line supplies what the files do not state.
 CornersFile readVnl(const BoardInputs& inputs) {
   if (inputs.boards.size() != 1) {
     throw usageError(
@@ -97,7 +97,7 @@ CornersFile readVnl(const BoardInputs& inputs) {
   return readVnlFiles(inputs.inputs, readBoard(inputs.boards.front()), *size);
 }
 
-// Corners that two boards have at the same place of an image.
+// Number of corners that two boards have at the same pixel.
 std::size_t numShared(const View& a, const View& b) {
   constexpr double kSamePx = 0.5;
   return static_cast<std::size_t>(std::ranges::count_if(a.corners, [&](const Corner& corner) {
@@ -106,7 +106,7 @@ std::size_t numShared(const View& a, const View& b) {
   }));
 }
 
-// Warns of boards that may be one whose lengths were given in two ways, and refuses views of which that is
+// Warns of boards that may be one board with its lengths given in two ways, and refuses views if this is
 // certain.
 void checkLengths(const CornersFile& file, bool is_quiet, std::vector<std::string>& notes) {
   constexpr std::size_t kCertain = 4;
@@ -196,7 +196,7 @@ GivenViews findBoards(const BoardInputs& inputs, const CommonOptions& options, c
   return given;
 }
 
-// Opens all images of the inputs, with progress on a terminal while videos are read.
+// Opens all input images; a terminal shows progress while videos are read.
 ImageSet openInputs(const BoardInputs& inputs, const CommonOptions& options, const CancelFlag* cancel,
                     const ContentCache* cache) {
   ProgressBar bar("choosing frames", options.quiet);
@@ -208,7 +208,7 @@ ImageSet openInputs(const BoardInputs& inputs, const CommonOptions& options, con
                      .cache = cache});
 }
 
-// For a guess: what is wrong with the inputs is said once there is a board.
+// A guess of the board; errors in the inputs are reported once there is a board.
 std::string boardOfInputs(const BoardInputs& inputs, const CommonOptions& options, const CancelFlag* cancel) {
   try {
     return guessedBoard(openInputs(inputs, options, cancel, nullptr), cancel);
@@ -247,7 +247,7 @@ DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& opti
                       .next_step = boardOfInputs(inputs, options, cancel)});
   }
   const std::vector<Board> boards = mapped(inputs.boards, readBoard);
-  requireDistinguishable(boards);  // before any image is read
+  requireDistinguishable(boards);  // before reading any image
   std::optional<ContentCache> cache;
   if (!inputs.cache.empty()) cache.emplace(inputs.cache);
   DetectImagesOptions detect_options;
@@ -257,7 +257,7 @@ DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& opti
   const ImageSet images = openInputs(inputs, options, cancel, detect_options.cache);
   std::map<std::string, std::string> debug_paths;
   std::mutex mutex;
-  std::string debug_complaint;  // a drawing that cannot be written is no reason to lose the corners
+  std::string debug_complaint;  // failing to write a drawing must not lose the corners
   if (!inputs.debug_folder.empty()) {
     const std::vector<std::string> paths = images.names();
     prepareDebugFolder(inputs.debug_folder, paths);
@@ -271,7 +271,7 @@ DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& opti
       }
     };
   }
-  // Images whose corners the cache knows are not decoded here: only those of views are, for the page.
+  // Images with cached corners are not decoded here, except those of views, for the page.
   if (inputs.pictures != nullptr && !cache) {
     inputs.pictures->expectImages(images.size());
     detect_options.inspect = [pictures = inputs.pictures, drawn = detect_options.inspect](
@@ -296,7 +296,7 @@ DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& opti
   }
   if (!debug_complaint.empty())
     stage.notes.push_back("some debug images could not be written: " + debug_complaint);
-  // Not among the notes, which corners files hold: these do not depend on the cache.
+  // Not part of the notes, which corners files store and which must not depend on the cache.
   if (cache && !options.quiet) {
     for (const std::string& complaint : cache->complaints()) printMessage("note: " + oneLine(complaint));
   }
@@ -351,12 +351,12 @@ void requireBoards(const DetectionStage& stage, const BoardInputs& given, const 
 
 void BoardInputs::addBoards(Flags& flags) {
   Values board = kSpec;
-  board.is_single = true;  // what follows a SPEC is an input
+  board.is_single = true;  // a word after a SPEC is an input
   board.complaint = [](const std::string& source) -> std::string {
     try {
       (void)readBoard(source);
     } catch (const Error& e) {
-      if (e.code() == ErrorCode::kUsage) return e.what();  // what is wrong in a board file is no wrong usage
+      if (e.code() == ErrorCode::kUsage) return e.what();  // an error in a board file is not a usage error
     }
     return {};
   };
@@ -370,7 +370,7 @@ void BoardInputs::addBoards(Flags& flags) {
 
 void BoardInputs::addDetection(Flags& flags, bool has_debug) {
   flags.under(kBoardGroup);
-  // The default is not among the effective settings, as it means nothing for photographs.
+  // The default is not an effective setting, because it means nothing for photographs.
   flags.add("--frames", &num_frames,
             fmt::format("How many frames of each video or image sequence to search for boards: sharp ones "
                         "that differ from each other (default: {})",

@@ -22,9 +22,9 @@ namespace alidade {
 
 /// The boards found in images, and notes for the user.
 struct DetectionStage {
-  std::vector<BoardSurvey> surveys;  ///< one for each board
+  std::vector<BoardSurvey> surveys;  ///< one per board
   std::optional<ImageSet> images;    ///< that were searched
-  std::vector<std::string> notes;    ///< a sentence each
+  std::vector<std::string> notes;    ///< one sentence each
 
   [[nodiscard]] std::size_t numImages() const { return surveys.front().outcomes.size(); }
   /// The number of images with corners of any board.
@@ -35,23 +35,23 @@ struct DetectionStage {
 
 /// The inputs and options of a command that needs views of boards.
 struct BoardInputs {
-  std::string command;                   ///< its name, for messages
+  std::string command;                   ///< command name, for messages
   std::vector<std::string> inputs = {};  ///< folders, image files, patterns or videos; or corners files
-  std::vector<std::string> boards = {};  ///< SPECs or board files; a .csv corners file knows its own
-  std::size_t num_frames = 100;          ///< to search, of each video or sequence
+  std::vector<std::string> boards = {};  ///< SPECs or board files; a .csv corners file states its own
+  std::size_t num_frames = 100;          ///< to search in each video or sequence
   std::string cache = {};                ///< folder for results of detection; empty: none
-  /// Where to write the images with what was found drawn on them; empty: nowhere.
+  /// Folder for images with the detections drawn on them; empty: none.
   std::string debug_folder = {};
-  bool has_debug_flag = false;          ///< of the command
+  bool has_debug_flag = false;          ///< the command has --debug
   std::string image_size = {};          ///< "640x480", for .vnl files, which do not state it
-  PassingPictures* pictures = nullptr;  ///< to be filled while the images are searched, by their paths
+  PassingPictures* pictures = nullptr;  ///< filled during the search for boards, by path
 
-  /// The flag --board, which may be repeated. A SPEC that is wrong is refused where it was given, on the
-  /// command line or in a settings file.
+  /// The flag --board, which may be repeated. A wrong SPEC is reported where it was given, on the command
+  /// line or in a settings file.
   void addBoards(Flags& flags);
-  /// The flags --frames and --cache, and --debug for commands that find boards alone.
+  /// The flags --frames and --cache, and --debug for commands that only find boards.
   void addDetection(Flags& flags, bool has_debug);
-  /// Checks before any long work that the debug folder and the output are not the same.
+  /// Checks before any long work that the debug folder and the output differ.
   /// @throws Error (kUsage)
   void checkDebugFolder(const std::string& output) const;
 };
@@ -60,40 +60,39 @@ struct BoardInputs {
 [[nodiscard]] BoardShapeMode shapeMode(std::string_view name);
 inline const Values kBoardShapes = oneOf({"flat", "warp", "uneven", "auto"});
 
-/// Finds the boards in all images that the inputs stand for, with progress on a terminal, and sorts out those
-/// that must not be used (see surveyImages).
-/// @throws Error (kInput) when there is no image; (kUsage) without a board, for boards that look alike, or
-/// when the debug folder holds inputs; Cancelled
+/// Finds the boards in all images of the inputs, with progress on a terminal, and sets aside those that must
+/// not be used (see surveyImages).
+/// @throws Error (kInput) if there is no image; (kUsage) without a board, for boards that look alike, or if
+/// the debug folder holds inputs; Cancelled
 [[nodiscard]] DetectionStage runDetection(const BoardInputs& inputs, const CommonOptions& options,
                                           const CancelFlag* cancel);
 
-/// Goes on only if at least one image gives corners. Otherwise says what each image shows instead. Warns of
+/// Throws unless at least one image has corners; the error states what each image shows instead. Warns of
 /// boards that no image shows.
-/// @throws Error (kInput)
 void requireBoards(const DetectionStage& stage, const BoardInputs& given, const CommonOptions& options);
 
-/// The range of each measure over the images that give corners, in a line for people; empty without images.
+/// The range of each measure over the images with corners, in one line for people; empty without images.
 [[nodiscard]] std::string measuresText(const BoardSurvey& survey);
 
-/// The views that a command was given, with what its reports tell about them.
+/// The views given to a command, with the information that its reports need.
 struct GivenViews {
   std::vector<Board> boards;
   std::size_t num_images = 0;         ///< given
   std::size_t num_found = 0;          ///< with a board
-  std::vector<std::string> measures;  ///< how the images show each board, as far as that is known
-  std::vector<std::string> reasons;   ///< a line an image without one
+  std::vector<std::string> measures;  ///< measures of each board's images, if known
+  std::vector<std::string> reasons;   ///< one line per image without a board
   std::vector<std::string> notes;
   std::vector<View> views;            ///< of one image size
-  std::vector<std::string> images;    ///< all that were searched for boards; none for corners files
+  std::vector<std::string> images;    ///< all that were searched for boards; empty for corners files
   std::vector<std::string> paths;     ///< of these images
-  std::optional<ImageSet> image_set;  ///< these images, to be read again
+  std::optional<ImageSet> image_set;  ///< these images, for reading them again
 };
 
 /// True for the name of a corners file.
 [[nodiscard]] bool isCornersFile(const std::string& path);
 
 /// Reads the corners files, or finds the boards in the images.
-/// @throws Error (kInput) where there is no board, (kUsage) for images without a board SPEC; Cancelled
+/// @throws Error (kInput) if there is no board, (kUsage) for images without a board SPEC; Cancelled
 [[nodiscard]] GivenViews readViews(const BoardInputs& inputs, const CommonOptions& options,
                                    const CancelFlag* cancel);
 

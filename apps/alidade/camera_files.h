@@ -9,24 +9,24 @@
 
 namespace alidade {
 
-/// Properties that a camera file of another tool may leave open.
+/// Properties that a camera file of another tool may not state.
 struct CameraOptions {
-  std::string size;     ///< "640x480"; empty = the file says
-  std::string read_as;  ///< model; empty = the file says
+  std::string size;     ///< "640x480"; empty = from the file
+  std::string read_as;  ///< model; empty = from the file
 
   /// The flags --image-size and --read-as.
   void addOptions(Flags& flags);
   [[nodiscard]] ReadOptions readOptions() const;
 };
 
-/// The one camera of a file of any format. What was passed over or assumed in reading it is told, unless
+/// Reads the only camera of a file of any format. Prints what was skipped or assumed in the file, unless
 /// `quiet`.
 [[nodiscard]] CameraRecord readCameraTelling(const std::string& path, const ReadOptions& options, bool quiet);
 
-/// The same of a file that was read.
+/// The same for a file that was already read.
 [[nodiscard]] CameraRecord onlyCameraTelling(const CameraSource& source, bool quiet);
 
-/// Tells what was passed over or assumed in reading a file.
+/// Prints what was skipped or assumed in a file.
 void tellRemarks(const CameraSource& source);
 
 /// The ids of all camera formats, for the flag --to.

@@ -10,7 +10,7 @@
 namespace alidade {
 
 Error missingError(const std::string& command, const std::string& found, const std::string& expected) {
-  // A flag's value is all that is missing; an input needs the help.
+  // For a missing flag, its value is the next step; for an input, the help.
   return usageError({.where = command,
                      .found = found,
                      .expected = expected,

@@ -10,17 +10,17 @@
 
 namespace alidade {
 
-/// The exit code where the work is done and the answer is no.
+/// The exit code if the work is done but the answer is no.
 inline constexpr int kUntrustworthyExit = static_cast<int>(ErrorCode::kVerdict);
 
-/// One command of the program: its flags, and what it does with them.
+/// One command of the program: its flags and its action.
 class Command {
  public:
   virtual ~Command() = default;
   virtual void setUp(Flags& flags) = 0;
   /// Does the work. @returns the exit code
   virtual int run(const Flags& flags) = 0;
-  /// Whether standard output is still to get its JSON document, so that an error has to be one.
+  /// True if standard output still needs its JSON document, so that an error must be printed as one.
   [[nodiscard]] virtual bool owesJson() const { return common_.json; }
 
  protected:
@@ -46,12 +46,12 @@ class Command {
 [[nodiscard]] std::unique_ptr<Command> makeRigTriangulateCommand();
 [[nodiscard]] std::unique_ptr<Command> makeRigRectifyCommand();
 
-/// The complaint about a command line without something that the command needs.
+/// The error for a command line that lacks something required.
 [[nodiscard]] Error missingError(const std::string& command, const std::string& found,
                                  const std::string& expected);
 
-/// The complaint about images of which none is usable ("none of them can be read"), with the message of the
-/// first one's error and its next step.
+/// The error for images of which none is usable ("none of them can be read"), with the first one's error
+/// message and its next step.
 [[nodiscard]] Error noneUsableError(std::size_t num_images, const std::string& complaint,
                                     const std::string& first_error);
 

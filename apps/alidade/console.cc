@@ -31,7 +31,7 @@ extern "C" void onSignal(int signal) {
   cancel_requested.store(true, std::memory_order_relaxed);
 }
 
-// The bytes of the UTF-8 character at the start; 0: there is none.
+// The number of bytes of the UTF-8 character at the start; 0 if there is none.
 std::size_t characterSize(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);
@@ -69,7 +69,7 @@ void printResult(std::string_view text) {
 }
 
 void silenceLibraries() {
-#ifndef __SANITIZE_ADDRESS__  // which reports there
+#ifndef __SANITIZE_ADDRESS__  // AddressSanitizer reports there
   const int own = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
   const int nothing = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
   FILE* const stream = own >= 0 && nothing >= 0 ? ::fdopen(own, "w") : nullptr;
@@ -155,7 +155,7 @@ void ProgressBar::update(std::size_t done, std::size_t total) {
 const CancelFlag* catchInterrupts() {
   struct sigaction action {};
   action.sa_handler = onSignal;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second one takes its usual course
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second signal has its default effect
   sigemptyset(&action.sa_mask);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction before {};
@@ -168,8 +168,7 @@ const CancelFlag* catchInterrupts() {
 void endByCaughtSignal() {
   std::signal(caught_signal, SIG_DFL);
   std::raise(caught_signal);
-  constexpr int kSignalExit =
-      128;  // as a shell has it; the first process of a container survives its signals
+  constexpr int kSignalExit = 128;  // like a shell; the first process of a container survives its signals
   ::_exit(kSignalExit + caught_signal);
 }
 

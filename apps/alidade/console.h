@@ -15,36 +15,35 @@ namespace alidade {
 /// "alidade 0.1.0"
 [[nodiscard]] std::string programName();
 
-/// Writes a result to standard output and makes sure that it arrived. @throws Error when it did not (disk
-/// full).
+/// Writes a result to standard output and checks that it arrived. @throws Error if not (disk full)
 void printResult(std::string_view text);
 
-/// From now on only this program's own messages reach standard error: libraries that write there say nothing
-/// that a user could use, such as which file they mean.
+/// Reserves standard error for this program's own messages: those of libraries do not help users, as they do
+/// not even name a file.
 void silenceLibraries();
 
-/// Where messages go instead of standard error; the stream must outlive them.
+/// Redirects messages from standard error to a stream, which must outlive them.
 void sendMessagesTo(std::FILE* stream);
 
-/// Writes a message for people to standard error, with control characters as "\x1b". A line ends where the
-/// next one is indented.
+/// Writes a message for people to standard error, with control characters as "\x1b". Only
+/// line breaks before an indented line are kept.
 void printMessage(const std::string& text);
-/// The same with text of this program alone, as it is.
+/// The same for text of this program only, unchanged.
 void printHelp(std::string_view text);
 
 /// `text` with control characters and bytes that are not UTF-8 as "\x1b". File names may contain both: they
 /// would change the terminal, forge a line of a table, or make XML invalid.
 [[nodiscard]] std::string printable(std::string_view text);
 
-/// A message for each note: "note: ...".
+/// Prints one message per note: "note: ...".
 void printNotes(const std::vector<std::string>& notes);
 
-/// The first dozen of these lines, indented, and how many more there are; with a line end each.
+/// The first dozen of these lines, indented, and the number of others; each with a line end.
 [[nodiscard]] std::string listed(const std::vector<std::string>& lines);
-/// The same as a message, behind a title of its own line if there is one. Nothing without lines.
+/// The same as a message, below a title if there is one. Prints nothing without lines.
 void printListed(const std::vector<std::string>& lines, const std::string& title = "");
 
-/// A bar on standard error if that is a terminal, silence otherwise. Wiped when it ends.
+/// A progress bar on standard error if that is a terminal; otherwise nothing. Erased at the end.
 class ProgressBar {
  public:
   ProgressBar(std::string label, bool is_quiet);
@@ -52,7 +51,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Draws at most ten times a second. Not for several threads at once.
+  /// Draws at most ten times a second. Not thread-safe.
   void update(std::size_t done, std::size_t total);
 
  private:
@@ -62,12 +61,11 @@ class ProgressBar {
   std::chrono::steady_clock::time_point last_draw_;
 };
 
-/// From now on the first Ctrl-C (or SIGTERM, SIGHUP) raises the flag instead of ending the program; a second
-/// one ends it. Signals that the caller had ignored, as nohup does, stay ignored.
+/// Makes the first Ctrl-C (or SIGTERM, SIGHUP) raise the flag instead of ending the program; a second one
+/// ends it. Signals that the caller ignores, as nohup does, stay ignored.
 [[nodiscard]] const CancelFlag* catchInterrupts();
 
-/// Ends the program by the signal that was caught, as callers such as shells expect of an interrupted
-/// program.
+/// Ends the program by the caught signal, as shells and other callers expect of an interrupted program.
 [[noreturn]] void endByCaughtSignal();
 
 }  // namespace alidade

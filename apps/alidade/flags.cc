@@ -19,7 +19,7 @@ std::string numberComplaint(const std::string& text, bool is_good, const std::st
   return is_good ? std::string() : fmt::format("found '{}', expected {}", text, expected);
 }
 
-// NaN for anything that is not a finite number.
+// Returns NaN for anything but a finite number.
 double finiteOrNaN(std::string_view text) {
   const double value = parseDouble(text).value_or(NAN);
   return std::isfinite(value) ? value : NAN;
@@ -28,7 +28,7 @@ double finiteOrNaN(std::string_view text) {
 bool hasDefault(const Flags::Variable& variable) {
   if (auto* const* text = std::get_if<std::string*>(&variable)) return !(*text)->empty();
   if (auto* const* number = std::get_if<double*>(&variable)) return **number != 0;
-  return std::holds_alternative<int*>(variable);  // of which 0 is a value like any other
+  return std::holds_alternative<int*>(variable);  // 0 is an ordinary value for these
 }
 
 std::string longName(const CLI::Option& option) {
@@ -128,7 +128,7 @@ void Flags::add(const std::string& names, Variable variable, const std::string& 
   if (values.separator != 0) option->delimiter(values.separator);
   if (values.is_single) option->allow_extra_args(false);
   if (values.number != nullptr) {
-    // Text that is no number stays for the check that follows.
+    // Text that is not a number is left to the following check.
     option->transform(CLI::Validator(
         [number = values.number](std::string& given) {
           if (const double value = number(given); !std::isnan(value)) given = exactText(value);
@@ -186,7 +186,7 @@ void Flags::applySettingsFile(const std::string& path) {
                         .next_step = didYouMean(entry.key, names)});
     }
     CLI::Option* option = parser_->get_option("--" + entry.key);
-    if (option->count() > 0) continue;  // given by hand
+    if (option->count() > 0) continue;  // given on the command line
     try {
       for (const std::string& value : entry.values) option->add_result(value);
       option->run_callback();

@@ -11,8 +11,8 @@
 
 #include "alidade/core/image.h"
 
-// The flags and arguments of a command, and checks of their values. The parser's own header is included here
-// by no command: it takes seconds to compile.
+// The flags and arguments of a command, and checks of their values. No command includes the parser's own
+// header, because it takes seconds to compile.
 
 namespace CLI {
 class App;
@@ -21,7 +21,7 @@ class Option;
 
 namespace alidade {
 
-/// Headings of the flags that several commands have. A command with few flags of its own leaves them under
+/// Headings of flags that several commands share. A command with few flags of its own leaves them under
 /// "Options".
 inline constexpr const char* kBoardGroup = "Boards and images";
 inline constexpr const char* kFootageGroup = "Footage";
@@ -31,9 +31,9 @@ inline constexpr const char* kVerdictGroup = "Accuracy";
 inline constexpr const char* kOutputGroup = "Output";
 inline constexpr const char* kCommonGroup = "All commands";
 
-/// Checks of a value: what is wrong with the text; empty if it is good. The parser's own name their limits as
-/// numbers, and that of a double has 300 digits. All refuse what is not finite: every comparison with NaN is
-/// false, so that a limit of NaN would switch off what it limits.
+/// Checks of a value: the error in the text; empty if it is valid. The parser's own checks print their limits
+/// as numbers, and that of a double has 300 digits. All refuse values that are not finite: every comparison
+/// with NaN is false, so that a limit of NaN would have no effect.
 [[nodiscard]] std::string finiteNumber(const std::string& text);
 [[nodiscard]] std::string positiveNumber(const std::string& text);
 [[nodiscard]] std::string nonNegativeNumber(const std::string& text);
@@ -44,34 +44,33 @@ inline constexpr const char* kCommonGroup = "All commands";
 /// A whole number from `least` to `most`.
 [[nodiscard]] std::string wholeComplaint(const std::string& text, int least, int most);
 
-/// "600x400" or "10,20,600,400" as so many whole numbers; nothing for anything else.
+/// "600x400" or "10,20,600,400" as this many whole numbers; nothing for other text.
 [[nodiscard]] std::optional<std::vector<int>> wholeNumbers(std::string_view text, char separator,
                                                            std::size_t count);
-/// "640x480", sides of 1 to a million; nothing for anything else.
+/// "640x480", sides of 1 to a million; nothing for other text.
 [[nodiscard]] std::optional<ImageSize> parseSize(std::string_view text);
-/// A positive number of pixels: "0.1px", "0.1 px" or "0.1"; nothing for anything else.
+/// A positive number of pixels: "0.1px", "0.1 px" or "0.1"; nothing for other text.
 [[nodiscard]] std::optional<double> parsePixels(std::string_view text);
 
-/// Numbers with or without a unit, in pixels and metres; NaN for anything else.
+/// Numbers with or without a unit, in pixels and metres; NaN for other text.
 [[nodiscard]] double pixelsOrNan(const std::string& text);
 [[nodiscard]] double metresOrNan(const std::string& text);
 
-/// The values that a flag takes.
+/// The allowed values of a flag.
 struct Values {
-  const char* word = nullptr;  ///< for a value, in the help; shells complete files or folders by it
-  std::string (*complaint)(const std::string& text) =
-      nullptr;              ///< what is wrong with a value; empty: nothing
-  const char* limits = "";  ///< of a value, in the help
+  const char* word = nullptr;  ///< placeholder in the help, by which shells complete files or folders
+  std::string (*complaint)(const std::string& text) = nullptr;  ///< error in a value; empty: none
+  const char* limits = "";                                      ///< of a value, shown in the help
   std::vector<std::string> choices = {};
-  double (*number)(const std::string& text) = nullptr;  ///< the number of a text that may have a unit
+  double (*number)(const std::string& text) = nullptr;  ///< converts text that may have a unit
   char separator = 0;                                   ///< between values in one word; 0: none
-  bool is_single = false;                               ///< the flag takes one value each time it is given
-  bool is_aside = false;  ///< says how a result is shown or where it goes, not what it is; see settings()
+  bool is_single = false;                               ///< each use of the flag takes one value
+  bool is_aside = false;  ///< affects the presentation of a result and not its content; see settings()
 };
 
 inline const Values kFile = {.word = "FILE"};
 inline const Values kFolder = {.word = "FOLDER"};
-inline const Values kSpec = {.word = "SPEC"};  ///< of a board; it may be a file too
+inline const Values kSpec = {.word = "SPEC"};  ///< of a board; may also be a file
 inline const Values kPixelText = {.complaint = pixelComplaint};
 inline const Values kSizeText = {.complaint = sizeComplaint};
 inline const Values kAside = {.is_aside = true};
@@ -89,33 +88,33 @@ struct CommonOptions {
 /// The flags and arguments of one command.
 class Flags {
  public:
-  /// Where a value goes. Defaults other than "" and 0 appear in the help.
+  /// Destination of a value. Defaults other than "" and 0 appear in the help.
   using Variable = std::variant<std::string*, std::vector<std::string>*, double*, int*, std::size_t*,
                                 std::optional<double>*, std::optional<int>*>;
 
   explicit Flags(CLI::App& parser) : parser_(&parser) {}
 
-  /// Examples, notes and exit codes behind the flags.
+  /// Adds examples, notes and exit codes after the flags.
   void explain(const std::string& text);
-  /// The heading of the flags that follow.
+  /// Sets the heading of the following flags.
   void under(const char* heading) { heading_ = heading; }
   /// A flag ("-o,--output") or an argument ("input") with a value.
   void add(const std::string& names, Variable variable, const std::string& text, const Values& values = {});
   void addSwitch(const std::string& names, bool& variable, const std::string& text, bool is_aside = false);
   /// The rotation of an image by 0, 90, 180 or 270 degrees.
   void addQuarterTurns(const std::string& names, std::optional<int>& degrees, const std::string& text);
-  /// The flags --json, --quiet, --config, and --jobs where a command has work to share out.
+  /// The flags --json, --quiet, --config, and --jobs if a command has parallel work.
   void addCommon(CommonOptions& options, bool has_jobs);
 
   [[nodiscard]] bool isGiven(const std::string& name) const;
-  /// The command as the user types it behind the program's name: "rig calibrate".
+  /// The command as typed after the program's name: "rig calibrate".
   [[nodiscard]] std::string command() const;
   [[nodiscard]] const CLI::App& parser() const { return *parser_; }
 
-  /// Gives the flags that were not given by hand the values in a settings file.
-  /// @throws Error (kInput) for a key that is no flag of the command, or a value it does not take
+  /// Sets flags that are not on the command line to the values in a settings file.
+  /// @throws Error (kInput) for a key that is not a flag of the command, or an invalid value
   void applySettingsFile(const std::string& path);
-  /// The flags and values in force in order of name, without arguments and flags that are aside.
+  /// The effective flags and values in order of name, without arguments and flags with `is_aside`.
   using Setting = std::pair<std::string, std::vector<std::string>>;
   [[nodiscard]] std::vector<Setting> settings() const;
 
@@ -127,7 +126,7 @@ class Flags {
   std::set<const CLI::Option*> aside_;
 };
 
-/// The words that call a parser: "alidade rig calibrate"; and without the program's name.
+/// The words that select a parser: "alidade rig calibrate"; and the same without the program's name.
 [[nodiscard]] std::string callOf(const CLI::App& app);
 [[nodiscard]] std::string commandName(const CLI::App& command);
 

@@ -28,7 +28,7 @@ bool takesCommands(const CLI::App& app) {
   });
 }
 
-// A candidate with the first words of what it means.
+// A candidate with the first words of its description.
 std::string candidate(const std::string& word, const std::string& text) {
   std::size_t end = text.size();
   for (const char* mark : {"\n", ". ", ": ", "; ", " ("}) end = std::min(end, text.find(mark));
@@ -46,7 +46,7 @@ std::string flagCandidates(const CLI::App& app) {
   return text;
 }
 
-// The values of a flag, from what the help says of them: "FILE", "INT:0 to 1024" or "TEXT:{radtan,fov}".
+// The values of a flag, from its help text: "FILE", "INT:0 to 1024" or "TEXT:{radtan,fov}".
 std::string valueCandidates(const CLI::Option& flag, const std::string& prefix) {
   const std::string type = flag.get_type_name();
   if (type == kFolder.word) return ":folder";
@@ -88,7 +88,7 @@ class HelpCommand final : public Command {
 
 std::string completions(const CLI::App& program, std::vector<std::string> words) {
   if (words.empty() || words.back() == "=") words.emplace_back();
-  std::erase(words, "=");  // bash makes three words of "--model=radtan"
+  std::erase(words, "=");  // bash splits "--model=radtan" into three words
   std::string prefix;
   if (const std::size_t end = words.back().find('='); end != std::string::npos) {
     prefix = words.back().substr(0, end + 1);
@@ -97,8 +97,8 @@ std::string completions(const CLI::App& program, std::vector<std::string> words)
   const std::string current = words.back();
   words.pop_back();
   const CLI::App* command = &program;
-  const CLI::App* with_flags = &program;  // null: a command that "help" is asked for
-  const CLI::Option* open = nullptr;      // the flag whose value comes next
+  const CLI::App* with_flags = &program;  // null: a command named after "help"
+  const CLI::Option* open = nullptr;      // the flag that expects a value next
   for (const std::string& word : words) {
     const CLI::Option* const flag =
         with_flags != nullptr && word.starts_with('-') ? with_flags->get_option_no_throw(word) : nullptr;

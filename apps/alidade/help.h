@@ -10,8 +10,8 @@ class App;
 
 namespace alidade {
 
-/// Completions of the last of the words behind the program's name: a line for each candidate, with its
-/// meaning behind a tabulator; or ":file" or ":folder".
+/// Completions of the last of the words after the program's name: one line per candidate, with its
+/// description after a tab; or ":file" or ":folder".
 [[nodiscard]] std::string completions(const CLI::App& program, std::vector<std::string> words);
 
 }  // namespace alidade

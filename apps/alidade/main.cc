@@ -15,8 +15,8 @@
 namespace alidade {
 namespace {
 
-// Libraries in C, and functions that must not throw, pass no exception on. Too little memory is no bug. There
-// may be none for the message either.
+// Exceptions cannot pass through C libraries and noexcept functions and end here. Too little memory is not a
+// bug, and may also prevent the message.
 [[noreturn]] void onTerminate() {
   try {
     if (std::current_exception()) std::rethrow_exception(std::current_exception());
@@ -49,14 +49,14 @@ void handleTermination(int, char**, char**) {
 
 int main(int argc, char** argv) {
   using namespace alidade;
-  // A closed stream's number would go to the next file that is opened, and messages into that. Using it still
-  // has to fail.
+  // The next opened file would reuse a closed stream's number and receive messages. Using the stream must
+  // still fail.
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(stream, F_GETFD) == -1)
       static_cast<void>(::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
   }
   silenceLibraries();
-  std::signal(SIGXFSZ, SIG_IGN);  // the write fails, and says so
+  std::signal(SIGXFSZ, SIG_IGN);  // the write fails and reports an error
   if (isMemoryTooSmall()) {
     printMessage(
         "error: the memory limit (ulimit -v) is below 320 MB; expected a higher one, or none\n  next: ulimit "

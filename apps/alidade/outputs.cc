@@ -14,7 +14,7 @@ namespace {
 
 void refuseInput(const Output& output, const std::vector<std::string>& sources) {
   for (const std::string& source : sources) {
-    std::error_code ignored;  // of paths that do not exist, which are not the same then
+    std::error_code ignored;  // of missing paths, which are never the same
     if (!std::filesystem::equivalent(output.path, source, ignored)) continue;
     throw usageError({.where = output.flag + " " + output.path,
                       .found = "this is also an input",
@@ -23,7 +23,7 @@ void refuseInput(const Output& output, const std::vector<std::string>& sources) 
   }
 }
 
-// The other use of the place that a further output would write to; empty: none.
+// The other use of a further output's path; empty if none.
 std::string otherUse(const Output& output, std::span<const Output> others) {
   if (output.path == "-") return "standard output, which is used for the results";
   for (const Output& other : others) {
@@ -63,7 +63,7 @@ std::vector<std::string> withImages(std::vector<std::string> inputs) {
   try {
     append(inputs, listInputs(inputs).all());
   } catch (const Error&) {
-    // A complaint about the output comes first; this one comes again when the images are read.
+    // An error in the output comes first; this one recurs when the images are read.
   }
   return inputs;
 }

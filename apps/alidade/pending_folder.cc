@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// False if the name is taken.
+// Returns false if the name is taken.
 bool makeFolder(const fs::path& folder, const fs::path& named) {
   std::error_code error;
   const bool is_made = fs::create_directory(folder, error);
@@ -38,7 +38,7 @@ bool makeFolder(const fs::path& folder, const fs::path& named) {
                     .expected = "a writable parent folder"});
 }
 
-// All that is below a folder, each folder before what it holds. @throws fs::filesystem_error
+// Everything below a folder, each folder before its content. @throws fs::filesystem_error
 std::vector<fs::directory_entry> entriesBelow(const fs::path& folder) {
   return {fs::recursive_directory_iterator(folder), fs::recursive_directory_iterator()};
 }
@@ -49,23 +49,23 @@ bool contains(const fs::path& folder, const fs::path& inner) {
   return end == folder.end();
 }
 
-// In one step, so that a process that is killed leaves one of the two in place. False where the file system
-// cannot.
+// Exchanges names atomically, so that a killed process leaves one of the two in place. False if the file
+// system cannot.
 bool exchangeNames(const fs::path& a, const fs::path& b) {
   return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0;
 }
 
-// As far as the system lets: only root may give a folder away.
+// As far as the system permits: only root may change an owner.
 void takeOwnerAndMode(const fs::path& from, const fs::path& to) {
   struct stat status {};
   if (::stat(from.c_str(), &status) != 0) return;
   const bool is_owned = ::chown(to.c_str(), status.st_uid, status.st_gid) == 0;
   constexpr mode_t kAll = 07777;
-  constexpr mode_t kOwnersOnly = 05777;  // without the set-group bit of another group
+  constexpr mode_t kOwnersOnly = 05777;  // without the set-group bit of a foreign group
   ::chmod(to.c_str(), status.st_mode & (is_owned ? kAll : kOwnersOnly));
 }
 
-// On another file system than its folder.
+// True if the entry is on a different file system than its folder.
 bool isMounted(const fs::path& entry, const fs::path& folder) {
   struct stat own {};
   struct stat above {};
@@ -73,7 +73,7 @@ bool isMounted(const fs::path& entry, const fs::path& folder) {
          own.st_dev != above.st_dev;
 }
 
-// "SIZE CRC-32" of a file, by which a change is seen.
+// "SIZE CRC-32" of a file, to detect changes.
 std::string markOf(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   boost::crc_32_type crc;
@@ -86,10 +86,10 @@ std::string markOf(const fs::path& path) {
   return fmt::format("{} {:08x}", size, crc.checksum());
 }
 
-// The marks of the files that a run wrote, by path inside its folder.
+// The marks of the files that a run wrote, by relative path.
 using FileList = std::map<std::string, std::string>;
 
-// A line for each file: its mark and its path. A path with a line break makes none, and so is never deleted.
+// One line per file: its mark and its path. A path with a line break is not listed, and so is never deleted.
 constexpr const char* kListStart = "# written by alidade ";
 
 void writeList(const fs::path& folder, const std::string& command) {
@@ -104,7 +104,7 @@ void writeList(const fs::path& folder, const std::string& command) {
   writeFileAtomically((folder / PendingFolder::kListName).string(), text);
 }
 
-// Empty if there is none of this command.
+// Empty if there is no list of this command.
 FileList readList(const fs::path& folder, const std::string& command) {
   FileList list;
   std::ifstream file(folder / PendingFolder::kListName);
@@ -118,7 +118,7 @@ FileList readList(const fs::path& folder, const std::string& command) {
 }
 
 bool isBelow(const fs::path& path, const fs::path& folder) {
-  std::error_code ignored;  // of folders that do not exist, which hold nothing
+  std::error_code ignored;  // of missing folders, which are empty
   for (fs::path parent = path.parent_path(); !parent.empty(); parent = parent.parent_path()) {
     if (fs::equivalent(parent, folder, ignored)) return true;
     if (parent == parent.parent_path()) return false;
@@ -162,7 +162,7 @@ PendingFolder::PendingFolder(const std::string& target, std::string command, boo
                       .next_step = "choose another name"});
   }
   const bool is_there = checkTarget();
-  // A run that was killed may have left its folder, in a container even under the same process number.
+  // A killed run may have left its folder, in a container even with the same process number.
   fs::path pending = siblingPath("tmp");
   for (int i = 2; !makeFolder(pending, target); ++i) pending = siblingPath(fmt::format("{}.tmp", i));
   pending_ = pending;
@@ -174,13 +174,13 @@ PendingFolder::PendingFolder(const std::string& target, std::string command, boo
 }
 
 PendingFolder::~PendingFolder() {
-  // Only ever a folder that this object made under a name that nobody had.
+  // Only removes a folder that this object created under an unused name.
   std::error_code ignored;
   if (!pending_.empty()) fs::remove_all(pending_, ignored);
 }
 
 fs::path PendingFolder::siblingPath(const std::string& ending) const {
-  constexpr std::size_t kMaxBytes = 200;  // of a name, so that the longer one is none too long
+  constexpr std::size_t kMaxBytes = 200;  // of a name, so that the extended one is not too long
   return target_.parent_path() /
          fmt::format(".{}.{}.{}", target_.filename().string().substr(0, kMaxBytes), getpid(), ending);
 }
@@ -218,7 +218,7 @@ void PendingFolder::makeSubfolder(const std::string& name) const {
 }
 
 std::vector<std::string> PendingFolder::leftovers() const {
-  // As siblingPath() names them: ".NAME.PROCESS.tmp", ".NAME.PROCESS.2.tmp", ".NAME.PROCESS.old".
+  // Pattern of siblingPath(): ".NAME.PROCESS.tmp", ".NAME.PROCESS.2.tmp", ".NAME.PROCESS.old".
   std::vector<std::string> names;
   const std::string own = siblingPath("").filename().string();
   const std::string start = own.substr(0, own.find_last_of('.', own.size() - 2) + 1);
@@ -255,7 +255,7 @@ std::vector<fs::path> PendingFolder::ownEntries(const fs::path& folder) const {
       if (is_own || name == kListName) files.push_back(entry.path());
     }
   }
-  // Each folder came before what it holds.
+  // Each folder precedes its content, so the order is reversed.
   files.insert(files.end(), folders.rbegin(), folders.rend());
   return files;
 }
@@ -270,10 +270,10 @@ std::string PendingFolder::renamed(std::string message) const {
 void PendingFolder::commit() {
   writeList(pending_, command_);
   const fs::path old = siblingPath("old");
-  // Again: time has passed. What has come since then, the system itself refuses to replace by a plain rename.
+  // Checks again, since time has passed. The system refuses to replace later changes by a plain rename.
   const bool replaces = checkTarget() && may_replace_;
-  // fs::remove deletes one file or one empty folder and nothing more. What cannot be removed stays under a
-  // name that is in nobody's way.
+  // fs::remove deletes one file or one empty folder and nothing more. Entries that cannot be removed stay
+  // under a name that is not in the way.
   const auto removeOwn = [this](const fs::path& folder) {
     std::error_code ignored;
     for (const fs::path& entry : ownEntries(folder)) fs::remove(entry, ignored);

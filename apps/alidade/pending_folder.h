@@ -13,26 +13,25 @@ namespace alidade {
 inline constexpr const char* kOverwriteText =
     "Replace an earlier, unchanged result of this command; other files are never changed";
 
-/// Refuses a folder for the output that holds, at any depth, one of the files that are read, by its own name
-/// or by that of the file that it links to. Sources that do not exist do not matter.
+/// Refuses an output folder that contains, at any depth, one of the input files, by its own name or as the
+/// target of a link. Missing sources are ignored.
 void refuseFolderOfInputs(const std::string& folder, const std::vector<std::string>& sources);
 
 /// A folder that appears under its name only when it is complete; until then it has a temporary name.
 ///
 /// A complete folder holds a list of its files with the size and the CRC-32 of each. An earlier result is
-/// replaced only if all that it holds is on its list and as it was written: what was added, changed or comes
-/// from elsewhere makes the constructor refuse, and is never deleted. The earlier folder is moved aside
-/// first, and deleted when the new one is in its place.
+/// replaced only if everything in it is on its list and unchanged; otherwise the constructor throws, and
+/// nothing is deleted. The earlier folder is moved aside first, and deleted when the new one is in place.
 class PendingFolder {
  public:
-  /// The name of the list.
+  /// Name of the list file.
   static constexpr const char* kListName = ".alidade_result";
 
-  /// @param command  that makes the folder, and whose earlier results may be replaced
-  /// @param may_replace  accept a target that holds an earlier result and nothing else
-  /// @param is_quiet  do not name what killed runs left beside the folder, which nobody else removes
-  /// @throws Error (kInput) for a target that is no folder, is the current folder or one above it, or holds
-  /// anything but what may be replaced
+  /// @param command  creates the folder; its earlier results may be replaced
+  /// @param may_replace  accept a target that contains only an earlier result
+  /// @param is_quiet  do not report leftovers of killed runs beside the folder, which nothing else removes
+  /// @throws Error (kInput) for a target that is not a folder, is the current folder or a parent of it, or
+  /// contains anything that must not be replaced
   PendingFolder(const std::string& target, std::string command, bool may_replace, bool is_quiet = true);
   ~PendingFolder();
   PendingFolder(const PendingFolder&) = delete;
@@ -41,9 +40,9 @@ class PendingFolder {
   /// Path of an entry while the folder is pending.
   [[nodiscard]] std::string path(const std::string& name) const { return (pending_ / name).string(); }
   void makeSubfolder(const std::string& name) const;
-  /// Puts the folder in place. @throws Error (kInput)
+  /// Moves the folder to its final name. @throws Error (kInput)
   void commit();
-  /// Runs what writes entries. @throws Error what that throws, naming the entries as they are going to be
+  /// Runs code that writes entries. @throws Error from it, with the final names of the entries
   template <class Write>
   void write(const Write& entries) const {
     try {
@@ -57,10 +56,10 @@ class PendingFolder {
   [[nodiscard]] std::string renamed(std::string message) const;
   [[nodiscard]] std::filesystem::path siblingPath(const std::string& ending) const;
   [[nodiscard]] std::vector<std::string> leftovers() const;
-  // @returns whether it exists. @throws Error (kInput) where it is no folder, or holds anything else than
-  // what may be replaced
+  // @returns true if it exists.
+  // @throws Error (kInput) if it is not a folder, or contains anything that must not be replaced
   [[nodiscard]] bool checkTarget() const;
-  // Files first, then the folders that held them, at last the folder itself.
+  // Files first, then their folders, finally the folder itself.
   [[nodiscard]] std::vector<std::filesystem::path> ownEntries(const std::filesystem::path& folder) const;
 
   std::string command_;

@@ -26,7 +26,7 @@ namespace alidade {
 namespace {
 
 struct CommandEntry {
-  const char* name;  // "detect"; with its group "rig calibrate"
+  const char* name;  // "detect"; including its group: "rig calibrate"
   const char* summary;
   std::unique_ptr<Command> (*make)();
 };
@@ -57,7 +57,7 @@ constexpr std::array<CommandEntry, 18> kCommands = {{
     {"help", "Show the help of a command", makeHelpCommand},
 }};
 
-// The command that completions of shells call; it is not for people.
+// The command that shell completion calls, hidden from users.
 constexpr std::string_view kCompleteCommand = "complete";
 
 constexpr int kUsageExit = static_cast<int>(ErrorCode::kUsage);
@@ -67,10 +67,10 @@ int fail(int code, const std::string& message) {
   return code;
 }
 
-// A shell passes an unset variable in quotes as an empty value. It must not count as "not given".
+// A shell passes an unset variable in quotes as an empty value, which must not count as "not given".
 void refuseEmptyValues(const Flags& flags) {
   for (const CLI::Option* option : flags.parser().get_options()) {
-    if (option->get_type_size_min() == 0) continue;  // a flag
+    if (option->get_type_size_min() == 0) continue;  // a flag without a value
     for (const std::string& text : option->results()) {
       if (!text.empty()) continue;
       throw usageError(
@@ -90,7 +90,7 @@ int exitCodeOf(const std::exception& error) {
 
 std::string messageOf(const std::exception& error) {
   if (dynamic_cast<const Error*>(&error) != nullptr) return error.what();
-  // OpenCV has an exception of its own for it.
+  // OpenCV has its own exception for this.
   const bool is_opencv =
       std::string_view(error.what()).find("(-4:Insufficient memory)") != std::string_view::npos;
   if (is_opencv || dynamic_cast<const std::bad_alloc*>(&error) != nullptr) return std::string(kOutOfMemory);
@@ -98,7 +98,7 @@ std::string messageOf(const std::exception& error) {
          "\n  next: this is a bug in alidade; please report it and include the command line";
 }
 
-// For callers that read only standard output. Standard error has the message in any case.
+// For callers that read only standard output. Standard error always has the message.
 void printErrorJson(const std::exception& error) {
   try {
     printResult(jsonText({{"error", {{"exit_code", exitCodeOf(error)}, {"message", messageOf(error)}}}}));
@@ -107,7 +107,7 @@ void printErrorJson(const std::exception& error) {
   }
 }
 
-// The parser's own puts two empty lines between groups of flags.
+// The parser's own formatter puts two empty lines between groups of flags.
 class HelpFormatter final : public CLI::Formatter {
  public:
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
@@ -117,7 +117,7 @@ class HelpFormatter final : public CLI::Formatter {
   }
 };
 
-// The parser of a command, within that of its group.
+// The parser of a command, inside that of its group.
 CLI::App* addParser(CLI::App& app, const CommandEntry& entry) {
   const std::string_view name = entry.name;
   const std::size_t space = name.find(' ');
@@ -173,7 +173,7 @@ int runCommand(int argc, char** argv) {
     }
     return command->run(flags);
   } catch (const Cancelled&) {
-    throw;  // ends by the signal, which no exit code and no document stands for
+    throw;  // ends by the signal, without an exit code or a document
   } catch (const std::exception& error) {
     if (command->owesJson()) printErrorJson(error);
     throw;

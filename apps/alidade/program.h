@@ -11,8 +11,8 @@ inline constexpr int kInputExit = static_cast<int>(ErrorCode::kInput);
 inline constexpr std::string_view kOutOfMemory =
     "out of memory\n  next: use smaller or fewer images, or fewer --jobs";
 
-/// Does what the command line asks for, and says what went wrong. @returns the exit code. @throws Cancelled
-/// when a signal asked for an end
+/// Runs the command line, and reports errors. @returns the exit code. @throws Cancelled if a signal requested
+/// the end
 [[nodiscard]] int runProgram(int argc, char** argv);
 
 }  // namespace alidade

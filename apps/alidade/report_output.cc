@@ -22,11 +22,11 @@ std::optional<GrayImage> readOrNone(const ImageSet& set, std::size_t i) {
   try {
     return set.read(i).decode().image;
   } catch (const Error&) {
-    return std::nullopt;  // the page shows the corners in its place
+    return std::nullopt;  // the page shows the corners instead
   }
 }
 
-// The images of an evidence document, each once; what is no such document has none, and is refused later.
+// The images of an evidence document, each once; none for any other document, which is refused later.
 std::set<std::string> viewNames(const json& evidence) {
   std::set<std::string> names;
   if (!evidence.is_object() || !evidence.contains("views") || !evidence["views"].is_array()) return names;

@@ -11,12 +11,12 @@
 
 namespace alidade {
 
-/// The images that boards were found in, by the names that the evidence has for them, in which bytes that are
-/// not UTF-8 are replaced. An image that cannot be read has no picture.
-/// @param passing  pictures made while these images were searched; outlives the source
+/// The images in which boards were found, by their names in the evidence, in which bytes that are not UTF-8
+/// are replaced. An image that cannot be read has no picture.
+/// @param passing  pictures made while these images were searched; must outlive the source
 [[nodiscard]] PictureSource picturesOf(const GivenViews& given, const PassingPictures& passing);
 
-/// The same for images that are given again, by names of an evidence document.
+/// The same for images given again, by names in an evidence document.
 /// @param paths  of images and videos
 [[nodiscard]] PictureSource picturesFrom(const nlohmann::json& evidence,
                                          const std::vector<std::string>& paths);

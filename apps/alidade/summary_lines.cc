@@ -21,7 +21,7 @@ namespace {
 std::string valueText(double value, double std) {
   if (std::isnan(std)) return fmt::format("{:.6g}", value);
   if (!(std > 0) || !std::isfinite(std)) return fmt::format("{:.6g} fixed", value);
-  const int decimals = decimalsFor(std, std::abs(value) < 10 ? 5 : 3);  // four values to a line
+  const int decimals = decimalsFor(std, std::abs(value) < 10 ? 5 : 3);  // four values per line
   return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, std, decimals);
 }
 

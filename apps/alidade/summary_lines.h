@@ -9,38 +9,38 @@
 
 #include "alidade/calibrate/calibrator.h"
 
-// Lines that the summaries of cameras and of rigs have in common, for people.
+// Lines common to the summaries of cameras and of rigs, for people.
 
 namespace alidade {
 
 using Lines = std::vector<std::string>;
 
-/// A summary has at most so many lines of so many columns; text stands behind labels of kIndent columns.
+/// Largest numbers of lines and columns of a summary; text follows labels of kIndent columns.
 inline constexpr std::size_t kMaxLines = 16;
 inline constexpr std::size_t kMaxColumns = 100;
 inline constexpr std::size_t kIndent = 10;
 inline constexpr std::size_t kMaxBoardLines = 3;  ///< see boardLines()
 
-/// Breaks words over lines of kMaxColumns; the first line has the label, the others an indent.
+/// Wraps words at kMaxColumns; the first line has the label, the others an indent.
 [[nodiscard]] Lines wrapped(std::string_view label, const std::string& text);
 
-/// The decimals that show two digits of a standard deviation.
+/// The number of decimals that shows two digits of a standard deviation.
 [[nodiscard]] int decimalsFor(double std, int most);
-/// Two digits of what is uncertain, without an exponent: "0.12 px"; "unknown" if it is not finite.
+/// An uncertain value with two digits, without an exponent: "0.12 px"; "unknown" if it is not finite.
 [[nodiscard]] std::string pixels(double px);
 
 /// "rejected: do not use this camera".
 [[nodiscard]] std::string verdictText(Verdict verdict, std::string_view what, bool is_coloured);
 /// "FAILED", "Warning" or "Note".
 [[nodiscard]] std::string_view severityLabel(Severity severity);
-/// The diagnosis with what to do about it, behind its label.
+/// The diagnosis with its next step, after its label.
 [[nodiscard]] Lines diagnosisLines(const Diagnosis& diagnosis);
-/// "3 more warnings, 2 notes: see --verbose"; none if there are none.
+/// "3 more warnings, 2 notes: see --verbose"; empty if there are none.
 [[nodiscard]] Lines moreLines(std::size_t num_warnings, std::size_t num_notes);
 
-/// The parameters with their standard deviations, four a line.
+/// The parameters with their standard deviations, four per line.
 [[nodiscard]] Lines parameterLines(const Calibration& result);
-/// One line for each board, or as many boards as there is room for and the number of the others.
+/// One line per board; if there is not enough room, as many as fit and the number of the others.
 [[nodiscard]] Lines boardLines(const Fit& fit, std::size_t room);
 
 /// For --verbose: the outliers, and all diagnoses with their ids.

@@ -10,13 +10,13 @@ class Error;
 
 namespace alidade {
 
-/// The complaint about a command line that the parser of `app` refused, with the nearest thing it accepts.
+/// The error for a command line that the parser of `app` refused, with the nearest valid word.
 [[nodiscard]] std::string explainRefusal(const CLI::Error& error, CLI::App& app, int argc, char** argv);
 
-/// The same of a word that is no command of a program or group.
+/// The same for a word that is not a command of a program or group.
 [[nodiscard]] std::string explainUnknownCommand(const CLI::App& app, const std::string& word);
 
-/// The parser of the command that was named, or of the group or the whole program where no command was.
+/// The parser of the named command, or of the group or program if no command was named.
 [[nodiscard]] CLI::App& chosenParser(CLI::App& app);
 
 }  // namespace alidade

@@ -10,22 +10,22 @@
 
 namespace alidade {
 
-/// The flags for views of commands that make images without distortion.
+/// Flags for the output view of commands that make undistorted images.
 struct ViewOptions {
   std::string projection = "rectilinear";
   double fov_deg = 0;
   std::string keep;  ///< all, valid or empty
-  std::string size;  ///< "1280x720"; empty: of the input
+  std::string size;  ///< "1280x720"; empty: as the input
   std::string interpolation = "linear";
   bool may_overwrite = false;
 
   /// The flags --projection, --fov, --keep, --size, --interpolation and --overwrite.
-  /// @param projection_help  what the projection does for the command
-  /// @param size_help  what --size is without the flag
+  /// @param projection_help  effect of the projection in this command
+  /// @param size_help  default of --size
   void addOptions(Flags& flags, const std::string& projection_help, const std::string& size_help);
   /// @throws Error (kUsage) for flags that exclude each other
   void checkUsage(const Flags& flags) const;
-  /// Fills in what requests of all commands have in common.
+  /// Sets the fields that requests of all commands share.
   template <class Request>
   [[nodiscard]] Request request(const Flags& flags) const {
     Request request;

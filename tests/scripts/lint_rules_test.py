@@ -129,6 +129,14 @@ class LintRulesTest(unittest.TestCase):
         self.assert_findings(lint_rules.check_room_table,
                              "CONTRIBUTING.md:3: the table of rooms has camera where src/CMakeLists.txt has core")
 
+    def test_named_places(self):
+        self.write("src/alidade/core/a.h", "void know();\nint kLimit;\n")
+        self.write("tests/core/a_test.cc", "")
+        self.write("CONTRIBUTING.md", "`core/a.h` `core/` `know()` `kLimit` `X_text.cc` `g++` `core/b.h`\n`cor/` `no()` `kNone`\n")
+        self.assert_findings(lint_rules.check_named_places, "CONTRIBUTING.md:1: there is no core/b.h",
+                             "CONTRIBUTING.md:2: there is no cor/", "CONTRIBUTING.md:2: there is no kNone",
+                             "CONTRIBUTING.md:2: there is no no()")
+
     def test_links(self):
         self.write("README.md", "[a](docs/a.md) [b](docs/a.md#two-words) [c](https://x.org/y) [d](#top)\n# Top\n")
         self.write("docs/a.md", "# `Two` words!\n[back](../README.md)\n[gone](b.md)\n[no](../README.md#bottom)\n")

@@ -64,7 +64,7 @@ def require(*programs):
     """Ends the test as skipped where a program is missing."""
     missing = [name for name in programs if not shutil.which(name)]
     if missing:
-        skip(missing, "test")
+        skip(missing, "full")
 
 
 def skip(missing, group):

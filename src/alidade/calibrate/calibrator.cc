@@ -18,9 +18,9 @@
 namespace alidade {
 namespace {
 
-// Normalised until it no longer changes, as the reader does: what was written is then read back the same.
+// Normalised until it no longer changes, as in the reader, so that a file reads back exactly as written.
 SE3 settled(SE3 pose) {
-  constexpr int kEnough = 16;  // each round has about an even chance
+  constexpr int kEnough = 16;  // rounds; each converges with a probability of about 1/2
   for (int i = 0; i < kEnough; ++i) {
     const SO3 next = SO3::fromQuaternion(pose.rotation.quaternion());
     if (next.quaternion().coeffs() == pose.rotation.quaternion().coeffs()) break;
@@ -37,7 +37,7 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
   Dropped dropped = droppedFrom(fit, given, options.cancel);
   for (FitPlacement& placement : fit.placements) placement.rig_from_board = settled(placement.rig_from_board);
   if (!choice.model) choice.better_model = neededModel(fit, options.cancel);
-  // As the caller knows the views.
+  // Restore the caller's view indices.
   for (FitView& view : fit.views) view.source = given.sources[view.source];
   for (Outlier& outlier : dropped.outliers) outlier.source = given.sources[outlier.source];
   const AnyCamera camera = AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
@@ -51,7 +51,7 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
   return result;
 }
 
-// To a tenth of a pixel: enough to recognise an image by.
+// Rounded to a tenth of a pixel: enough to recognise an image by.
 std::vector<Eigen::Vector2d> viewCenters(const Fit& fit) {
   constexpr double kTenths = 10;
   std::vector<Eigen::Vector2d> centers;
@@ -65,12 +65,12 @@ std::vector<Eigen::Vector2d> viewCenters(const Fit& fit) {
   return centers;
 }
 
-// Three digits.
+// Rounded to three digits.
 double rounded(double value) {
   return std::isfinite(value) ? *parseDouble(numberText("%.3g", value)) : value;
 }
 
-// Of the boards that the views show.
+// Adds the boards that the views show.
 void addBoards(const Calibration& of, CalibrationRecord& record) {
   for (std::size_t b = 0; b < of.fit.boards.size(); ++b) {
     const FitBoard& board = of.fit.boards[b];

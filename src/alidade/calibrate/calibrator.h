@@ -24,14 +24,14 @@ struct Calibration {
   Dropped dropped = {};                   ///< corners and views that were given and are not in the fit
   Choice choice = {};                     ///< how the fit was found
   Uncertainty uncertainty = {};           ///< how accurate the camera is
-  std::vector<Diagnosis> diagnoses = {};  ///< what is wrong, failures first
-  DomainCertificate domain = {};          ///< where the camera is one-to-one
+  std::vector<Diagnosis> diagnoses = {};  ///< problems, failures first
+  DomainCertificate domain = {};          ///< region in which the camera is one-to-one
 
   /// Created by each call.
   [[nodiscard]] AnyCamera camera() const;
   [[nodiscard]] ImageSize imageSize() const { return onlyCamera(fit).size; }
   [[nodiscard]] Verdict verdict() const { return verdictOf(diagnoses); }
-  /// False if any diagnosis is a failure: the parameters are then not to be used.
+  /// False if any diagnosis is a failure; the parameters must then not be used.
   [[nodiscard]] bool isUsable() const { return verdict() != Verdict::kNo; }
 };
 
@@ -42,16 +42,16 @@ struct Calibration {
 /// @throws Error (kInput) for fewer than kMinViews views, views without a name or size, views of different
 /// image sizes, two views of one board in one image, a board index that does not exist, corner ids that the
 /// board does not have or that occur twice in a view, corners that are not finite, negative sigmas, views
-/// that no camera explains, or an initial camera of another image size; Error (kUsage) for a board without
-/// rows, columns or square size, an unknown model, an unknown fixed parameter, or a fixed parameter without a
-/// value; Cancelled. A poor result does not throw: see Calibration::diagnoses. Views that cannot be used are
-/// left out: see Calibration::dropped.
+/// that no camera explains, or an initial camera of a different image size; Error (kUsage) for a board
+/// without rows, columns or square size, an unknown model, an unknown fixed parameter, or a fixed parameter
+/// without a value; Cancelled. A poor result does not throw: see Calibration::diagnoses. Views that cannot be
+/// used are left out: see Calibration::dropped.
 [[nodiscard]] Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
                                     const CalibratorOptions& options = {});
 [[nodiscard]] Calibration calibrate(const Board& board, std::vector<View> views,
                                     const CalibratorOptions& options = {});
 
-/// Everything that is wrong with a calibration, failures first; pure judgement, no estimation.
+/// All problems found with a calibration, failures first; pure judgement, no estimation.
 ///
 /// A failure makes the answer wrong or meaningless whatever the tolerance. Every other diagnosis states its
 /// effect in pixels, from which its severity follows by severityOf().
@@ -59,7 +59,7 @@ struct Calibration {
 /// @param tolerance_px  see CalibratorOptions
 [[nodiscard]] std::vector<Diagnosis> judge(const Calibration& calibration, double tolerance_px = 1);
 
-/// How a view of a calibration came out.
+/// Outcome of a calibration for one view.
 struct ViewSummary {
   std::string image;
   std::size_t board = 0;  ///< index into Fit::boards

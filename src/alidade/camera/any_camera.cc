@@ -37,7 +37,7 @@ std::string rangeText(const ParamRange& range) {
   return "a finite number";
 }
 
-// Points along the outer edges of an image's outer pixels, a pixel apart.
+// Points along the border of an image, one per pixel.
 std::vector<Eigen::Vector2d> imageBorder(ImageSize size) {
   std::vector<Eigen::Vector2d> border;
   for (int x = 0; x <= size.width; ++x) {
@@ -51,8 +51,8 @@ std::vector<Eigen::Vector2d> imageBorder(ImageSize size) {
   return border;
 }
 
-// Determinant of the lens' row-major Jacobian by the unit sphere's tangent plane at `ray` (unit length), per
-// steradian.
+// Determinant of the lens's row-major Jacobian by the tangent plane of the unit sphere at `ray` (unit
+// length), per steradian.
 double sphereDeterminant(const double* J, const Eigen::Vector3d& ray) {
   const Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J_m_ray(J);
   // Rows a, b of the 2x3 matrix, restricted to the plane normal to the ray: det = (a x b) . ray.
@@ -184,7 +184,7 @@ DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {
       result.min_relative_det = std::min(result.min_relative_det, det(*ray) / axis_det);
     };
     for (const Eigen::Vector2d& pixel : imageBorder(size)) look(pixel.x(), pixel.y());
-    constexpr int kGrid = 24;  // the inside matters for the determinant only
+    constexpr int kGrid = 24;  // the interior matters only for the determinant
     for (int j = 1; j < kGrid; ++j) {
       for (int i = 1; i < kGrid; ++i)
         look(-0.5 + i * size.width / double{kGrid}, -0.5 + j * size.height / double{kGrid});
@@ -200,7 +200,7 @@ bool foldsInsideImage(const DomainCertificate& domain) {
 }
 
 bool foldsInsideImage(const AnyCamera& camera, ImageSize size) {
-  DomainCertificate domain;  // of an image that is not seen whole
+  DomainCertificate domain;  // assumes that part of the image has no ray
   domain.cone = camera.cone();
   if (!foldsInsideImage(domain)) return false;
   const std::vector<Eigen::Vector2d> border = imageBorder(size);

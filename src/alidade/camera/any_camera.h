@@ -41,7 +41,7 @@ struct CameraVariant;  // see camera_variant.h
 /// A camera of any model, with value semantics. It is immutable, so copies share memory.
 class AnyCamera {
  public:
-  /// A camera of any one model; its type is not installed.
+  /// A camera of any one model; the header of its type is not installed.
   explicit AnyCamera(const detail::CameraVariant& camera);
   // Not movable: a moved-from camera would be empty.
   AnyCamera(const AnyCamera&) = default;
@@ -59,7 +59,7 @@ class AnyCamera {
   [[nodiscard]] std::string_view modelId() const;
   [[nodiscard]] std::span<const std::string_view> parameterNames() const;
   [[nodiscard]] std::span<const double> parameters() const&;
-  std::span<const double> parameters() const&& = delete;  ///< the span would outlive the camera
+  std::span<const double> parameters() const&& = delete;  ///< the span would outlive a temporary camera
   /// A parameter by its name. @throws Error (kUsage) for a name that the model does not have
   [[nodiscard]] double parameter(std::string_view name) const;
   [[nodiscard]] const CertifiedCone& cone() const;
@@ -96,7 +96,7 @@ struct DomainCertificate {
 /// if every border pixel has one.
 [[nodiscard]] DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size);
 
-/// Whether the lens folds over or has a pole in the illuminated part of the image. A lens of less than 180
+/// True if the lens folds over or has a pole in the illuminated part of the image. A lens of less than 180
 /// degrees illuminates the whole image. Pixels more than 90 degrees from the axis are assumed to be the dark
 /// corners of a fisheye image.
 [[nodiscard]] bool foldsInsideImage(const DomainCertificate& domain);

@@ -30,8 +30,8 @@ struct RigRay {
   Eigen::Vector3d direction;  ///< of unit length
 };
 
-/// Cameras that are fixed to each other, with value semantics. The rig's frame is any that the poses share;
-/// in Alidade's own files it is that of the first camera.
+/// Cameras that are fixed to each other, with value semantics. The poses define the rig's frame; in Alidade's
+/// own files, it is the frame of the first camera.
 class AnyRig {
  public:
   /// @throws Error (kInput) without a camera, or if the names are not unique
@@ -45,7 +45,7 @@ class AnyRig {
   [[nodiscard]] std::size_t index(std::string_view name) const;
 
   /// The pixel of a point of the rig's frame (metres) in camera `i`, or why it has none. The pixel may lie
-  /// outside of the image.
+  /// outside the image.
   [[nodiscard]] Projection project(std::size_t i, const Eigen::Vector3d& p_rig) const;
   /// The same in all cameras, in their order.
   [[nodiscard]] std::vector<Projection> project(const Eigen::Vector3d& p_rig) const;

@@ -18,16 +18,16 @@
 namespace alidade {
 namespace {
 
-// The arrays of one call. Outputs that are null are not wanted. Strides are from one point's coordinate to
-// the next one's: 1 in columns; in rows, the coordinates of a point are neighbours, and the first array's
-// are those of all.
+// The arrays of one call. Null outputs are not computed. A stride is the step from one point's coordinate to
+// the next point's: 1 in columns. In rows, the coordinates of a point are neighbours, and all arrays overlap
+// the first one.
 template <std::size_t kNumIn, std::size_t kNumOut>
 struct Arrays {
   std::array<const double*, kNumIn> in;
   std::array<double*, kNumOut> out;
   ProjectStatus* status;
   std::size_t in_stride = 1;
-  std::size_t out_stride = 1;  // of coordinates; the Jacobians of the points follow each other
+  std::size_t out_stride = 1;  // of coordinates; Jacobians have no gaps
 };
 
 ALIDADE_ALWAYS_INLINE Lanes loadStrided(const double* from, std::size_t i, std::size_t stride) {
@@ -50,8 +50,8 @@ ALIDADE_ALWAYS_INLINE void storeStrided(const Lanes& lanes, double* to, std::siz
 }
 
 #if defined(ALIDADE_HAS_VECTORS)
-// Two neighbours from each of two places. Processors move numbers within the halves of a vector faster than
-// across them.
+// Loads two neighbours from each of two places. Processors move numbers faster within the halves of a vector
+// than across them.
 using LanePair = double __attribute__((vector_size(16)));
 
 ALIDADE_ALWAYS_INLINE Lanes loadPairs(const double* low, const double* high) {
@@ -63,7 +63,7 @@ ALIDADE_ALWAYS_INLINE Lanes loadPairs(const double* low, const double* high) {
 }
 #endif
 
-// In rows, x, y and z are neighbours: six loads of two numbers instead of twelve of one.
+// In rows, x, y and z are neighbours, so six loads of two numbers replace twelve of one.
 template <bool kIsRows>
 ALIDADE_ALWAYS_INLINE void loadPoints(const std::array<const double*, 3>& from, std::size_t i, Lanes* p) {
 #if defined(ALIDADE_HAS_VECTORS)
@@ -81,7 +81,7 @@ ALIDADE_ALWAYS_INLINE void loadPoints(const std::array<const double*, 3>& from, 
   for (std::size_t c = 0; c < from.size(); ++c) p[c] = loadStrided(from[c], i, kIsRows ? from.size() : 1);
 }
 
-// In rows, u and v are neighbours: two stores of four numbers instead of eight of one.
+// In rows, u and v are neighbours, so two stores of four numbers replace eight of one.
 template <bool kIsRows>
 ALIDADE_ALWAYS_INLINE void storePixels(const Lanes& u, const Lanes& v, double* to_u, double* to_v,
                                        std::size_t i) {
@@ -107,8 +107,8 @@ ALIDADE_ALWAYS_INLINE bool laneOf(const LaneMask& mask, std::size_t l) {
 #endif
 }
 
-// Writes row-major Jacobians of kSize numbers, one lane's after another's, plus `nothing`: 0, or NaN in lanes
-// that have none.
+// Writes row-major Jacobians of kSize numbers, one lane after another, plus `nothing`: 0, or NaN in lanes
+// without a result.
 template <int kSize>
 ALIDADE_ALWAYS_INLINE void scatter(const Lanes* from, const Lanes& nothing, double* to) {
   for (int e = 0; e < kSize; ++e) {
@@ -134,15 +134,15 @@ void runGroups(const Loop& loop, const typename Loop::Columns& arrays, std::size
   });
 }
 
-// Calls loop.group<kIsRows>(arrays, i) for each group of points. The last points, fewer than there are lanes,
-// are copied to arrays of full length and back.
+// Calls loop.group<kIsRows>(arrays, i) for each group of points. A last, incomplete group is copied to arrays
+// of full length and back.
 template <class Loop>
 void runLoop(const Loop& loop, const typename Loop::Columns& arrays, std::size_t count) {
   const std::size_t whole = count - count % kNumLanes;
   runGroups(loop, arrays, whole);
   const std::size_t rest = count - whole;
   if (rest == 0) return;
-  constexpr auto kWidths = Loop::kWidths;  // numbers a point in each output
+  constexpr auto kWidths = Loop::kWidths;  // numbers per point in each output
   double in[std::tuple_size_v<decltype(arrays.in)>][kNumLanes];
   double out[kWidths.size()][kNumLanes * std::ranges::max(kWidths)];
   ProjectStatus status[kNumLanes];
@@ -196,7 +196,7 @@ class ProjectLoop {
       for (std::size_t r = 0; r < 3; ++r)
         p_cam[r] = R[3 * r] * p[0] + (R[3 * r + 1] * p[1] + (R[3 * r + 2] * p[2] + t[r]));
     }
-    // As Camera::classify(), in squares.
+    // Same as Camera::classify(), but with squared lengths.
     const Lanes norm2 = p_cam[0] * p_cam[0] + p_cam[1] * p_cam[1] + p_cam[2] * p_cam[2];
     const Lanes z = p_cam[2];
     const Lanes signed_z2 = lane::select(z < 0.0, -z * z, z * z);
@@ -305,7 +305,8 @@ class UnprojectLoop {
   }
 
  private:
-  // The rim, pixels for which Newton's method does not converge at once, and pixels without a ray.
+  // Retries pixels at the rim, pixels for which Newton's method does not converge at once, and pixels without
+  // a ray.
   void tryHarder(const Eigen::Vector2d& pixel, const Columns& a, std::size_t i) const {
     const auto ray = camera_.unproject(pixel);
     a.status[i] = ray ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain;
@@ -409,7 +410,7 @@ void unprojectRows(const AnyCamera& camera, std::span<const double> pixels, std:
 void projectBatch(const AnyCamera& camera, std::span<const Eigen::Vector3d> points_cam,
                   std::span<Projection> out) {
   expect(points_cam.size() == out.size(), "one projection per point");
-  constexpr std::size_t kChunk = 256;  // points; their numbers stay in the first cache
+  constexpr std::size_t kChunk = 256;  // points; their numbers fit into the L1 cache
   std::array<double, 2 * kChunk> pixels;
   std::array<ProjectStatus, kChunk> status;
   for (std::size_t begin = 0; begin < points_cam.size(); begin += kChunk) {

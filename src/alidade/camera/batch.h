@@ -10,7 +10,7 @@ namespace alidade {
 
 /// Arrays of points, rays or pixels, one array per coordinate. All arrays of one call have the same length.
 /// Results may be written to the input arrays; otherwise no arrays may overlap. Arrays of different lengths
-/// are a bug of the caller: std::logic_error.
+/// are a caller's bug and throw std::logic_error.
 struct PointColumns {
   std::span<const double> x, y, z;
 };
@@ -44,7 +44,7 @@ void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const
 void projectBatch(const AnyCamera& camera, const SE3& camera_from_points, const PointColumns& points,
                   const PixelResults& pixels, const PixelJacobians& jacobians = {});
 
-/// The same for points in the camera frame and results that are values.
+/// The same for points in the camera frame, with values as results.
 void projectBatch(const AnyCamera& camera, std::span<const Eigen::Vector3d> points_cam,
                   std::span<Projection> out);
 

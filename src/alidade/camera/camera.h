@@ -46,9 +46,9 @@ class Camera {
   /// For M::quickUnlens().
   [[nodiscard]] const typename M::Start& start() const { return start_; }
 
-  /// Pixel of a point in the camera frame (any unit of length), or why there is none.
-  /// Row-major Jacobians J_px_cam (2x3) and J_px_params (2 x kNumParams), null = not wanted, are written only
-  /// if the status is kOk.
+  /// Pixel of a point in the camera frame (any unit of length), or why there is none. Row-major Jacobians
+  /// J_px_cam (2x3) and J_px_params (2 x kNumParams), null: not computed, are written only if the status is
+  /// kOk.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam = nullptr,
                                    double* J_px_params = nullptr) const {
     Projection result;
@@ -64,12 +64,12 @@ class Camera {
     return result;
   }
 
-  /// Unit ray in the camera frame that projects to `pixel`; nothing if no ray of the domain does.
-  /// The row-major Jacobian J_ray_pixel (3x2), null = not wanted, is written only if there is a ray.
+  /// Unit ray in the camera frame that projects to `pixel`; nothing if no ray of the domain does. The
+  /// row-major Jacobian J_ray_pixel (3x2), null: not computed, is written only if there is a ray.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel = nullptr) const {
     const double m[2] = {(pixel.x() - params_[2]) / params_[0], (pixel.y() - params_[3]) / params_[1]};
-    // The cone's image is bounded by that of its rim. False for NaN too.
+    // The image of the cone is bounded by that of its rim. False for NaN too.
     if (!(std::hypot(m[0], m[1]) <= rim_radius_)) return std::nullopt;
     std::optional<Eigen::Vector3d> ray(std::in_place);
     if (!M::unlens(params_.data() + 4, m, cone_.max_angle_rad, ray->data())) return std::nullopt;
@@ -80,8 +80,8 @@ class Camera {
 
  private:
   [[nodiscard]] ProjectStatus classify(const Eigen::Vector3d& p) const {
-    // Squares of lengths beyond these overflow, and a lens that divides by infinity sees the point anywhere.
-    // Where they do, the norm is infinite or zero, and so outside of the bounds too.
+    // Squares of longer or shorter vectors overflow or vanish, and a lens that divides by infinity would give
+    // a pixel for any point. The norm is then infinite or zero, which is outside the bounds too.
     constexpr double kMinLength = 1e-100;
     constexpr double kMaxLength = 1e100;
     const double norm = p.norm();
@@ -90,16 +90,16 @@ class Camera {
     return p.z() >= cos_max_angle_ * norm ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain;
   }
 
-  // A ray on the very rim of the cone comes back from its pixel with rounding, which may put it outside. It
-  // counts if the ray next to it on the rim cannot be told from it, there or in the image.
+  // A ray exactly on the rim of the cone returns from its pixel with rounding, which may put it outside. It
+  // counts if it cannot be distinguished from the nearest ray on the rim, by angle or by pixel.
   [[nodiscard]] std::optional<Eigen::Vector3d> onRim(const Eigen::Vector3d& ray,
                                                      const Eigen::Vector2d& pixel) const {
     constexpr double kSameRay = 1e-13;   // rad
-    constexpr double kNearRay = 1e-9;    // rad, within which rays round where the lens nearly folds
+    constexpr double kNearRay = 1e-9;    // rad; rounding of rays where the lens nearly folds
     constexpr double kSamePixel = 1e-8;  // px
     const double rho = std::hypot(ray.x(), ray.y());
     if (!(rho > 0.0)) return std::nullopt;
-    // Inside by what classify() itself may round.
+    // Inside by more than the rounding of classify().
     const double z = cos_max_angle_ + 4 * std::numeric_limits<double>::epsilon();
     const double scale = std::sqrt(std::max(0.0, (1 - z) * (1 + z))) / rho;
     const Eigen::Vector3d rim(scale * ray.x(), scale * ray.y(), z);
@@ -125,7 +125,7 @@ class Camera {
       if (!M::lens(lens, ray, m)) return std::numeric_limits<double>::infinity();
       farthest = std::max(farthest, std::hypot(m[0], m[1]));
     }
-    // For rounding and a ray onRim(), and for what lies between the azimuths.
+    // Margin for rounding and a ray onRim(), and for maxima between the azimuths.
     return farthest * (is_symmetric ? 1 + 1e-6 : 1.1);
   }
 

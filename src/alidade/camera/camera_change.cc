@@ -5,6 +5,8 @@
 #include <array>
 #include <vector>
 
+#include "alidade/camera/model_traits.h"
+
 namespace alidade {
 
 std::string_view changeId(CameraChangeKind kind) {
@@ -41,8 +43,9 @@ std::optional<AnyCamera> changedCamera(const AnyCamera& camera, CameraChangeKind
   std::string_view model = camera.modelId();
   std::vector<double> params(camera.parameters().begin(), camera.parameters().end());
   if (kind == CameraChangeKind::kFirstRadial && params.size() == 4) {
-    model = "radtan";
-    params.resize(9, 0);
+    const ModelTraits& with_distortion = *nextLargerModel(model);
+    model = with_distortion.id;
+    params.resize(with_distortion.parameter_names.size(), 0);
   }
   const bool is_factor = kind == CameraChangeKind::kFocalLength || kind == CameraChangeKind::kAspect ||
                          kind == CameraChangeKind::kDistortion;

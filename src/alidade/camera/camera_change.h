@@ -13,16 +13,16 @@
 
 namespace alidade {
 
-/// A way in which a file may be wrong about a camera, or about where it is mounted. Its amounts are shares,
-/// pixels or radians.
+/// A way in which a file may be wrong about a camera or its mounting. Its amounts are shares, pixels or
+/// radians.
 enum class CameraChangeKind : std::uint8_t {
   kFocalLength,     ///< as a share
   kAspect,          ///< fx alone, as a share: the image was stretched
   kPrincipalPoint,  ///< px, in x and in y
   kCenterX,         ///< cx alone, px
   kCenterY,         ///< cy alone, px
-  kPixelOrigin,     ///< cx and cy by the same, px
-  kDistortion,      ///< all of it by one factor, less 1
+  kPixelOrigin,     ///< cx and cy by the same amount, px
+  kDistortion,      ///< all coefficients by one factor, minus 1
   kFirstRadial,     ///< the first coefficient of the lens alone
   kRotation,        ///< a camera turned about its centre: rotation vector in its frame, radians
   kPosition,        ///< direction of the baseline, two angles in radians; its length cannot be seen
@@ -36,14 +36,14 @@ enum class CameraChangeKind : std::uint8_t {
 /// Number of amounts of a change; not for kPose and kSeveral.
 [[nodiscard]] Eigen::Index numAmounts(CameraChangeKind kind);
 
-/// Derivatives of the parameters by the amounts of a change, one a column; zero for changes of the pose, and
-/// for a lens that has nothing of the kind.
+/// Derivatives of the parameters by the amounts of a change, one per column; zero for changes of the pose,
+/// and for a lens without such a parameter.
 /// @param num_params  rows, if more than the camera has
 [[nodiscard]] Eigen::MatrixXd directionsOf(CameraChangeKind kind, const AnyCamera& camera,
                                            std::size_t num_params = 0);
 
 /// The camera after a change of its parameters. A pinhole camera becomes a radtan one for kFirstRadial.
-/// @returns nothing for parameters out of their range
+/// @returns nothing if a parameter is out of its range
 [[nodiscard]] std::optional<AnyCamera> changedCamera(const AnyCamera& camera, CameraChangeKind kind,
                                                      const Eigen::VectorXd& amounts);
 

@@ -75,7 +75,7 @@ EditedCamera quarterTurn(const AnyCamera& camera, ImageSize size) {
 }  // namespace
 
 EditedCamera cropCamera(const AnyCamera& camera, ImageSize size, const PixelRect& part) {
-  // Written so that no sum can overflow.
+  // Written without sums, which could overflow.
   const bool is_inside = part.x >= 0 && part.y >= 0 && part.width >= 1 && part.height >= 1 &&
                          part.width <= size.width - part.x && part.height <= size.height - part.y;
   if (!is_inside) {
@@ -92,7 +92,7 @@ EditedCamera cropCamera(const AnyCamera& camera, ImageSize size, const PixelRect
 }
 
 EditedCamera resizeCamera(const AnyCamera& camera, ImageSize size, ImageSize new_size) {
-  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30U;  // in all, as in a camera file
+  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30U;  // in total, as in a camera file
   if (std::min(new_size.width, new_size.height) < 1 ||
       std::max(new_size.width, new_size.height) > kMaxImageSide ||
       std::int64_t{new_size.width} * new_size.height > kMaxPixels) {

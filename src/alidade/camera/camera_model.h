@@ -11,29 +11,29 @@
 
 namespace alidade {
 
-/// The values that a lens parameter may take, both ends included.
+/// The inclusive range of a lens parameter.
 struct ParamRange {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
 };
 
-/// Families of lenses, by where their formula starts.
+/// Families of lenses, by the geometry that their formula starts from.
 enum class LensFamily {
   kPerspective,  ///< from the plane x = X/Z, y = Y/Z, which ends before 90 degrees
   kWide,         ///< from the field angle or a sphere: fisheye lenses and mirrors
 };
 
-/// Parameters of the largest model that code without its type has room for, with fx fy cx cy.
+/// Largest number of parameters, including fx fy cx cy, that code without the model's type has room for.
 inline constexpr int kMostParams = 32;
 
-/// Two lens parameters that are the components of a vector in the normalised plane, by their index. They turn
+/// Two lens parameters, by index, that are the components of a vector in the normalised plane. They rotate
 /// with the image.
 struct LensVector {
   std::size_t x, y;
 };
 
-/// A model that shares some lenses with a second model. Without functions it has the parameters of `model` by
-/// the same names, and its further ones are 0 in the shared lenses: it extends `model`.
+/// A model that shares some lenses with a second model. Without functions, this model extends `model`: it has
+/// the same parameters by the same names, and its additional ones are 0 in the shared lenses.
 struct SharedLens {
   /// Converts the lens parameters of one model to those of the other and returns the factor by which fx and
   /// fy change; 0 if the lens is not shared.
@@ -46,13 +46,13 @@ struct SharedLens {
   [[nodiscard]] constexpr bool isExtension() const { return to == nullptr && from == nullptr; }
 };
 
-/// What a camera model must provide. A model is a stateless struct that describes the *lens*: the map from a
+/// Requirements of a camera model. A model is a stateless struct that describes the *lens*: the map from a
 /// ray in the camera frame (any length > 0, any direction) to the normalised plane, m = lens(ray). The affine
 /// step to pixels, u = fx mx + cx and v = fy my + cy, is the same for all models and is written once
 /// (projection.h).
 ///
 ///   kId              the name in files and on the command line
-///   kNumLensParams   how many parameters follow fx fy cx cy
+///   kNumLensParams   number of parameters after fx fy cx cy
 ///   kLensParamNames  their names, in storage order
 ///   kLensRanges      the values that each may take; the lens has no value outside
 ///   kStartLens       initial values for a calibration: a perspective without distortion, or a typical wide
@@ -60,37 +60,33 @@ struct SharedLens {
 ///   kMaxAngle        largest angle from the optical axis at which the formula makes sense, radians; models
 ///                    that stop at or before 90 degrees report points behind the camera as kBehind
 ///   kIsOneToOneWithoutFold  true if a lens that folds nowhere in a cone about the axis is one-to-one there
-///                    for a reason in the comment of the model; false: the rim of the cone is checked too
-///   maxAngle(k)      the end of the lens with these parameters, as far as a closed form exists: the first
-///                    pole or fold; kMaxAngle if there is none
+///                    for a reason in the model's comment; false: the rim of the cone is checked too
+///   maxAngle(k)      the first pole or fold of the lens with these parameters, if it has a closed form;
+///                    otherwise kMaxAngle
 ///   isAxiallySymmetric(k)  true if the lens treats all azimuths alike
-///   hasValue(k, ray)  false where the formula has no value; always true in the cone of certifyCone()
-///   formula(k, ray, m, J_m_ray, J_m_lens)  the map itself where it has a value, with row-major 2x3 and 2xN
-///                    Jacobians (null = not wanted); for double, Lanes and automatic differentiation, so
+///   hasValue(k, ray)  false if the formula has no value; always true in the cone of certifyCone()
+///   formula(k, ray, m, J_m_ray, J_m_lens)  the map itself if it has a value, with row-major 2x3 and 2xN
+///                    Jacobians (null: not computed); for double, Lanes and automatic differentiation, so
 ///                    without a branch on the ray
 ///   unlens(k, m, max_angle, ray)  the inverse: the unit ray inside the cone of half-angle max_angle, in
 ///                    which the lens is one-to-one, or a nanoradian beyond; false without one. A closed form
 ///                    may ignore max_angle, because Camera::unproject checks it
 ///   quickUnlens(k, start, m, max_angle, ray)  the same for Lanes, without safeguards: NaN or a ray outside
-///                    the cone where there is none, and also where more iterations would be needed
+///                    the cone if there is none, or if more iterations would be needed
 ///   Start, makeStart(k, max_angle)  precomputed values for quickUnlens()
 ///
-/// and what the program knows of the model, which has no defaults:
+/// and properties of the model, which have no defaults:
 ///
 ///   kFamily          perspective or wide. Searches begin with the lead of the family (leadTraits())
-///   kIsStiff         true if one or two numbers stand for the whole lens, which may then deviate from it
-///   even
-///                    where boards were seen, by too little to show in the errors
-///   kIsPolynomial    true if the lens is without distortion where its parameters are 0, and all of them
-///   times
-///                    a number are more or less of the same distortion
-///   kFlexibleId      the model of the same kind of lens with room for what this one cannot express; empty if
-///                    there is none
-///   kVectors         the parameters that turn with the image; where they are 0, isAxiallySymmetric()
-///   kSharedLenses    the models with which it shares lenses, each pair stated by one of the two
+///   kIsStiff         true if one or two numbers describe the whole lens. The real lens may then deviate
+///                    even where boards were seen, by too little to show in the errors
+///   kIsPolynomial    true if parameters of 0 mean no distortion, and multiples of all parameters are
+///                    multiples of the same distortion
+///   kFlexibleId      a more flexible model of the same kind of lens; empty if there is none
+///   kVectors         the parameters that rotate with the image; if they are 0, isAxiallySymmetric()
+///   kSharedLenses    the models with which it shares lenses; one model of each pair lists the other
 ///
-/// LensFormula makes lens() from hasValue() and formula(), and holds what most models
-/// share.
+/// LensFormula makes lens() from hasValue() and formula(), and holds the common part of most models.
 template <class M>
 concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::kId } -> std::convertible_to<std::string_view>;
@@ -114,8 +110,8 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
 };
 
 /// The map of one ray, derived from the formula of a model, for double and for automatic differentiation; and
-/// what a lens with `kNum` parameters is unless its model says otherwise: symmetric without its vectors, with
-/// parameters of any size that start at zero, and with an inverse in closed form.
+/// the defaults for a lens with `kNum` parameters: symmetric without its vectors, with parameters of any size
+/// that start at zero, and with an inverse in closed form.
 template <class M, std::size_t kNum>
 struct LensFormula {
   static constexpr int kNumLensParams = kNum;
@@ -128,7 +124,7 @@ struct LensFormula {
                                [k](const LensVector& v) { return k[v.x] == 0.0 && k[v.y] == 0.0; });
   }
 
-  /// m of a ray (any length), and the Jacobian by the ray, null = not wanted; false where the formula has no
+  /// m of a ray (any length), and the Jacobian by the ray, null: not computed; false if the formula has no
   /// value.
   template <class T>
   static bool lens(const T* k, const T* ray, T* m, T* J_m_ray = nullptr) {

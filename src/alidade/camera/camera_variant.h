@@ -6,8 +6,8 @@
 
 namespace alidade::detail {
 
-/// What AnyCamera holds, for the library's own loops: programs need neither the models nor the time that it
-/// takes to compile them.
+/// Content of AnyCamera, for the library's own loops. It is hidden because programs need neither the models
+/// nor the time to compile them.
 struct CameraVariant {
   // Implicit, so that AnyCamera takes a camera of any model.
   template <class M>

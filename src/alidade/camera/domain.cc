@@ -11,16 +11,16 @@ namespace alidade {
 namespace {
 
 constexpr int kNumAngles = 512;            // steps from the axis to the limit
-constexpr int kNumAnglesSymmetric = 4096;  // the same where one azimuth tells all
+constexpr int kNumAnglesSymmetric = 4096;  // the same if one azimuth represents all
 constexpr int kNumAzimuths = 64;           // around the axis, for lenses that are not symmetric
 constexpr int kNumRimPoints = 256;
-constexpr double kShareOfRest = 0.1;  // of the way to the limit: a step's length at most
-constexpr double kLastStep = 1e-6;    // rad; the last step may be the whole of it
+constexpr double kShareOfRest = 0.1;  // largest step, as a share of the remaining way to the limit
+constexpr double kLastStep = 1e-6;    // rad; a shorter remaining way is one step
 constexpr double kSameAngle = 1e-9;
 // Below this firmness, a pixel's own rounding moves its ray by more than 1e-9 rad.
 constexpr double kMinFirmness = 2.2e-7;
 
-// Field angles from the axis to the limit, at which all azimuths look.
+// Sampled field angles from the axis to the limit, the same at all azimuths.
 struct Angles {
   std::vector<double> angle, sine, cosine;
 
@@ -28,7 +28,7 @@ struct Angles {
     const double step = limit / num_angles;
     add(0.0);
     for (int i = 1; angle.back() < limit * (1 - 2e-12); ++i) {
-      // Next to a pole, on which the limit lies or near which it is, a lens turns within ever smaller angles.
+      // Near a pole, at or just beyond the limit, a lens bends within ever smaller angles.
       const double rest = limit - angle.back();
       const double short_step = kShareOfRest * rest;
       const double longest = short_step < step ? angle.back() + short_step : i * step;
@@ -44,9 +44,10 @@ struct Angles {
   }
 };
 
-// How firmly a pixel determines its ray: the smaller singular value of the Jacobian on the sphere, with the
-// determinant's sign, over the size of the numbers in the plane, in which rounding is counted. 1/sqrt(2) on
-// the axis and about that along all of a perspective plane; -1 where the lens has no value.
+// Firmness with which a pixel determines its ray: the smaller singular value of the Jacobian on the sphere,
+// with the sign of the determinant, divided by the magnitude of the coordinates in the plane, which
+// determines rounding. 1/sqrt(2) on the axis and about that along all of a perspective plane; -1 if the lens
+// has no value.
 class Firmness {
  public:
   explicit Firmness(const LensFunction& lens) : lens_(lens) {
@@ -58,7 +59,7 @@ class Firmness {
     axis_scale_ = std::sqrt(std::abs(J[0][0] * J[4][0] - J[1][0] * J[3][0]));
   }
 
-  // `azimuth` as a unit vector.
+  // `azimuth` is a unit vector.
   double operator()(double angle, const Eigen::Vector2d& azimuth) const {
     const double sine = std::sin(angle);
     const double cosine = std::cos(angle);
@@ -67,7 +68,7 @@ class Firmness {
     return value;
   }
 
-  // The same for angles from the i-th on, at most a block of them.
+  // The same for angles from the i-th on, at most one block of them.
   void operator()(const Angles& angles, std::size_t i, const Eigen::Vector2d& azimuth,
                   LensBlock::Column& values) const {
     const std::size_t count = std::min(LensBlock::kMaxRays, angles.angle.size() - i);
@@ -107,7 +108,7 @@ class Firmness {
   double axis_scale_ = 0;
 };
 
-// Smallest of f on [a, b], by golden section; f has one dip there.
+// Minimum of f on [a, b] by golden section; f must be unimodal there.
 template <class F>
 double goldenMinimum(const F& f, double a, double b, int num_iterations) {
   constexpr double kRatio = 0.6180339887498949;
@@ -133,8 +134,8 @@ double goldenMinimum(const F& f, double a, double b, int num_iterations) {
   return 0.5 * (a + b);
 }
 
-// First of the angles at which the lens folds along one azimuth, or a value above all. A fold that all but
-// happens counts as lying kFoldMargin farther out, so that the margin ends where it begins.
+// First of the angles at which the lens folds along one azimuth, or a value above all angles. A near fold
+// counts as kFoldMargin farther out, so that the certified cone ends at the near fold itself.
 double firstFold(const Firmness& firmness, const Angles& angles, double limit, double azimuth) {
   const Eigen::Vector2d direction(std::cos(azimuth), std::sin(azimuth));
   const auto f = [&](double angle) { return firmness(angle, direction); };
@@ -158,7 +159,7 @@ double firstFold(const Firmness& firmness, const Angles& angles, double limit, d
     if (in_block == 0) firmness(angles, i, direction, values);
     const double next = values[in_block];
     if (!(next > kMinFirmness)) return i == 0 ? 0.0 : foldIn(angles.angle[i - 1], angles.angle[i]);
-    // A dip that touches zero between two samples: look at its bottom.
+    // A minimum that touches zero between two samples.
     if (i >= 2 && here <= before && here <= next && here < 0.5) {
       const double earlier = angles.angle[i - 2];
       const double bottom = goldenMinimum(f, earlier, angles.angle[i], 40);
@@ -179,13 +180,13 @@ double firstFoldAround(const Firmness& firmness, double limit) {
   for (int i = 0; i < kNumAzimuths; ++i) folds[static_cast<std::size_t>(i)] = fold(i * step);
   double first = *std::min_element(folds.begin(), folds.end());
   if (first > limit) return first;
-  // All dips that come within a step's reach of the lowest sample are followed to their bottom.
+  // Refines every minimum whose sample is within one step's change of the lowest sample.
   for (int i = 0; i < kNumAzimuths; ++i) {
     const double left = folds[static_cast<std::size_t>((i + kNumAzimuths - 1) % kNumAzimuths)];
     const double right = folds[static_cast<std::size_t>((i + 1) % kNumAzimuths)];
     const double here = folds[static_cast<std::size_t>(i)];
     if (here > left || here > right || here > limit) continue;
-    // Where all azimuths end alike, at the sphere's own limit, there is no dip to follow.
+    // If all azimuths end alike, at the limit of the sphere, there is no minimum to refine.
     if (std::max(left, right) - here < kSameAngle) continue;
     first = std::min(first, fold(goldenMinimum(fold, (i - 1) * step, (i + 1) * step, 30)));
   }
@@ -211,7 +212,7 @@ bool hasSimpleRim(const LensFunction& lens, double angle) {
   const auto point = [&](int i) { return rim[static_cast<std::size_t>(i % kNumRimPoints)]; };
   for (int i = 0; i < kNumRimPoints; ++i) {
     for (int j = i + 2; j < kNumRimPoints; ++j) {
-      if (i == 0 && j == kNumRimPoints - 1) continue;  // neighbours
+      if (i == 0 && j == kNumRimPoints - 1) continue;  // adjacent edges
       const Eigen::Vector2d a = point(i), b = point(i + 1), c = point(j), d = point(j + 1);
       if (side(a, b, c) != side(a, b, d) && side(c, d, a) != side(c, d, b)) return false;
     }
@@ -219,7 +220,7 @@ bool hasSimpleRim(const LensFunction& lens, double angle) {
   return true;
 }
 
-// Largest angle up to max_angle with a simple rim; a small enough one always is.
+// Largest angle up to max_angle with a simple rim; a sufficiently small rim is always simple.
 double largestSimpleRim(const LensFunction& lens, double max_angle) {
   double good = 0;
   double bad = max_angle;

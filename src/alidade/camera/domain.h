@@ -11,13 +11,12 @@
 
 namespace alidade {
 
-/// How far a certified angle stays below the fold itself, radians. At a fold the inverse loses all digits;
-/// this far inside it keeps 1e-9 rad.
+/// Distance of a certified angle from the fold itself, radians. At a fold, the inverse loses all digits; this
+/// far inside, it keeps 1e-9 rad.
 inline constexpr double kFoldMargin = 1e-5;
 
-/// Unit rays, their points in the normalised plane and the row-major 2x3 Jacobians between them, by
-/// coordinate so that a loop over the rays becomes vector code. m is NaN where the lens has no value (beyond
-/// a pole).
+/// Unit rays, their points in the normalised plane and the row-major 2x3 Jacobians between them, stored by
+/// coordinate so that loops over the rays vectorise. m is NaN where the lens has no value (beyond a pole).
 struct LensBlock {
   static constexpr std::size_t kMaxRays = 8;
   using Column = std::array<double, kMaxRays>;
@@ -48,7 +47,7 @@ template <class M>
 
 /// The known limits of the domain of a model; see CameraModel.
 struct ConeLimits {
-  double model_rad = std::numbers::pi;        ///< the model's largest angle, whatever its parameters
+  double model_rad = std::numbers::pi;        ///< the model's largest angle, regardless of its parameters
   double closed_form_rad = std::numbers::pi;  ///< the same with these parameters
   bool is_axially_symmetric = false;          ///< check only one azimuth
   bool is_one_to_one_without_fold = true;     ///< false: check the rim too
@@ -56,7 +55,7 @@ struct ConeLimits {
 
 /// Finds the smallest field angle, over all azimuths, at which the lens stops being one-to-one: where the
 /// determinant of the Jacobian restricted to the unit sphere turns negative (a fold), the lens has no value
-/// (a pole), or the determinant is so small that the inverse has lost its digits (almost a fold).
+/// (a pole), or the determinant is so small that the inverse loses its digits (a near fold).
 [[nodiscard]] CertifiedCone certifyCone(const LensFunction& lens, const ConeLimits& limits);
 
 }  // namespace alidade

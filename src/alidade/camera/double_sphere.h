@@ -92,7 +92,7 @@ struct DoubleSphere : LensFormula<DoubleSphere, 2> {
     const double xi = k[0];
     const T r2 = m[0] * m[0] + m[1] * m[1];
     const T h = detail::sphereDepth(k[1], r2);
-    // From the shifted sphere's centre along (m, h) to the unit sphere.
+    // Distance from the centre of the shifted sphere along (m, h) to the unit sphere.
     const T length = (h * xi + lane::squareRoot(T(h * h + (1.0 - xi * xi) * r2))) / (h * h + r2);
     detail::makeUnitRay(T(length * m[0]), T(length * m[1]), T(length * h - xi), ray);
   }

@@ -28,7 +28,7 @@ class InverseStart {
   template <class Radial>
   InverseStart(const Radial& radial, double rho_max) : InverseStart() {
     const auto radiusOf = [&](double rho) { return rho * radial(rho * rho).a; };
-    // At a fold the inverse has the slope of a root, which no polynomial follows.
+    // At a fold the inverse has the slope of a square root, which no polynomial follows.
     const double end = 0.95 * rho_max;
     const double w_max = radiusOf(end) * radiusOf(end);
     if (!(w_max > 0.0) || !std::isfinite(w_max)) return;
@@ -60,7 +60,7 @@ class InverseStart {
     inverse_w_max_ = 1 / w_max;
   }
 
-  /// rho / r; beyond the end of the fit its last value.
+  /// rho / r; beyond the end of the fit, its last value.
   template <class T>
   ALIDADE_ALWAYS_INLINE T scale(const T& r2) const {
     T w = r2 * inverse_w_max_;

@@ -74,7 +74,7 @@ struct KannalaBrandt : LensFormula<KannalaBrandt, 4> {
     const double r = std::hypot(m[0], m[1]);
     double theta = 0;
     if (!angleOf(k, r, max_angle + 1e-9, theta)) return false;
-    // On the axis itself sin(theta) / r is 0 / 0; there m is the ray.
+    // On the axis, sin(theta) / r is 0 / 0 and its limit is 1.
     const double scale = r > 0 ? std::sin(theta) / r : 1.0;
     detail::makeUnitRay(m[0] * scale, m[1] * scale, std::cos(theta), ray);
     return true;
@@ -87,7 +87,7 @@ struct KannalaBrandt : LensFormula<KannalaBrandt, 4> {
   template <class T>
   ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m,
                                                 double max_angle, T* ray) {
-    constexpr int kSureSteps = 1;  // most lenses need it; a branch that is hard to foresee costs as much
+    constexpr int kSureSteps = 1;  // most lenses need one; an unpredictable branch costs as much
     constexpr int kMaxSteps = 8;
     constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
     const T r2 = m[0] * m[0] + m[1] * m[1];
@@ -144,7 +144,7 @@ struct KannalaBrandt : LensFormula<KannalaBrandt, 4> {
       const double t2 = theta * theta;
       const double slope = 1 + t2 * (3 * k[0] + t2 * (5 * k[1] + t2 * (7 * k[2] + t2 * 9 * k[3])));
       double next = theta - error / slope;
-      // Newton's steps may oscillate where they do not at least halve.
+      // Newton's steps may oscillate unless each is at most half the last one.
       const bool is_slow = !(std::abs(next - theta) <= 0.5 * last_step);
       if (is_slow || !(next > low && next < high)) next = 0.5 * (low + high);
       last_step = std::abs(next - theta);

@@ -36,8 +36,8 @@ bool isFinite(const double* px) {
   return std::isfinite(px[0]) && std::isfinite(px[1]);
 }
 
-// The camera of a lens with these pixels a radian on the axis, which is seen at `axis_px`; nothing where the
-// lens has no such camera.
+// A camera of a lens with this focal length in pixels per radian on the axis, which it sees at `axis_px`;
+// nothing if the lens has no such camera.
 std::optional<std::vector<double>> startWith(const ModelTraits& model, std::span<const double> lens,
                                              const Eigen::Vector2d& focal_px,
                                              const Eigen::Vector2d& axis_px) {
@@ -67,7 +67,7 @@ double costOf(const ModelTraits& model, const std::vector<RaySample>& samples,
   return sum;
 }
 
-// The least squares problem about one point: |R d + z|^2 plus a constant is the cost of a step d.
+// The least-squares problem linearised at a point: a step d has the cost |R d + z|^2 plus a constant.
 struct Linearisation {
   Eigen::MatrixXd R;
   Eigen::VectorXd z;
@@ -77,7 +77,7 @@ Linearisation linearise(const ModelTraits& model, const std::vector<RaySample>& 
                         const std::vector<double>& params) {
   const auto n = static_cast<Eigen::Index>(params.size());
   const auto num_rows = 2 * static_cast<Eigen::Index>(samples.size());
-  // At least n + 1 rows, so that the triangle below is whole.
+  // At least n + 1 rows, so that the triangle below is complete.
   Eigen::MatrixXd J_and_r = Eigen::MatrixXd::Zero(std::max(num_rows, n + 1), n + 1);
   Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J(2, n);
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -88,13 +88,13 @@ Linearisation linearise(const ModelTraits& model, const std::vector<RaySample>& 
     J_and_r.middleRows(row, 2).leftCols(n) = J;
     J_and_r.col(n).segment(row, 2) = Eigen::Vector2d(px[0], px[1]) - samples[i].pixel;
   }
-  // An orthogonal factorisation, because high powers of the radius leave normal equations no digits.
+  // An orthogonal factorisation, because high powers of the radius would ruin normal equations.
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(J_and_r);
   const Eigen::MatrixXd triangle = qr.matrixQR().topRows(n + 1).triangularView<Eigen::Upper>();
   return {.R = triangle.topLeftCorner(n, n), .z = triangle.col(n).head(n)};
 }
 
-// Minimises |R d + z|^2 + lambda |D d|^2 over the free d; the others stay zero.
+// Minimises |R d + z|^2 + lambda |D d|^2 over the free components of d; the others are zero.
 Eigen::VectorXd dampedStep(const Linearisation& at, const Eigen::VectorXd& scale, double lambda,
                            const std::vector<bool>& is_free) {
   const Eigen::Index n = at.R.cols();
@@ -111,8 +111,9 @@ Eigen::VectorXd dampedStep(const Linearisation& at, const Eigen::VectorXd& scale
   return leastSquares(A, b);
 }
 
-// Where a lens is a quotient of polynomials in r^2 (k1 k2 k3 over k4 k5 k6), both multiplied by 1 + c r^2 up
-// to its sixth power: nearly the same lens, from which the solver takes a different path.
+// Variants of a lens that is a quotient of polynomials in r^2 (k1 k2 k3 over k4 k5 k6): both are multiplied
+// by 1 + c r^2 up to the sixth power of r. This is nearly the same lens, but leads the solver along a
+// different path.
 std::vector<std::vector<double>> quotientLenses(std::string_view model_id, const std::vector<double>& plain) {
   const auto names = parameterNames(model_id);
   if (!parameterIndex(names, "k3") || !parameterIndex(names, "k6")) return {};
@@ -140,7 +141,7 @@ Eigen::Vector2d axisFocal(const AnyCamera& camera) {
 }
 
 Eigen::MatrixXd axisFocalJacobian(const AnyCamera& camera) {
-  constexpr double kStep = 1e-4;  // radians; the models' own derivatives are differenced, to 1e-8
+  constexpr double kStep = 1e-4;  // radians; numerical second derivatives are then accurate to 1e-8
   const auto num_params = static_cast<Eigen::Index>(camera.parameters().size());
   Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> ahead(2, num_params);
   Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> behind(2, num_params);
@@ -196,9 +197,9 @@ std::vector<double> startParameters(std::string_view model_id, double focal_px, 
 LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples, std::vector<double> start,
                 std::span<const std::string_view> absent) {
   constexpr int kMaxIterations = 200;
-  constexpr double kStillPx = 1e-11;   // RMS by which a step moves the pixels when it has arrived
-  constexpr double kSmallGain = 1e-9;  // of the cost,
-  constexpr int kMaxSmallGains = 6;    // this often in a row
+  constexpr double kStillPx = 1e-11;   // RMS change of the pixels in the last step before convergence
+  constexpr double kSmallGain = 1e-9;  // share of the cost
+  constexpr int kMaxSmallGains = 6;    // largest number of small gains in a row
   const ModelTraits& model = modelTraits(model_id);
   std::vector<ParamRange> ranges = rangesOf(model);
   for (const std::string_view name : absent) {
@@ -214,7 +215,7 @@ LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples
   const auto lineariseHere = [&] {
     ++fit.num_iterations;
     at = linearise(model, samples, fit.params);
-    // The largest columns so far, which keeps the steps of parameters without effect bounded.
+    // The largest columns so far bound the steps of parameters without effect.
     scale = scale.cwiseMax(at.R.colwise().norm().transpose());
     const Eigen::VectorXd gradient = at.R.transpose() * at.z;
     for (std::size_t i = 0; i < n; ++i) {
@@ -277,8 +278,8 @@ std::vector<LensShape> lensShapes(std::string_view model_id, const AnyCamera& li
   for (std::vector<double>& params : quotientLenses(model_id, named))
     shapes.push_back({.params = std::move(params)});
 
-  // Other values of the lens' first parameter if it is a shape of its own beside others: those have a range,
-  // while coefficients of polynomials do not. A shape that is alone has one best value.
+  // Other values of the lens's first parameter if it is a shape parameter beside others. Shape parameters
+  // have a range; polynomial coefficients do not. A shape parameter alone has a single best value.
   const ModelTraits& model = modelTraits(model_id);
   if (model.lens_ranges.size() < 2 || !std::isfinite(model.lens_ranges[0].min)) return shapes;
   const ParamRange& range = model.lens_ranges[0];

@@ -12,15 +12,15 @@
 
 namespace alidade {
 
-/// Pixels a radian on the axis, by x and y.
+/// Pixels per radian on the axis, in x and y.
 [[nodiscard]] Eigen::Vector2d axisFocal(const AnyCamera& camera);
 
-/// Its change by the parameters, 2 x N. In models whose shape bends the middle of the image too (ucm, omni,
-/// double_sphere, fov) it is not fx and fy alone that set it.
+/// Derivative of axisFocal() by the parameters, 2 x N. In models whose shape also bends the image centre
+/// (ucm, omni, double_sphere, fov), fx and fy alone do not determine it.
 [[nodiscard]] Eigen::MatrixXd axisFocalJacobian(const AnyCamera& camera);
 
-/// The parameters that `model_id` shares with the camera's model, by name; its further ones are zero. The
-/// same camera where the one model contains the other.
+/// The parameters that `model_id` shares with the camera's model, by name; its other parameters are zero.
+/// This is the same camera if one model contains the other.
 [[nodiscard]] std::vector<double> parametersByName(std::string_view from_id, std::span<const double> params,
                                                    std::string_view model_id);
 
@@ -39,7 +39,8 @@ struct LensFit {
 
 /// Starts for the model `model_id`: its own (CameraModel::kStartLens), one with `named` (any values for its
 /// lens parameters by storage order; empty = none), and others within the ranges of its parameters, each with
-/// fx and fy such that the axis has `focal_px` pixels a radian and the principal point at `axis_px`.
+/// fx and fy such that the lens has `focal_px` pixels per radian on the axis and the principal point is at
+/// `axis_px`.
 [[nodiscard]] std::vector<std::vector<double>> lensStarts(std::string_view model_id,
                                                           const Eigen::Vector2d& focal_px,
                                                           const Eigen::Vector2d& axis_px,
@@ -51,12 +52,12 @@ struct LensFit {
 [[nodiscard]] std::vector<double> startParameters(std::string_view model_id, double focal_px, ImageSize size);
 
 /// Least squares of projected minus given pixels, from one start, by Levenberg and Marquardt's method with
-/// the model's own Jacobians. A ray for which the formula has no value counts as far off; parameters stay in
-/// the model's ranges, and those that are named in `absent` at 0.
+/// the model's own Jacobians. A ray without a value counts as a large error. Parameters stay in the model's
+/// ranges; those named in `absent` stay 0.
 [[nodiscard]] LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples,
                               std::vector<double> start, std::span<const std::string_view> absent = {});
 
-/// The best of fitLens() from all starts that look like the camera of the samples, `like`.
+/// The best of fitLens() from all lensStarts() for the camera of the samples, `like`.
 [[nodiscard]] LensFit bestLens(std::string_view model_id, const AnyCamera& like,
                                const std::vector<RaySample>& samples,
                                std::span<const std::string_view> absent = {});
@@ -64,15 +65,15 @@ struct LensFit {
 /// A camera that looks roughly like a given camera.
 struct LensShape {
   std::vector<double> params;  ///< in storage order
-  /// Index of the parameter that gives this shape its character: held at first, the others adapt to it.
+  /// Index of the parameter that characterises this shape: held at first, while the others adapt to it.
   std::optional<int> character = std::nullopt;
 };
 
-/// Cameras of one model that all look like a given camera. There may be several, because some models bend the
-/// same way by different shapes, each with an optimum of its own: a double sphere with xi above and below
-/// zero, Mei's model with another xi and the distortion that makes up for it, a quotient of polynomials with
-/// and without a denominator. First the best fit, then those that differ from it on purpose.
-/// @param pixels  where the likeness matters; those without a ray do not count
+/// Cameras of one model that all look like a given camera. There may be several, because some models reach
+/// the same distortion by different shapes, each with its own optimum: a double sphere with xi above and
+/// below zero, Mei's model with a different xi and distortion that compensates, a quotient of polynomials
+/// with and without a denominator. The best fit comes first, then deliberate variations of it.
+/// @param pixels  to fit; those without a ray are ignored
 [[nodiscard]] std::vector<LensShape> lensShapes(std::string_view model_id, const AnyCamera& like,
                                                 std::span<const Eigen::Vector2d> pixels);
 

@@ -15,22 +15,23 @@
 namespace alidade {
 namespace {
 
-// Cells along the longer side: enough for the largest model in the fit, and to see a share of 0.1 % after it.
+// Cells along the longer side: enough for the largest model in the fit, and to measure a share of 0.1 %
+// afterwards.
 constexpr int kFitCells = 40;
 constexpr int kCheckCells = 160;
 constexpr int kNumRimRays = 720;
-// An algebraic result with a larger error is no identical lens after all.
+// An algebraic result with a larger error is not an identical lens.
 constexpr double kExactPx = 1e-6;
 
 struct Samples {
-  std::vector<RaySample> inside;  // the middles of equal cells
-  std::vector<RaySample> border;  // on the outer edges, and on the domain's rim
-  int num_without_ray = 0;        // of the former
+  std::vector<RaySample> inside;  // the centres of equal cells
+  std::vector<RaySample> border;  // on the outer edges and on the rim of the domain
+  int num_without_ray = 0;        // number of pixels of `inside` without a ray
 };
 
-// Appends the rays at an angle from the axis that the camera shows inside the image.
+// Appends the rays at an angle from the axis whose pixels are inside the image.
 void appendRim(const AnyCamera& camera, double angle, ImageSize size, std::vector<RaySample>& samples) {
-  const double a = angle * (1 - 1e-9);  // inside, whatever the cosine rounds
+  const double a = angle * (1 - 1e-9);  // inside despite rounding of the cosine
   for (int i = 0; i < kNumRimRays; ++i) {
     const double azimuth = 2 * std::numbers::pi * i / kNumRimRays;
     const Eigen::Vector3d ray(std::sin(a) * std::cos(azimuth), std::sin(a) * std::sin(azimuth), std::cos(a));
@@ -97,12 +98,12 @@ ModelFit judge(const AnyCamera& source, AnyCamera camera, ImageSize size, const 
     ++fit.num_unreached;
     if (!fit.unreached_pixel) fit.unreached_pixel = sample.pixel;
   }
-  // Errors are largest where one of the two cameras ends, which is between the middles of the cells.
+  // Errors are largest where one of the two cameras ends, which is between the centres of the cells.
   std::vector<RaySample> border = samples.border;
   appendRim(source, fit.camera.cone().max_angle_rad, size, border);
   for (const RaySample& sample : border) static_cast<void>(error(sample));
   const int num_reached = fit.num_pixels - fit.num_unreached;
-  fit.rms_px = std::sqrt(sum / num_reached);  // NaN for none
+  fit.rms_px = std::sqrt(sum / num_reached);  // NaN if num_reached is 0
   if (num_reached == 0) fit.max_error_px = fit.rms_px;
   fit.domain = certifyDomain(fit.camera, size);
   return fit;

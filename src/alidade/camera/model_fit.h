@@ -25,7 +25,7 @@ struct ModelFit {
   Eigen::Vector2d worst_pixel = Eigen::Vector2d::Zero();  ///< where the error is largest
   int num_pixels = 0;                                     ///< sampled pixels that have a ray in the source
   int num_without_ray = 0;                                ///< sampled pixels without a ray, which are ignored
-  int num_unreached = 0;  ///< of num_pixels, those whose rays the new camera does not project
+  int num_unreached = 0;  ///< of num_pixels, number whose rays the new camera does not project
   std::optional<Eigen::Vector2d> unreached_pixel;  ///< one of them
   DomainCertificate domain;                        ///< of the new camera over the image
 
@@ -36,9 +36,9 @@ struct ModelFit {
 };
 
 /// The camera of model `model_id` that is closest to `source` over the whole image: an identical lens if the
-/// model has one, otherwise the least-squares fit over a uniform grid of pixels from several initial
-/// guesses. The result depends only on the arguments.
-/// @param absent  names of parameters to keep at 0, for formats that cannot represent them
+/// model has one, otherwise the least-squares fit over a uniform grid of pixels from several initial guesses.
+/// The result depends only on the arguments.
+/// @param absent  names of parameters to keep at 0 because a format cannot represent them
 /// @throws Error (kUsage) for an unknown id; Error (kInput) if almost no pixel of the image has a ray
 [[nodiscard]] ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view model_id,
                                 std::span<const std::string_view> absent = {});

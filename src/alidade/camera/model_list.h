@@ -18,7 +18,7 @@
 namespace alidade {
 
 namespace detail {
-/// Makes the compiler name what a model lacks.
+/// Makes the compiler name the requirement that a model lacks.
 template <class M>
 struct CompleteModel {
   static_assert(CameraModel<M>, "this camera model lacks a member that CameraModel requires");
@@ -27,7 +27,7 @@ struct CompleteModel {
 
 template <class... Models>
 struct ModelList : detail::CompleteModel<Models>... {
-  /// One of Of<Model> for each model.
+  /// The list of Of<Model> for all models.
   template <template <class> class Of>
   using Variant = std::variant<Of<Models>...>;
 

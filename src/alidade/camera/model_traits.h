@@ -8,7 +8,7 @@
 
 namespace alidade {
 
-/// What a model's header states, for code that does not know its type; see CameraModel.
+/// Statements of a model's header, for code that does not know its type; see CameraModel.
 struct ModelTraits {
   std::string_view id;
   std::span<const std::string_view> parameter_names;  ///< of all parameters, in storage order
@@ -23,7 +23,7 @@ struct ModelTraits {
   /// projectFormulaJacobian() of the model.
   bool (*project)(const double* params, const double* ray, double* px, double* J_px_ray, double* J_px_params);
 
-  /// Whether this model is `model` with more parameters, directly or by models between.
+  /// True if this model is `model` with more parameters, directly or through other models.
   [[nodiscard]] bool extends(std::string_view model) const;
 };
 

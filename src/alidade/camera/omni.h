@@ -37,7 +37,7 @@ struct Omni : LensFormula<Omni, 5> {
   static constexpr std::array<double, 5> kStartLens = {1, 0, 0, 0, 0};
   static constexpr double kMaxAngle = kWideMaxAngle;
 
-  // Without distortion.
+  // To a model without distortion.
   static double toUcm(const double* k, double* ucm) {
     ucm[0] = k[0] / (1 + k[0]);
     return k[1] == 0 && k[2] == 0 && k[3] == 0 && k[4] == 0 ? 1 / (1 + k[0]) : 0.0;
@@ -59,7 +59,8 @@ struct Omni : LensFormula<Omni, 5> {
   static double maxAngle(const double* k) {
     const double xi = k[0];
     if (!(xi >= 0.0)) return 0.0;
-    // sin(angle) = tan(flat) (cos(angle) + xi) where x, y leave the plane's part on which digits last.
+    // sin(angle) = tan(flat) (cos(angle) + xi) at the edge of the plane's usable part, beyond which x, y lose
+    // digits.
     const double flat = kPerspectiveMaxAngle;
     const double s = xi * std::sin(flat);
     const double angle = s < 1.0 ? flat + std::asin(s) : std::acos(-1.0 / xi);
@@ -89,7 +90,7 @@ struct Omni : LensFormula<Omni, 5> {
     m[0] = s.mx;
     m[1] = s.my;
     if (J_m_ray != nullptr) {
-      T J[6];  // of (x, y) by the ray
+      T J[6];  // derivative of (x, y) by the ray
       const T by_d = xi / d;
       detail::radialJacobian(ray, f, T(-0.5 * f * f * by_d), T(-f * f * (1.0 + by_d * z)), 1.0, J);
       for (int i = 0; i < 3; ++i) {
@@ -117,8 +118,8 @@ struct Omni : LensFormula<Omni, 5> {
   static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
     const double xi = k[0];
     if (!(xi >= 0.0)) return false;
-    // The last nanoradian lets a ray on the rim of the domain come back despite rounding; at the sphere's own
-    // fold the radius has its maximum and hardly changes.
+    // Adds a nanoradian so that a ray on the rim of the domain survives rounding. At the fold of the sphere,
+    // the radius has its maximum and hardly changes.
     const double rim = max_angle + 1e-9;
     const double rho_max = planeRadius(xi, rim);
     double x = 0;

@@ -13,8 +13,8 @@
 
 namespace alidade {
 
-/// Models that start from x = X/Z, y = Y/Z stop here: at 89.94 degrees the plane is left at 1000 focal
-/// lengths, where the powers in the distortion polynomials still keep their digits.
+/// Models that start from x = X/Z, y = Y/Z stop here: at 89.94 degrees, a ray meets the plane 1000 focal
+/// lengths from the axis, where the powers in the distortion polynomials still keep their digits.
 inline constexpr double kPerspectiveMaxAngle = std::numbers::pi / 2 - 1e-3;
 
 namespace detail {
@@ -104,8 +104,8 @@ bool newtonInDisc(const Warp& warp, double mx, double my, double rho_max, double
       break;
     }
     if (num_clamped > kMaxClamped) return false;
-    // Rounding stops the descent a few bits above zero residual; anything larger is a wall, not a root. Near
-    // a fold the step stays long even there, so the residual decides.
+    // Rounding stops the descent a few bits above zero residual; a larger residual is not a root. Near a
+    // fold, steps stay long even at a root, so the residual decides.
     if (!moved) return residual <= 64 * kEpsilon * (std::hypot(mx, my) + std::hypot(x, y));
   }
   return false;
@@ -122,8 +122,8 @@ bool invertWarp(const Warp& warp, double mx, double my, double rho_max, double& 
   y = shrink * my;
   if (newtonInDisc(warp, mx, my, rho_max, x, y)) return true;
 
-  // The direct start ran into a wall. Follow the preimage of the segment from the origin to m instead, in
-  // steps for which Newton's method converges.
+  // The direct start got stuck. Follow the preimage of the segment from the origin to m instead, in steps for
+  // which Newton's method converges.
   constexpr double kFirstStep = 1.0 / 16;
   constexpr double kShortestStep = kFirstStep / 256;
   double t = 0.0;
@@ -146,7 +146,7 @@ bool invertWarp(const Warp& warp, double mx, double my, double rho_max, double& 
   return true;
 }
 
-/// How far out inverses are tabulated for their start, in the plane: 63 degrees.
+/// Largest radius in the plane for which inverses are tabulated as starts: 63 degrees.
 inline constexpr double kMaxStartRadius = 2.0;
 
 /// A step of Newton's method for warp(x, y) = (mx, my); returns the squared residual before it.
@@ -163,14 +163,14 @@ ALIDADE_ALWAYS_INLINE T newtonStep(const Warp& warp, const T& mx, const T& my, T
 
 /// Newton's method without safeguards for warp(x, y) = (mx, my), on lanes: NaN where it does not converge to
 /// a root within a few steps. A root inside the disc on which the warp is one-to-one is always the right one;
-/// results outside the disc are invalid.
+/// roots outside the disc are invalid.
 /// @param start  the inverse of the warp's radial part
 template <class T, class Warp>
 ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart& start, const T& mx,
                                            const T& my, T& x, T& y) {
   constexpr int kMaxSteps = 8;
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
-  constexpr double kNear = 1e-5;  // where the residual goes with the square of the one before
+  constexpr double kNear = 1e-5;  // residual at which Newton's method converges quadratically
   const T m2 = mx * mx + my * my;
   const T scale = start.scale(m2);
   x = scale * mx;
@@ -182,8 +182,8 @@ ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart&
   T before2 = newtonStep(warp, mx, my, x, y);
   T here2 = newtonStep(warp, mx, my, x, y);
   for (int i = 0;; ++i) {
-    // Two residuals predict the next, here^3 / before^2, so that it need not be computed: most lenses and
-    // pixels are done here. Squares throughout.
+    // Predicts the next residual from two, here^3 / before^2, so that it need not be computed: most lenses
+    // and pixels are done here. All values are squares.
     const T length2 = m2 + x * x + y * y;
     const T predicted2 = here2 * here2 * here2;
     const auto is_root = lane::both(here2 <= kNear * kNear * length2,
@@ -196,7 +196,7 @@ ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart&
     T next_x = x;
     T next_y = y;
     const T next2 = newtonStep(warp, mx, my, next_x, next_y);
-    // Where rounding stops the descent the residuals predict nothing any more: that is a root too.
+    // If rounding stops the descent, the residuals predict nothing, but the point is a root too.
     const auto is_done = lane::both(next2 <= kRounding * kRounding * length2, next2 == next2);
     x = lane::select(is_root, x, next_x);
     y = lane::select(is_root, y, next_y);
@@ -207,8 +207,9 @@ ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart&
 
 }  // namespace detail
 
-/// What the models share that distort the plane x = X/Z, y = Y/Z. M has radial(k, r2), the radial part of its
-/// distortion, warp(k, x, y), all of it, and lensDerivatives(k, x, y, dmx, dmy), by the parameters.
+/// Common part of the models that distort the plane x = X/Z, y = Y/Z. M has radial(k, r2), the radial part of
+/// its distortion; warp(k, x, y), the whole distortion; and lensDerivatives(k, x, y, dmx, dmy), its
+/// derivatives by the parameters.
 template <class M, std::size_t kNum>
 struct PlaneFormula : LensFormula<M, kNum> {
   static constexpr double kMaxAngle = kPerspectiveMaxAngle;
@@ -232,7 +233,7 @@ struct PlaneFormula : LensFormula<M, kNum> {
   }
 
   static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
-    // The last nanoradian lets a ray on the rim of the domain come back despite rounding.
+    // Adds a nanoradian so that a ray on the rim of the domain survives rounding.
     const double rho_max = std::tan(max_angle + 1e-9);
     const auto warp = [k](double x, double y) { return M::warp(k, x, y); };
     double x = 0;

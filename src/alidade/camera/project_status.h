@@ -10,7 +10,7 @@
 
 namespace alidade {
 
-/// Whether a point has a pixel, and if not, why.
+/// Outcome of a projection: a pixel, or the reason why there is none.
 enum class ProjectStatus : std::uint8_t {
   kOk,
   kBehind,         ///< not in front of a camera that sees only forward
@@ -35,7 +35,7 @@ struct Projection {
 /// The cone around the optical axis in which the projection is one-to-one.
 struct CertifiedCone {
   double max_angle_rad = std::numbers::pi;  ///< largest field angle that may be used
-  bool is_limited_by_fold = false;          ///< by a fold or pole; false: by the model itself
+  bool is_limited_by_fold = false;          ///< limited by a fold or pole; false: by the model itself
 };
 
 }  // namespace alidade

@@ -7,8 +7,8 @@
 namespace alidade {
 
 /// Pixel of a point of the camera frame where the formula has a value, for double or Lanes, with row-major
-/// Jacobians: J_px_cam is 2x3, J_px_params is 2 x kNumParams<M>; null = not wanted. `params` holds fx fy cx
-/// cy and the lens. It knows nothing of folds: Camera::project is the one that never returns a wrong pixel.
+/// Jacobians: J_px_cam is 2x3, J_px_params is 2 x kNumParams<M>; null: not computed. `params` holds fx fy cx
+/// cy and the lens. It does not check for folds; Camera::project never returns a wrong pixel.
 template <CameraModel M, class T>
 ALIDADE_ALWAYS_INLINE void projectInside(const double* params, const T* p_cam, T* px, T* J_px_cam,
                                          T* J_px_params) {
@@ -47,7 +47,7 @@ ALIDADE_ALWAYS_INLINE void projectInside(const double* params, const T* p_cam, T
   }
 }
 
-/// projectInside(), or false where the formula has no value.
+/// projectInside(); false if the formula has no value.
 template <CameraModel M>
 bool projectFormulaJacobian(const double* params, const double* p_cam, double* px, double* J_px_cam,
                             double* J_px_params) {

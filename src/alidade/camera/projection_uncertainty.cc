@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// Pixels from one border of a side to the other.
+// Pixels at equal steps from one border of a side to the other.
 double pixelAt(int i, int count, int side) {
   return count == 1 ? 0.5 * (side - 1) : static_cast<double>(i) * (side - 1) / (count - 1);
 }
@@ -44,8 +44,8 @@ AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen
   const auto num_rows = num_fitted + static_cast<Eigen::Index>(2 * others.size());
   const auto num_params = static_cast<Eigen::Index>(camera.parameters().size());
   const Eigen::Index num_freed = !freed ? 0 : *freed == Freed::kRotation ? 3 : 6;
-  // Two rows a pixel: its change by the parameters, and by the rotation and, in units of the distance, by the
-  // position of the points.
+  // Two rows per pixel: its derivatives by the parameters, by the rotation, and by the position of the points
+  // in units of the distance.
   Eigen::MatrixXd by_params = Eigen::MatrixXd::Zero(num_rows, num_params);
   Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(num_rows, num_freed);
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
@@ -73,8 +73,8 @@ AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen
     fitted_pose.middleRows<2>(2 * static_cast<Eigen::Index>(i)) *= root;
     fitted_params.middleRows<2>(2 * static_cast<Eigen::Index>(i)) *= root;
   }
-  // Through a long lens a shift of the camera looks nearly like a turn. Any of the solutions will do, since
-  // only the remaining change counts.
+  // Through a long lens, a shift of the camera looks almost like a rotation. Any solution will do, because
+  // only the remaining change matters.
   const Eigen::MatrixXd W = leastSquares(fitted_pose, fitted_params);
   result.transposed = (by_params - by_pose * W).transpose();
   return result;
@@ -115,7 +115,7 @@ Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> Proj
   return {jacobians_.view().data() + 2 * n * i, 2, n};
 }
 
-// Works in blocks of columns, whose products are much cheaper than single ones.
+// Works in blocks of columns, because products of single columns are much slower.
 template <class F>
 void ProjectionUncertainty::forEachCovariance(const Eigen::MatrixXd& parameter_covariance, F&& f) const {
   expect(parameter_covariance.rows() == jacobians_.rows() && parameter_covariance.cols() == jacobians_.rows(),

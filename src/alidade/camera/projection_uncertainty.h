@@ -13,13 +13,14 @@
 
 namespace alidade {
 
-/// What users of a camera estimate themselves. Parameter errors that are equivalent to it do no harm.
+/// Pose parameters that users of a camera estimate themselves. Equivalent errors of the camera parameters are
+/// harmless.
 enum class Freed {
   kRotation,  ///< the camera's orientation
   kPose,      ///< orientation and position
 };
 
-/// How the pixels of fixed scene points change with a camera's parameters, to first order, after alignment by
+/// Change of the pixels of fixed scene points with a camera's parameters, to first order, after alignment by
 /// the rotation (or pose) that best undoes the change over all `pixels`: A(q) = J_params(q) - J_freed(q) W,
 /// with J_freed W the least-squares fit, in pixels, of J_freed to J_params over those of the pixels that have
 /// a ray.
@@ -48,7 +49,7 @@ struct UncertaintyGrid {
   std::vector<double> std_px;
   double center_px = 0;  ///< at the image's centre; NaN if it has no ray
   double worst_px = 0;   ///< the largest of the grid; NaN if no pixel has a ray, or the covariance has NaN
-  Eigen::Vector2d worst_pixel{0, 0};  ///< the pixel with this value
+  Eigen::Vector2d worst_pixel{0, 0};  ///< the pixel with worst_px
 };
 
 /// Propagates a covariance of the camera parameters to pixels: how uncertain the pixel of a fixed scene point
@@ -85,8 +86,8 @@ class ProjectionUncertainty {
   [[nodiscard]] const std::vector<Eigen::Vector2d>& pixels() const { return pixels_; }
   [[nodiscard]] bool hasRay(int i) const { return has_ray_[static_cast<std::size_t>(i)]; }
 
-  /// A(q), 2 x parameters: the change of the pixel by the parameters, px per unit; zero without a ray.
-  /// Valid as long as this object lives.
+  /// A(q), 2 x parameters: the change of the pixel by the parameters, px per unit; zero without a ray. Valid
+  /// for the lifetime of this object.
   [[nodiscard]] Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
       int i) const;
 
@@ -94,14 +95,14 @@ class ProjectionUncertainty {
   [[nodiscard]] UncertaintyGrid grid(const Eigen::MatrixXd& parameter_covariance) const;
 
   struct Worst {
-    double std_px = 0;  ///< as UncertaintyGrid::worst_px
-    int index = -1;     ///< of the grid pixel; -1 if there is none
+    double std_px = 0;  ///< same as UncertaintyGrid::worst_px
+    int index = -1;     ///< index of the grid pixel; -1 if there is none
   };
-  /// Only the largest standard deviation of the grid; no memory is allocated.
+  /// Only the largest standard deviation of the grid; allocates no memory.
   [[nodiscard]] Worst worst(const Eigen::MatrixXd& parameter_covariance) const;
 
  private:
-  // Calls f(i, covariance) for the pixels of the grid; the one after the last is the image's centre.
+  // Calls f(i, covariance) for the pixels of the grid; the last call is for the image centre.
   template <class F>
   void forEachCovariance(const Eigen::MatrixXd& parameter_covariance, F&& f) const;
 
@@ -110,7 +111,7 @@ class ProjectionUncertainty {
   std::vector<Eigen::Vector2d> pixels_;
   std::vector<bool> has_ray_;
   bool center_has_ray_ = false;
-  // A(q)^T, two columns a pixel of the grid, and two more for the image's centre.
+  // A(q)^T, two columns per pixel of the grid, and two more for the image centre.
   DenseMatrix jacobians_;
 };
 

@@ -39,8 +39,8 @@ struct Rational : PlaneFormula<Rational, 8> {
   static constexpr std::array<LensVector, 1> kVectors = {LensVector{3, 2}};
   static constexpr std::array<SharedLens, 1> kSharedLenses = {SharedLens{"radtan"}};
 
-  /// The pole, in closed form as far as the roots of a cubic allow: where numerator and denominator nearly
-  /// cancel, it is too narrow to be found by sampling.
+  /// The pole, from the closed-form roots of a cubic: where numerator and denominator nearly cancel, it is
+  /// too narrow to be found by sampling.
   static double maxAngle(const double* k) {
     const double r2_max = std::pow(std::tan(kMaxAngle), 2);
     return std::min(kMaxAngle, std::atan(std::sqrt(firstRoot(k[5], k[6], k[7], r2_max))));
@@ -93,10 +93,10 @@ struct Rational : PlaneFormula<Rational, 8> {
 
  private:
   // Smallest root in (0, limit] of 1 + b s + c s^2 + d s^3, or infinity. Between its turning points the cubic
-  // is monotone, so that a change of sign there brackets exactly one root.
+  // is monotone, so a change of sign there brackets exactly one root.
   static double firstRoot(double b, double c, double d, double limit) {
     const auto value = [=](double s) { return 1 + s * (b + s * (c + s * d)); };
-    // Turning points: b + 2 c s + 3 d s^2 = 0, in the form that does not cancel.
+    // Turning points: b + 2 c s + 3 d s^2 = 0, in the form without cancellation.
     std::array<double, 3> ends = {limit, limit, limit};
     const double discriminant = c * c - 3 * b * d;
     if (discriminant >= 0) {

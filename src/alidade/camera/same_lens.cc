@@ -14,7 +14,8 @@ struct Lens {
   std::vector<double> params;  // in storage order
 };
 
-// The lens in another model by the names of the parameters, if those that it does not have are zero.
+// The lens in another model by the names of the parameters; nothing if a parameter that the other model lacks
+// is not zero.
 std::optional<Lens> byName(const Lens& lens, const ModelTraits& other) {
   for (std::size_t i = 0; i < lens.params.size(); ++i) {
     if (lens.params[i] != 0 && !parameterIndex(other.parameter_names, lens.model->parameter_names[i]))
@@ -32,7 +33,7 @@ std::optional<Lens> converted(const Lens& lens, const ModelTraits& other, Shared
   return result;
 }
 
-// The lens in all models to which one step leads.
+// The lens in all models that are one step away.
 std::vector<Lens> neighbours(const Lens& lens) {
   std::vector<Lens> found;
   const auto add = [&](const SharedLens& shared, std::string_view other, SharedLens::Conversion convert) {
@@ -54,7 +55,7 @@ std::vector<Lens> neighbours(const Lens& lens) {
 
 std::optional<std::vector<double>> sameLensParameters(const AnyCamera& camera, std::string_view model_id) {
   const ModelTraits& target = modelTraits(model_id);
-  // Grows at its end: breadth first, the shortest chain wins.
+  // Grows at its end, so the search is breadth first and finds the shortest chain.
   std::vector<Lens> lenses = {{.model = &modelTraits(camera.modelId()),
                                .params = {camera.parameters().begin(), camera.parameters().end()}}};
   for (std::size_t i = 0; i < lenses.size(); ++i) {

@@ -10,7 +10,7 @@
 namespace alidade {
 
 /// Parameters with which the model `model_id` is exactly the same lens as `camera`, where algebra knows them;
-/// nothing otherwise. Where they come from:
+/// nothing otherwise. The known relations:
 ///
 ///   pinhole, radtan, rational, thin_prism  each is the one before with more terms; both ways, as long as
 ///                                          the terms that the other does not have are zero

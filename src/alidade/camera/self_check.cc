@@ -9,11 +9,12 @@ namespace alidade {
 
 namespace {
 
-// Rounded in metres where nothing speaks against it, so that a file stays readable; the pixel is computed
-// from exactly what is written. With a long focal length a tenth of a millimetre may be many pixels.
+// Rounded to the coarsest of several steps that keeps the point near `pixel`, so that a file stays readable;
+// with a long focal length, 0.1 mm may be many pixels. The pixel is computed from exactly the written
+// numbers.
 std::optional<SelfCheckPoint> checkPointNear(const AnyCamera& camera, ImageSize size,
                                              const Eigen::Vector3d& exact, const Eigen::Vector2d& pixel) {
-  constexpr double kShareOfSide = 0.01;  // the outermost points are two of these from the border
+  constexpr double kShareOfSide = 0.01;  // outermost points are two such steps from the border
   for (const double steps_per_m : {1e4, 1e6, 1e8}) {
     const Eigen::Vector3d point = (exact * steps_per_m).array().round() / steps_per_m;
     const Projection projection = camera.project(point);
@@ -50,7 +51,7 @@ SelfCheckOutcome runSelfCheck(const AnyCamera& camera, ImageSize size,
   const Eigen::Array2d side(size.width, size.height);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const SelfCheckPoint& point = points[i];
-    // Earlier versions rounded every point to a tenth of a millimetre, whatever that was in pixels.
+    // Earlier versions rounded every point to a tenth of a millimetre, regardless of the effect in pixels.
     constexpr double kRounding = 1e-4;
     const double slack = kSelfCheckPx + kRounding * std::max(camera.parameters()[0], camera.parameters()[1]) /
                                             point.point.norm();

@@ -25,13 +25,13 @@ inline constexpr double kSelfCheckPx = 1e-6;
 /// Distances between the projections of the self-check points and their stated pixels.
 struct SelfCheckOutcome {
   std::size_t worst = 0;                       ///< index of the point with the largest distance
-  double worst_px = 0;                         ///< its distance; infinity: it does not project
+  double worst_px = 0;                         ///< its distance; infinity if it does not project
   std::optional<std::size_t> outside_image{};  ///< the first point whose pixel is outside the image
 
   [[nodiscard]] bool isPassed() const { return worst_px <= kSelfCheckPx && !outside_image; }
 };
 
-/// Projects the points again, in microseconds. Passes if there are no points.
+/// Projects the points again, which takes microseconds. Passes if there are no points.
 [[nodiscard]] SelfCheckOutcome runSelfCheck(const AnyCamera& camera, ImageSize size,
                                             std::span<const SelfCheckPoint> points);
 

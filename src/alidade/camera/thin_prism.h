@@ -30,7 +30,7 @@ struct ThinPrism : PlaneFormula<ThinPrism, 12> {
   static constexpr bool kIsOneToOneWithoutFold = false;
 
   static constexpr bool kIsStiff = false;
-  static constexpr bool kIsPolynomial = true;  // unlike `rational`: the prism and the numerator decide
+  static constexpr bool kIsPolynomial = true;  // unlike `rational`: the prism and the numerator dominate
   static constexpr std::string_view kFlexibleId = "";
   static constexpr std::array<LensVector, 3> kVectors = {LensVector{3, 2}, LensVector{8, 10},
                                                          LensVector{9, 11}};

@@ -22,8 +22,8 @@ using Eigen::Vector3d;
 using Matrix23 = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 using Matrix32 = Eigen::Matrix<double, 3, 2>;
 
-// The point is anchor + direction / inverse_m. Up to a positive factor it is direction + inverse_m * (point -
-// origin) from everywhere, which passes through infinity without a jump.
+// The point is anchor + direction / inverse_m. Seen from any camera, its direction is direction + inverse_m *
+// (anchor - camera) up to a positive factor, which is continuous at infinity.
 struct PointState {
   Vector3d direction;
   double inverse_m = 0;
@@ -31,7 +31,7 @@ struct PointState {
 
 // The contribution of one pixel.
 struct PixelRow {
-  Vector2d error;  // px, projected minus given
+  Vector2d error;  // px, projected minus given pixel
   Matrix23 J_px_m;
   Vector3d m;  // the point in the camera frame times inverse_m
 };
@@ -57,7 +57,7 @@ class PointProblem {
   [[nodiscard]] Vector3d centreOf(const RigPixel& pixel) const {
     return cameraOf(pixel).camera_from_rig.inverse().translation;
   }
-  // The largest distance of a camera from the first one, which makes inverse distances free of units.
+  // The largest distance of a camera from the first one; inverse distances in this unit are dimensionless.
   [[nodiscard]] double unit() const { return unit_m_; }
   [[nodiscard]] double leastSigma() const {
     return std::ranges::min_element(pixels_, {}, &RigPixel::sigma_px)->sigma_px;
@@ -66,7 +66,7 @@ class PointProblem {
     return anchor_ + state.direction / state.inverse_m;
   }
 
-  // Nothing where a camera does not see the point.
+  // Nothing if a camera does not see the point.
   [[nodiscard]] std::optional<double> rowsAt(const PointState& state, std::vector<PixelRow>& rows) const {
     rows.resize(pixels_.size());
     double cost = 0;
@@ -82,7 +82,8 @@ class PointProblem {
     return cost;
   }
 
-  // 2 x 3: by the direction's two tangents and the inverse distance in 1 / unit(), divided by sigma_px.
+  // 2 x 3, divided by sigma_px: derivatives by the two tangents of the direction and by the inverse distance
+  // in 1 / unit().
   [[nodiscard]] Eigen::Matrix<double, 2, 3> byState(const PixelRow& row, const RigPixel& pixel,
                                                     const Matrix32& basis) const {
     const SE3& camera_from_rig = cameraOf(pixel).camera_from_rig;
@@ -91,7 +92,7 @@ class PointProblem {
     return row.J_px_m * J_m_state / pixel.sigma_px;
   }
 
-  // Normal equations at rows.
+  // Normal equations for these rows.
   void normals(const PointState& state, const std::vector<PixelRow>& rows, Matrix3d& H,
                Vector3d& gradient) const {
     const Matrix32 basis = tangentBasis(state.direction);
@@ -116,9 +117,9 @@ class PointProblem {
   double unit_m_ = 0;
 };
 
-// The first pixel's ray, and the inverse distance at which it comes nearest to the other rays as seen from
-// their cameras: linear, since (direction + inverse_m * offset) x ray = 0. Nothing if the rays lie on the
-// line through the cameras.
+// The ray of the first pixel, with the inverse distance that brings the point closest to the other rays:
+// linear, since (direction + inverse_m * offset) x ray = 0. Nothing if the rays lie on the line through the
+// cameras.
 std::optional<PointState> linearStart(const PointProblem& problem, std::span<const RigPixel> pixels,
                                       const std::vector<RigRay>& rays) {
   const Vector3d& direction = rays.front().direction;
@@ -134,13 +135,13 @@ std::optional<PointState> linearStart(const PointProblem& problem, std::span<con
   return PointState{direction, along / across};
 }
 
-// The linear start, or where a camera does not see that, the best of many distances.
+// The linear start; if a camera does not see that point, the best of many distances.
 std::optional<PointState> visibleStart(const PointProblem& problem, const PointState& linear) {
   std::vector<PixelRow> rows;
   if (problem.rowsAt(linear, rows)) return linear;
   std::optional<PointState> best;
   double best_cost = std::numeric_limits<double>::infinity();
-  constexpr int kNumDistances = 25;  // 0 and 1e-3 to 1e3 times the distance of the cameras
+  constexpr int kNumDistances = 25;  // 0, and 1e-3 to 1e3 times the distance of the cameras
   for (int i = 0; i < kNumDistances; ++i) {
     const double inverse = i == 0 ? 0 : std::pow(10.0, 3 - 6.0 * (i - 1) / (kNumDistances - 2));
     const PointState state{linear.direction, inverse / problem.unit()};
@@ -155,15 +156,16 @@ std::optional<PointState> visibleStart(const PointProblem& problem, const PointS
 struct PointSolution {
   PointState state;
   std::vector<PixelRow> rows;
-  Matrix3d covariance;  // of direction (tangents) and inverse distance in 1 / unit(), by the pixels' noise
+  Matrix3d covariance;  // of direction (tangents) and inverse distance in 1 / unit(), caused by noise of the
+                        // pixels
 };
 
-// Levenberg-Marquardt until a step is far below the standard deviation.
+// Runs Levenberg-Marquardt until a step is far below the standard deviation.
 TriangulationStatus solvePoint(const PointProblem& problem, PointState start, PointSolution& best) {
   constexpr int kMaxIterations = 200;
-  constexpr double kConverged = 1e-18;        // squared step by squared standard deviations
-  constexpr double kConvergedOfCost = 1e-14;  // the same where the errors are large
-  constexpr double kNearest = 1e-6;           // a point in a camera is none
+  constexpr double kConverged = 1e-18;        // squared step in squared standard deviations
+  constexpr double kConvergedOfCost = 1e-14;  // the same if errors are large, as a share of the cost
+  constexpr double kNearest = 1e-6;           // closest valid distance, in unit()
   constexpr double kRoundingOfPixel = 1e-9;   // px
   best.state = std::move(start);
   double cost = *problem.rowsAt(best.state, best.rows);
@@ -172,8 +174,9 @@ TriangulationStatus solvePoint(const PointProblem& problem, PointState start, Po
   Matrix3d scaled;
   Vector3d scaled_gradient;
   TriangulationStatus status = TriangulationStatus::kNotConverged;
-  // The normal equations at the best state, scaled so that what is undetermined is told from what has small
-  // units. @returns whether to go on from there
+  // The normal equations at the best state, scaled so that undetermined directions are not confused with
+  // small units.
+  // @returns true to continue from there
   const auto linearise = [&] {
     if (std::abs(best.state.inverse_m) * problem.unit() > 1 / kNearest) return false;
     Matrix3d H;
@@ -217,7 +220,7 @@ TriangulationStatus solvePoint(const PointProblem& problem, PointState start, Po
   return status;
 }
 
-// Columns of the joint covariance at which a camera's parameters and its pose begin.
+// First columns of a camera's parameters and pose in the joint covariance.
 struct RigColumns {
   Eigen::Index parameters = 0;
   std::optional<Eigen::Index> pose;
@@ -234,7 +237,7 @@ RigColumns columnsOf(const AnyRig& rig, std::size_t camera) {
   return columns;
 }
 
-// 3 x unknowns of the rig: how the state changes with them, times -1.
+// 3 x unknowns of the rig: derivative of the state by the unknowns, times -1.
 Eigen::MatrixXd stateByRig(const AnyRig& rig, const PointProblem& problem, std::span<const RigPixel> pixels,
                            const PointSolution& solution) {
   const Matrix32 basis = tangentBasis(solution.state.direction);
@@ -263,7 +266,7 @@ Eigen::MatrixXd stateByRig(const AnyRig& rig, const PointProblem& problem, std::
   return solution.covariance * sum;
 }
 
-// Whether a camera sees the point more than a right angle away from where it should.
+// True if a camera sees the point more than a right angle away from its pixel's ray.
 bool isBehind(const AnyRig& rig, std::span<const RigPixel> pixels, const std::vector<RigRay>& rays,
               const PointSolution& solution) {
   for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -280,7 +283,7 @@ Triangulation answerOf(const AnyRig& rig, const PointProblem& problem, std::span
     const Eigen::MatrixXd G = stateByRig(rig, problem, pixels, solution);
     by_rig = G * rig_covariance * G.transpose();
   }
-  const double inverse = solution.state.inverse_m * problem.unit();  // of no unit
+  const double inverse = solution.state.inverse_m * problem.unit();  // dimensionless
   const double std = std::sqrt(solution.covariance(2, 2) + by_rig(2, 2));
   constexpr double kSignificant = 3;
   constexpr double kRounding = 1e-13;

@@ -14,21 +14,22 @@
 
 namespace alidade {
 
-/// Where a camera of a rig sees a point.
+/// A pixel at which a camera of a rig sees a point.
 struct RigPixel {
   std::size_t camera = 0;  ///< index into AnyRig::cameras()
   Eigen::Vector2d pixel{0, 0};
   double sigma_px = 1;  ///< standard deviation of each coordinate, positive
 };
 
-/// Whether pixels give a point, and if not, why.
+/// Outcome of a triangulation: a point, or the reason why there is none.
 enum class TriangulationStatus : std::uint8_t {
   kOk,
   kTooFewCameras,  ///< fewer than two different cameras
   kNoRay,          ///< no ray projects to one of the pixels
   kAtInfinity,     ///< the rays are parallel, or diverge by no more than three standard deviations
   kBehind,         ///< the rays diverge by more, or meet behind a camera: they show different points
-  kUndetermined,  ///< any point of a line would do: cameras at one place, or rays along the line through them
+  kUndetermined,   ///< the point may lie anywhere on a line: cameras at one place, or rays along the line
+                   ///< through them
   kNotConverged,
 };
 
@@ -55,11 +56,12 @@ struct Triangulation {
 };
 
 /// The point that minimises the sum of the squared pixel errors, each divided by its sigma_px, found by
-/// Levenberg-Marquardt from the linear solution for the rays. It works in direction and inverse distance, in
-/// which points near infinity are as easy as others.
+/// Levenberg-Marquardt from the linear solution for the rays. It works in direction and inverse distance, so
+/// that points near infinity are no special case.
 ///
 /// The covariances are those of first order by the implicit function theorem, without the second derivatives
 /// of the projection. They describe the point as long as its distance is well above its standard deviation.
+///
 ///
 /// @param rig_covariance  joint covariance of the parameters of each camera in storage order, then of the
 /// tangent [translation, rotation] of camera_from_rig of each camera but the first, as a right perturbation
@@ -68,7 +70,7 @@ struct Triangulation {
 [[nodiscard]] Triangulation triangulate(const AnyRig& rig, std::span<const RigPixel> pixels,
                                         const Eigen::MatrixXd& rig_covariance = Eigen::MatrixXd());
 
-/// Rows that the joint covariance of a rig has.
+/// Number of rows of the joint covariance of a rig.
 [[nodiscard]] Eigen::Index numRigUnknowns(const AnyRig& rig);
 
 }  // namespace alidade

@@ -8,7 +8,7 @@
 
 namespace alidade {
 
-/// Models that see behind the camera plane stop here: straight back, all azimuths are the same ray, whose
+/// Models that see behind the camera plane stop here. At 180 degrees all azimuths are the same ray, whose
 /// image is a circle and not a pixel.
 inline constexpr double kWideMaxAngle = std::numbers::pi - 1e-4;
 
@@ -33,8 +33,8 @@ T angleOverRadius(const T& rho2, const T& z) {
 }
 
 #if defined(ALIDADE_HAS_VECTORS)
-/// Without a branch: the function hardly changes within 1e-12 rad of the axis, so a point there stands for
-/// those that are nearer. At kWideMaxAngle the shift is below rounding too.
+/// Branch-free: the function hardly changes within 1e-12 rad of the axis, so a point at that angle stands for
+/// closer ones. At kWideMaxAngle, the shift is below rounding too.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi"  // see lanes.h
 template <>
@@ -70,7 +70,7 @@ ALIDADE_ALWAYS_INLINE void radialJacobian(const T* ray, const T& f, const T& df_
   J_m_ray[5] = df_dz * y;
 }
 
-/// Scales (x, y, z) to unit length; what has none becomes zero or NaN.
+/// Scales (x, y, z) to unit length; a vector without a length becomes zero or NaN.
 template <class T>
 ALIDADE_ALWAYS_INLINE void makeUnitRay(const T& x, const T& y, const T& z, T* ray) {
   const T inverse = 1.0 / lane::squareRoot(T(x * x + y * y + z * z));
@@ -79,8 +79,8 @@ ALIDADE_ALWAYS_INLINE void makeUnitRay(const T& x, const T& y, const T& z, T* ra
   ray[2] = z * inverse;
 }
 
-/// w d + (1 - w) z for d = sqrt(rho2 + z^2). Behind the camera d and z nearly cancel; there the digits are
-/// kept by d + z = rho2 / (d - z).
+/// w d + (1 - w) z for d = sqrt(rho2 + z^2). Behind the camera, d and z nearly cancel; d + z = rho2 / (d - z)
+/// keeps the digits there.
 template <class K, class T>
 ALIDADE_ALWAYS_INLINE T blend(const K& w, const T& rho2, const T& z, const T& d) {
   const T behind = w * rho2 / (d - z) + (1.0 - 2.0 * w) * z;

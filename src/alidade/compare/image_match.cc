@@ -21,7 +21,7 @@ ImageSize turned(ImageSize size, int quarter_turns) {
   return size;
 }
 
-// Whether resizing one could have given the other.
+// True if one image could be the other after resizing.
 bool haveOneShape(ImageSize a, ImageSize b) {
   const auto cross = [](int side, int other) { return static_cast<double>(side) * other; };
   const double off = std::abs(cross(a.width, b.height) - cross(a.height, b.width));
@@ -32,8 +32,8 @@ std::int64_t numPixels(ImageSize size) {
   return std::int64_t{size.width} * size.height;
 }
 
-// `count` places evenly from one end to the other of a side of `length`, as far from its ends as the middle
-// of a pixel is where the side has `coarse` pixels.
+// Place `i` of `count` at equal steps along a side of `length` pixels. The first and last are half a pixel of
+// the coarser grid (`coarse` pixels along the side) from the ends.
 double placeAt(int i, int count, int length, int coarse) {
   const double edge = 0.5 / std::min(length, coarse);
   const double share = count == 1 ? 0.5 : edge + (1 - 2 * edge) * i / (count - 1);
@@ -65,7 +65,7 @@ ImageMatch matchImages(ImageSize a, ImageSize b, int quarter_turns) {
   ImageMatch match{.quarter_turns = quarter_turns};
   ImageSize size = a;
   for (int i = 0; i < quarter_turns; ++i) {
-    // (x, y) goes to (height - 1 - y, x).
+    // Old pixel (x, y) is at (height - 1 - y, x).
     Eigen::Matrix2d quarter;
     quarter << 0, -1, 1, 0;
     match.b_from_a = quarter * match.b_from_a;

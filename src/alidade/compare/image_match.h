@@ -10,7 +10,7 @@
 
 namespace alidade {
 
-/// Which pixel of image b corresponds to a pixel of image a, if b is image a rotated by quarter turns and
+/// The pixel of image b that corresponds to a pixel of image a, if b is a rotated by quarter turns and
 /// resized: pixel_b = b_from_a * pixel_a + offset, sizes scaling as c -> s (c + 0.5) - 0.5 on each axis.
 struct ImageMatch {
   int quarter_turns = 0;  ///< clockwise, from a to b: 0 to 3

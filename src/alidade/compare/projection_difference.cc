@@ -48,7 +48,7 @@ void check(const DifferenceOptions& options) {
   }
 }
 
-// A part of an image has a shape of its own.
+// Advises to crop first, because a crop may have a different shape.
 std::string cropAdvice(ImageSize a, ImageSize b) {
   const auto holds = [](ImageSize whole, ImageSize part) {
     return whole.width >= part.width && whole.height >= part.height;
@@ -112,7 +112,7 @@ void setFigures(ProjectionDifference& result) {
 
 // S with S S^T = covariance, which may be singular: parameters that are held have no variance.
 Eigen::MatrixXd rootOf(const Eigen::MatrixXd& covariance) {
-  // Scaled first: the units of the parameters span ten orders of magnitude.
+  // Scaled first, because the units of the parameters span ten orders of magnitude.
   const Eigen::VectorXd scale = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::VectorXd inverse = scale.unaryExpr([](double s) { return s > 0 ? 1 / s : 0.0; });
   const SymmetricEigen solver(inverse.asDiagonal() * covariance * inverse.asDiagonal());
@@ -138,8 +138,8 @@ Eigen::MatrixXd factorOf(const ComparedCamera& camera, std::span<const Eigen::Ve
 // F, 2 rows per pixel, px of the finer image along a's axes: to first order F F^T is the covariance of the
 // differences caused by the uncertainty of the two cameras, with the alignment refitted for every change of
 // the parameters. A camera without covariance is assumed to be exact; without any covariance, F has no
-// columns. `pixels` of image a all have a ray in either camera; `weights` are theirs in the alignment, empty
-// if all are equal.
+// columns. All `pixels` (of image a) have a ray in both cameras; `weights` are their weights in the
+// alignment, empty if equal.
 Eigen::MatrixXd differenceFactor(const ComparedCamera& a, const ComparedCamera& b, const ImageMatch& match,
                                  std::span<const Eigen::Vector2d> pixels, std::optional<Freed> freed,
                                  std::span<const double> weights) {
@@ -151,7 +151,7 @@ Eigen::MatrixXd differenceFactor(const ComparedCamera& a, const ComparedCamera& 
   return factor;
 }
 
-// How much each pixel counts for what is taken out.
+// Weights of the pixels in the alignment: smaller where the covariances make the difference uncertain.
 void setWeights(const ComparedCamera& a, const ComparedCamera& b, const ImageMatch& match,
                 std::optional<Freed> freed, std::vector<PixelPair>& pairs) {
   constexpr double kFloorPx = 0.1;
@@ -164,13 +164,13 @@ void setWeights(const ComparedCamera& a, const ComparedCamera& b, const ImageMat
   }
 }
 
-// What lies farther from where it should be than the image is long is not in sight of both cameras.
+// True if both projections are within the diagonal of the image; farther ones are extrapolations.
 bool isInSight(const std::optional<TwoDifferences>& found, ImageSize image) {
   const double diagonal = std::hypot(image.width, image.height);
   return found && found->a_to_b.norm() <= diagonal && found->b_to_a.norm() <= diagonal;
 }
 
-// Pixels that one of the cameras puts far outside its image would turn all the others.
+// Aligns without pixels that one camera projects far outside its image: they would dominate the fit.
 RayAlignment alignWithinSight(const CameraPair& cameras, std::vector<PixelPair>& pairs,
                               std::optional<Freed> freed) {
   while (true) {
@@ -228,7 +228,7 @@ ProjectionDifference compare(const ComparedCamera& a, const ComparedCamera& b,
   return result;
 }
 
-// Pixels a radian about the optical axis. What models call fx may be another thing.
+// Pixels per radian about the optical axis. In some models, fx is something else.
 double focalLength(const AnyCamera& camera) {
   const Eigen::Vector2d by_axis = axisFocal(camera);
   return std::sqrt(std::abs(by_axis.x() * by_axis.y()));
@@ -238,15 +238,16 @@ double ratio(double one, double other) {
   return std::max(one / other, other / one);
 }
 
-// The difference in standard deviations, in each direction into which the parameters' uncertainty moves it.
+// Squared difference in standard deviations, summed over the directions in which the uncertain parameters
+// move it.
 struct Wald {
   double sum_of_squares = 0;
-  double expected = 0;  // the number of directions, each as far as it counts
+  double expected = 0;  // the number of directions, each with its weight
 };
 
 Wald waldOf(const Eigen::MatrixXd& factor, const Eigen::VectorXd& difference) {
-  // A direction that the parameters determine to less than this (RMS over the image) is known to this: the
-  // pixels' change is a straight line to first order only.
+  // Least uncertainty of a direction (RMS over the image), because pixels depend on the parameters linearly
+  // only to first order.
   constexpr double kFloorPx = 0.005;
   constexpr double kNoDirection = 1e-12;  // of the largest variance
   const SymmetricEigen solver(factor.transpose() * factor);
@@ -271,7 +272,7 @@ ProjectionDifference projectionDifference(const ComparedCamera& a, const Compare
   std::optional<ProjectionDifference> best;
   for (const int turns : turnsToTry(a, b, options)) {
     ProjectionDifference found = compare(a, b, options, turns);
-    // Cameras with their principal point in the middle may fit both ways as well: rounding shall not decide.
+    // Cameras with a centred principal point may fit both ways equally well; rounding must not decide.
     constexpr double kSame = 1e-9;
     const bool is_better =
         !best || (found.is_converged && !best->is_converged) ||
@@ -300,7 +301,7 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
   }
   Eigen::MatrixXd factor = differenceFactor(a, b, difference.match, pixels, freed, weights);
 
-  // Differences below this are rounding, whatever the covariance says.
+  // Differences below this are rounding errors, regardless of the covariance.
   constexpr double kRoundingPx = 1e-9;
   const auto n = static_cast<double>(compared.size());
   DifferenceSignificance result;
@@ -315,7 +316,7 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
                                        kRoundingPx * kRoundingPx * Eigen::Matrix2d::Identity();
     const SymmetricEigen solver(covariance);
     result.std_px[compared[i]] = std::sqrt(solver.eigenvalues()(1));
-    constexpr double kEllipse95 = 5.991464547107979;  // of two normal variables' squares
+    constexpr double kEllipse95 = 5.991464547107979;  // of the sum of squares of two normal variables
     const Eigen::Vector2d along = solver.eigenvectors().transpose() * d;
     num_beyond += along.cwiseAbs2().cwiseQuotient(solver.eigenvalues()).sum() > kEllipse95 ? 1 : 0;
     const double root = std::sqrt(weights[i]);
@@ -335,7 +336,7 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
 }
 
 bool isComparable(const ProjectionDifference& difference) {
-  // Domains of different models end at slightly different places where the image circle does.
+  // The domains of different models end at slightly different places near the rim of the image circle.
   constexpr double kMaxShareOfOne = 0.05;
   const double num_seen = difference.num_compared + difference.num_seen_by_one;
   return difference.is_converged && difference.num_compared > 0 &&

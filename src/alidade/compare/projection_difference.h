@@ -23,13 +23,13 @@ struct ComparedCamera {
 };
 
 struct DifferenceOptions {
-  /// What to align first; empty: both cameras have the same frame.
+  /// Motion to align first; empty: both cameras have the same frame.
   std::optional<Freed> freed = Freed::kRotation;
   /// Distance of the points from either camera for Freed::kPose, positive and finite. Their sphere looks the
   /// same at any distance, so it only scales the translation.
   double distance_m = 1;
   /// Clockwise quarter turns of image b relative to image a, 0 to 3. Default: 0 if the sizes allow it,
-  /// otherwise 1 or 3, whichever gives the smaller difference.
+  /// otherwise 1 or 3, depending on which gives the smaller difference.
   std::optional<int> quarter_turns = std::nullopt;
   /// Size of the grid over image a; 0: 40 along the longer side, in square cells. With alignment, at least
   /// fewestPairs() pixels in total.
@@ -54,8 +54,8 @@ struct ProjectionDifference {
   std::vector<Eigen::Vector2d> difference_px;
   std::vector<double> weights;  ///< one per pixel: its weight in the alignment
   int num_compared = 0;
-  /// Pixels for which one camera has a ray, and the other has none, no pixel, or one that is farther off than
-  /// the finer image's diagonal.
+  /// Pixels for which one camera has a ray, and the other has no ray, no pixel, or a pixel farther away than
+  /// the diagonal of the finer image.
   int num_seen_by_one = 0;
   int num_seen_by_neither = 0;
   double mean_px = 0;  ///< mean length; NaN, like the values below, if num_compared is 0
@@ -67,7 +67,7 @@ struct ProjectionDifference {
   [[nodiscard]] double lengthAt(std::size_t i) const { return difference_px[i].norm(); }
 };
 
-/// Compares two cameras of any models, of images of one shape.
+/// Compares two cameras of any models whose images have the same shape.
 ///
 /// A point in the direction of pixel q through camera a is compared with its projection by b after the best
 /// rotation (or pose) of b. A point in the direction of the same place through camera b is compared with its
@@ -75,9 +75,8 @@ struct ProjectionDifference {
 /// the second. The best alignment minimises the sum of squares of both over all pixels; see alignRays().
 /// Swapping the cameras therefore gives the inverse motion and the same lengths.
 ///
-/// A projection farther away than the diagonal of the finer image is an extrapolation far outside the
-/// image. Such a pixel counts as seen by only one camera and affects neither the alignment nor the
-/// statistics.
+/// A projection farther away than the diagonal of the finer image is an extrapolation far outside the image.
+/// Such a pixel counts as seen by only one camera and affects neither the alignment nor the statistics.
 ///
 /// All pixels have equal weight, unless there are covariances; then the weight is 1 / (variance of the
 /// difference + (0.1 px)^2). Otherwise an image corner without board corners would distort the alignment of
@@ -86,31 +85,32 @@ struct ProjectionDifference {
 /// The comparison after the best transformation, weighted by the uncertainties, follows mrcal's projection
 /// difference (Kogan, mrcal.secretsauce.net, "Projection differences").
 ///
+///
 /// @throws Error (kInput) for images of different shape; (kUsage) for a rotation that the sizes do not allow,
 /// a distance that is not positive and finite, a grid of negative numbers, or one with too few pixels for the
 /// alignment
 [[nodiscard]] ProjectionDifference projectionDifference(const ComparedCamera& a, const ComparedCamera& b,
                                                         const DifferenceOptions& options = {});
 
-/// Whether a difference is larger than the uncertainty of the two cameras explains.
+/// Tells whether a difference is larger than the uncertainty of the two cameras explains.
 struct DifferenceSignificance {
   /// One per pixel, px: standard deviation of the difference along the direction in which it is largest; NaN
   /// where there is no difference.
   std::vector<double> std_px;
   double expected_rms_px = 0;  ///< RMS difference that the covariances predict
-  /// The difference in standard deviations: the normal variable that is exceeded as often as the sum of its
-  /// squares over all directions into which the cameras' uncertainty moves it (Wald's statistic).
+  /// The difference in standard deviations: the value that a normal variable exceeds as often as Wald's
+  /// statistic, the sum of squares below, is exceeded by chance.
   double sigmas = 0;
-  /// That sum of squares, and the number of directions, each as far as it counts: by chance they are equal.
+  /// Squared difference in standard deviations, summed over all directions in which the cameras' uncertainty
+  /// moves it, and its expected value, the number of directions, each with its weight.
   double squares = 0;
   double directions = 0;
-  /// The part of p95_px that chance does not explain: p95 between a and the camera nearest to it
-  /// on the way to b from which b differs by chance in 1 of 1000 cases. 0 if not
-  /// significant.
+  /// The part of p95_px that chance does not explain: p95 between a and the nearest camera on the way to b
+  /// that differs from b by chance in only 1 of 1000 cases. 0 if not significant.
   double sure_p95_px = 0;
-  double share_beyond = 0;  ///< of compared pixels outside their 95 % ellipse; 0.05 by chance
+  double share_beyond = 0;  ///< share of compared pixels outside their 95 % ellipse; 0.05 by chance
 
-  /// Exceeded by chance in 1 of 1000 cases.
+  /// True if chance exceeds it in less than 1 of 1000 cases.
   [[nodiscard]] bool isSignificant() const;
 };
 
@@ -136,7 +136,7 @@ enum class Agreement {
                                     const std::optional<DifferenceSignificance>& significance,
                                     double tolerance_px);
 
-/// Whether enough of the image could be compared to judge it as a whole.
+/// True if enough of the image could be compared to judge it as a whole.
 [[nodiscard]] bool isComparable(const ProjectionDifference& difference);
 
 /// The part of the larger of two images that the smaller one may show.
@@ -148,9 +148,10 @@ struct CropSuspicion {
   std::optional<Eigen::Vector2i> corner;  ///< from the principal points; nothing: unknown
 };
 
-/// Images of the same shape and of different sizes are assumed to be resized. If the sides differ by more
-/// than a tenth, but the focal lengths in pixels by at most 2 %, one image is probably a crop of the other:
-/// resizing changes both, but cropping changes only the sides.
+/// Images of the same shape but different sizes are assumed to be resized. If the sides differ by more than a
+/// tenth, but the focal lengths in pixels by at most 2 %, one image is probably a crop of the other: resizing
+/// changes both, but cropping changes only the sides.
+///
 ///
 /// @returns nothing if there is no such suspicion
 [[nodiscard]] std::optional<CropSuspicion> suspectCrop(const ComparedCamera& a, const ComparedCamera& b,

@@ -16,7 +16,7 @@ constexpr int kMaxSteps = 200;
 constexpr int kMaxHalvings = 40;
 constexpr int kMaxRounds = 10;
 
-// Four rows a pair, over the pairs in use: errors and their derivatives by the tangent of b_from_a.
+// Four rows per pair in use: errors and their derivatives by the tangent of b_from_a.
 class LeastSquares {
  public:
   LeastSquares(const CameraPair& cameras, std::span<const PixelPair> pairs, const std::vector<bool>& is_used,
@@ -30,7 +30,7 @@ class LeastSquares {
     J_.resize(num_rows, 6);
   }
 
-  // Weighted sum of squares, px^2; nothing where a pair is not seen any more.
+  // Weighted sum of squares, px^2; nothing if a camera no longer sees a pair.
   [[nodiscard]] std::optional<double> costAt(const SE3& b_from_a) const {
     double cost = 0;
     for (const auto& [pair, root_weight] : pairs_) {
@@ -44,7 +44,7 @@ class LeastSquares {
 
   struct Step {
     SE3::Vec6 xi = SE3::Vec6::Zero();
-    double drop = 0;  // of the cost, as far as a parabola says
+    double drop = 0;  // of the cost, as predicted by the quadratic model
   };
   // @pre there is a cost at b_from_a
   Step stepAt(const SE3& b_from_a) {
@@ -69,7 +69,7 @@ class LeastSquares {
   [[nodiscard]] double numErrors() const { return static_cast<double>(errors_.size()); }
 
  private:
-  // `point` moves by `outer` (translation - hat(lever) rotation).
+  // Derivatives of the projection of `point`, which moves by `outer` (translation - hat(lever) rotation).
   void set(Eigen::Index row, const AnyCamera& camera, const Eigen::Matrix2d& unit,
            const Eigen::Vector3d& point, const Eigen::Vector2d& pixel, const Eigen::Matrix3d& outer,
            const Eigen::Vector3d& lever) {
@@ -81,18 +81,19 @@ class LeastSquares {
   }
 
   const CameraPair& cameras_;
-  std::vector<std::pair<const PixelPair*, double>> pairs_;  // with the root of its weight
+  std::vector<std::pair<const PixelPair*, double>> pairs_;  // with the square root of its weight
   Eigen::Index num_freed_;
   Eigen::VectorXd errors_;
   Eigen::Matrix<double, Eigen::Dynamic, 6> J_;  // by the translation, then by the rotation
 };
 
-// Nothing once at rest; otherwise where the step would have led that no fraction of lowers the sum.
+// Descends to the minimum and returns nothing, or returns the full step that would be needed if no fraction
+// of it lowers the sum.
 std::optional<SE3> descend(LeastSquares& problem, SE3& b_from_a) {
-  constexpr double kAtRest = 1e-14;     // of the cost
-  constexpr double kAtRestPx = 1e-11;   // an error, where there is no cost left
-  constexpr double kRounding = 1e-9;    // what differences of costs lose
-  constexpr double kRoundingPx = 1e-9;  // what unprojecting and projecting lose
+  constexpr double kAtRest = 1e-14;     // share of the cost
+  constexpr double kAtRestPx = 1e-11;   // per error, if the cost is nearly zero
+  constexpr double kRounding = 1e-9;    // relative rounding of cost differences
+  constexpr double kRoundingPx = 1e-9;  // rounding of unprojecting and projecting
   auto cost = problem.costAt(b_from_a);
   SE3 wanted = b_from_a;
   for (int i = 0; i < kMaxSteps; ++i) {
@@ -117,7 +118,7 @@ std::optional<SE3> descend(LeastSquares& problem, SE3& b_from_a) {
   return wanted;
 }
 
-// Those of the pairs with `is_wanted` that both cameras see.
+// Marks the pairs with `is_wanted` that both cameras see.
 std::vector<bool> seenFrom(const CameraPair& cameras, std::span<const PixelPair> pairs, const SE3& b_from_a,
                            std::vector<bool> is_wanted) {
   for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -153,8 +154,8 @@ RayAlignment alignRays(const CameraPair& cameras, std::span<const PixelPair> pai
 
   result.b_from_a = kabschRotation(pairs);
   result.is_used = seenFrom(cameras, pairs, result.b_from_a, is_allowed);
-  // At the rim of a lens' domain some pairs are seen from the start and not from the end, or the other way
-  // round. Those that stand in the way go, and do not come back.
+  // At the rim of a lens's domain, some pairs are seen at the start but not at the end, or vice versa. Pairs
+  // that block the descent are dropped for good.
   for (int round = 0; round < kMaxRounds; ++round) {
     LeastSquares problem(cameras, pairs, result.is_used, *freed);
     constexpr double kErrorsAPair = 4;

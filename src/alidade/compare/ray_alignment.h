@@ -47,8 +47,8 @@ struct TwoDifferences {
 /// of vectors, Acta Crystallographica A32.
 [[nodiscard]] SE3 kabschRotation(std::span<const PixelPair> pairs);
 
-/// With fewer, alignRays() finds nothing: a pair gives two numbers, and unless there are twice as many
-/// numbers as unknowns, almost any two cameras could be aligned.
+/// Fewest pairs that alignRays() accepts. A pair gives two numbers; with fewer than twice as many numbers as
+/// unknowns, almost any two cameras could be aligned.
 [[nodiscard]] constexpr int fewestPairs(Freed freed) {
   return freed == Freed::kRotation ? 3 : 6;
 }

@@ -13,7 +13,7 @@ namespace {
 constexpr int kLongerSide = 40;      // pixels of the grid
 constexpr double kLeastShare = 0.1;  // of the grid's pixels
 constexpr double kUsualBaselines = 10;
-constexpr double kUsualDistance = 1;  // m, of cameras at one place
+constexpr double kUsualDistance = 1;  // m, for cameras at one place
 
 std::vector<Eigen::Vector2d> gridOf(ImageSize size) {
   const double step = static_cast<double>(std::max(size.width, size.height)) / kLongerSide;
@@ -28,7 +28,7 @@ std::vector<Eigen::Vector2d> gridOf(ImageSize size) {
   return grid;
 }
 
-// Where `to` sees the point at a distance that `from` sees at a pixel; nothing outside its image.
+// Pixel of `to` for the point that `from` sees at `pixel` and at a distance; nothing outside the image.
 std::optional<Eigen::Vector2d> transferred(const PlacedCamera& from, const PlacedCamera& to,
                                            const SE3& to_from_from, const Eigen::Vector2d& pixel,
                                            double distance_m) {

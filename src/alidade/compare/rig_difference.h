@@ -20,10 +20,10 @@ struct PlacedCamera {
   SE3 camera_from_rig;
 };
 
-/// By how much two rigs disagree on where a pixel of one camera is in the image of another.
+/// Disagreement of two rigs on the pixel in one camera that corresponds to a pixel of another.
 struct TransferDifference {
-  std::size_t from = 0;  ///< index of the camera whose pixels are taken
-  std::size_t to = 0;    ///< index of the camera in whose pixels the values below are
+  std::size_t from = 0;  ///< index of the camera with the grid of pixels
+  std::size_t to = 0;    ///< index of the camera in whose pixels the values below are given
   int num_compared = 0;  ///< pixels of the grid that both rigs see in the image of `to`
   double rms_px = 0;
   double p95_px = 0;  ///< 95th percentile of the lengths
@@ -31,28 +31,28 @@ struct TransferDifference {
   Eigen::Vector2d worst_pixel{0, 0};  ///< of `from`
 };
 
-/// What of the pose of a camera from the first one differs.
+/// Difference between two poses of a camera relative to the first camera.
 struct PlaceDifference {
-  double distance_m = 0;  ///< of the camera's places, in the frame of the first camera
+  double distance_m = 0;  ///< between the camera's positions, in the frame of the first camera
   double angle_rad = 0;
 };
 
 struct RigDifference {
   double distance_m = 0;                ///< of the points
   std::vector<PlaceDifference> places;  ///< one per camera; the first is zero
-  /// Into each camera, the one from the camera for which p95_px is largest; none for a camera that sees too
-  /// little of what others see (a tenth of their grid).
+  /// For each camera, the transfer from the camera with the largest p95_px; none for a camera that sees too
+  /// little of what others see (less than a tenth of their grid).
   std::vector<std::optional<TransferDifference>> transfers;
 };
 
-/// 10 times the largest distance between two cameras, or 1 m where all are at one place.
+/// 10 times the largest distance between two cameras, or 1 m if all are at one place.
 [[nodiscard]] double usualDistance(std::span<const PlacedCamera> rig);
 
 /// Compares two rigs of the same cameras, in the same order, with images of equal sizes. The frames of the
 /// rigs do not matter. A pixel of one camera is taken as the image of a point at `distance_m` from it, and
-/// projected by another camera, with each of the rigs: the difference includes those of both lenses and of
-/// the pose between them. The pixels are a grid of 40 along the longer side.
-/// @pre as many cameras, two or more; distance_m positive and finite
+/// projected by another camera, with each of the rigs, so the result includes differences of both lenses and
+/// of the pose between them. The pixels are a grid of 40 along the longer side.
+/// @pre equally many cameras, two or more; distance_m positive and finite
 [[nodiscard]] RigDifference rigDifference(std::span<const PlacedCamera> a, std::span<const PlacedCamera> b,
                                           double distance_m);
 

@@ -5,7 +5,7 @@
 
 namespace alidade {
 
-// Angles are in radians everywhere but in texts for people.
+// Angles are in radians everywhere except in texts for people.
 
 inline constexpr double kDegPerRad = 180 / std::numbers::pi;
 inline constexpr double kRadPerDeg = std::numbers::pi / 180;

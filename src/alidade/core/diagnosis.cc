@@ -9,7 +9,8 @@ namespace alidade {
 
 DiagnosisId DiagnosisId::read(std::string_view id) {
   static std::mutex mutex;
-  static std::set<std::string, std::less<>> others;  // whose text must outlive all diagnoses
+  static std::set<std::string, std::less<>> others;  // diagnoses point into its text, so it is never
+                                                     // destroyed
   const auto* const known = std::ranges::find(kDiagnosisKinds, id, &DiagnosisKind::id);
   DiagnosisId result;
   std::string_view& text = result;

@@ -19,32 +19,32 @@ enum class Severity {
   kFailure,  ///< the result must not be used
 };
 
-/// What a diagnosis is about.
+/// The subject of a diagnosis.
 enum class Subject {
-  kFit,       ///< whether there is a solution
-  kLens,      ///< the lens, as far as these views show it: of no interest for a lens that was given
+  kFit,       ///< existence of a solution
+  kLens,      ///< the lens as these views show it; irrelevant for a lens that was given
   kViews,     ///< photographs and their corners
   kBoard,     ///< the board's shape and print
-  kMatching,  ///< which images of a rig's cameras belong together
-  kFrames,    ///< what the frames of a rig show
-  kRig,       ///< where the cameras of a rig are
-  kImage,     ///< whether an image shows the board
+  kMatching,  ///< images of a rig's cameras that belong together
+  kFrames,    ///< contents of the frames of a rig
+  kRig,       ///< places of a rig's cameras
+  kImage,     ///< whether the board is in an image
   kFile,      ///< the numbers of a camera file
-  kTest,      ///< a camera on images, on footage or beside another camera
+  kTest,      ///< a camera tested on images or footage, or against another camera
   kFleet,     ///< many camera files of one kind
 };
 
-/// Which of equally severe diagnoses to read first.
+/// Order in which to read equally severe diagnoses.
 enum class Rank {
   kCause,  ///< photographs or settings are wrong, so that more photographs of the same kind cannot help
   kOrdinary,
-  kConsequence,  ///< usually follows from another: large errors of any cause
+  kConsequence,  ///< usually follows from another diagnosis, such as large errors of any cause
 };
 
 struct DiagnosisKind {
   std::string_view id;  ///< stable, for scripts
   Subject subject;
-  std::optional<Severity> severity = std::nullopt;  ///< nothing: by the effect, or by another rule
+  std::optional<Severity> severity = std::nullopt;  ///< nothing: set by the effect, or by another rule
   Rank rank = Rank::kOrdinary;
 };
 
@@ -52,8 +52,9 @@ namespace detail {
 inline constexpr std::optional<Severity> kByRule;
 }
 
-/// All diagnoses there are. docs/verdict.md describes those of one camera in the same order, docs/rigs.md
-/// those of a rig; a test compares them.
+/// All diagnoses. docs/verdict.md describes those of one camera, docs/rigs.md those of a rig; a test checks
+/// that none is missing. Diagnoses of one camera with equal severity and rank are listed in the order of
+/// these rows.
 inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"not_converged", Subject::kFit, Severity::kFailure},
     {"not_settled", Subject::kViews, Severity::kFailure},
@@ -169,7 +170,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"no_previous", Subject::kFleet, Severity::kNote},
 };
 
-/// The id of a diagnosis. One that is written in code and has no row in kDiagnosisKinds does not compile.
+/// The id of a diagnosis. An id in code that is missing from kDiagnosisKinds does not compile.
 class DiagnosisId : public std::string_view {
  public:
   consteval DiagnosisId(const char* id) : std::string_view(id) {
@@ -181,14 +182,14 @@ class DiagnosisId : public std::string_view {
   /// An id from a file, which another version may have written.
   [[nodiscard]] static DiagnosisId read(std::string_view id);
 
-  /// That of the table; one of its own for an id of another version.
+  /// The kind from the table; a kind of its own for an id of another version.
   [[nodiscard]] DiagnosisKind kind() const;
 
  private:
   DiagnosisId() = default;
 };
 
-/// What a calibration, a file check or a detection found, and what the user should do about it.
+/// A finding of a calibration, a file check or a detection, and what the user should do about it.
 struct Diagnosis {
   DiagnosisId id;
   Severity severity = id.kind().severity.value_or(Severity::kWarning);
@@ -196,10 +197,11 @@ struct Diagnosis {
   std::string evidence = {};   ///< the computed value; may be empty
   std::string limit = {};      ///< the limit for it; empty if there is no limit
   std::string next_step = {};  ///< what to do about it; may be empty
-  /// By how many pixels (95 %) the cause may displace projected points in the part of the image that the
-  /// views cover; NaN if that is not the question.
+  /// Displacement (95 %) in pixels that the cause may give projected points, in the part of the image that
+  /// the views cover; NaN if it has no such effect.
   double effect_px = std::numeric_limits<double>::quiet_NaN();
-  /// The data do not decide this, but more views could. The covariance includes what the data do show.
+  /// Not decided by these data, but more views could decide it. The covariance includes the information in
+  /// the data.
   bool is_undecided = false;
 
   /// Cause and evidence in one sentence.
@@ -216,7 +218,7 @@ struct Diagnosis {
   return kNames[static_cast<std::size_t>(severity)];
 }
 
-/// Whether a calibration may be used.
+/// Usability of a calibration.
 enum class Verdict {
   kTrustworthy,   ///< no problem was found
   kReservations,  ///< usable if the reported problems do not matter to the user
@@ -240,7 +242,7 @@ enum class Verdict {
 /// The verdict that follows from the most severe diagnosis.
 [[nodiscard]] Verdict verdictOf(const std::vector<Diagnosis>& diagnoses);
 
-/// The most severe first; of equally severe ones by Rank.
+/// Most severe first; equally severe ones by Rank.
 void sortDiagnoses(std::vector<Diagnosis>& diagnoses);
 
 }  // namespace alidade

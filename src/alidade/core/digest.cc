@@ -4,7 +4,7 @@
 #include <array>
 #include <new>
 
-// Everything in this file, so that users of the package need no library for it.
+// Compiles xxHash into this file, so that users of the package do not need the library.
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 

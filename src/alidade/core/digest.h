@@ -7,9 +7,9 @@
 
 namespace alidade {
 
-/// Makes one name of 32 hexadecimal digits from bytes that come in pieces (XXH3, 128 bits). Different bytes
-/// have different names but for a chance of 1e-38. It is no protection against a person who wants two
-/// contents of one name.
+/// Makes a name of 32 hexadecimal digits from bytes that come in pieces (XXH3, 128 bits). Different bytes get
+/// the same name by accident with a probability of about 1e-38. It does not protect against deliberate
+/// collisions.
 class DigestOfParts {
  public:
   DigestOfParts();

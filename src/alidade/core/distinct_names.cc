@@ -15,7 +15,7 @@ bool areDistinct(const std::vector<std::string>& names) {
   return unique.size() == names.size() && !unique.contains("");
 }
 
-// The folder that the file or folder is in, whatever "." and ".." the path has.
+// The folder that contains the file or folder, after resolving "." and ".." in the path.
 std::filesystem::path folderOf(const std::string& path) {
   const std::filesystem::path whole = std::filesystem::absolute(path).lexically_normal();
   return whole.has_filename() ? whole.parent_path() : whole.parent_path().parent_path();

@@ -7,8 +7,8 @@
 
 namespace alidade {
 
-/// Different names for files, one each: `names` if they are not empty and all differ, or else the names of
-/// the folders nearest to the files that do ("cam0" of cam0/images). Nothing if no folders tell them apart.
+/// Different names for files, one each: `names` if they are distinct and not empty, otherwise the names of
+/// the nearest parent folders that differ ("cam0" of cam0/images). Nothing if no folders distinguish them.
 /// @param paths  of the files, as many as names
 [[nodiscard]] std::vector<std::string> distinctNames(std::vector<std::string> names,
                                                      std::span<const std::string> paths);

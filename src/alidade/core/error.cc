@@ -8,12 +8,12 @@ namespace {
 
 std::string compose(const ErrorDetail& d) {
   std::string text = d.where;
-  // A file's name must not be able to forge a line of the message.
+  // Escaped, because a file name must not be able to forge a line of the message.
   for (std::size_t i = 0; (i = text.find('\n', i)) != std::string::npos;) text.replace(i, 1, "\\x0a");
   if (!d.found.empty()) text += (text.empty() ? "" : ": ") + d.found;
   if (!d.expected.empty()) text += (text.empty() ? "expected " : "; expected ") + d.expected;
   if (!d.next_step.empty()) text += "\n  next: " + d.next_step;
-  // what() would end at a zero byte from the input.
+  // Escaped, because what() would end at a zero byte from the input.
   for (std::size_t i = 0; (i = text.find('\0', i)) != std::string::npos;) text.replace(i, 1, "\\0");
   return text;
 }

@@ -13,7 +13,7 @@ enum class ErrorCode {
   kVerdict = 3,  ///< the work was done, and the result was rejected
 };
 
-/// What a user needs to know to act on an error. Empty parts do not appear in the message.
+/// Information that a user needs to act on an error. Empty parts do not appear in the message.
 struct ErrorDetail {
   std::string where{};      ///< file and position: "cam.yaml:4: parameters.fx"
   std::string found{};      ///< what is wrong

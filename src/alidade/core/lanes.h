@@ -14,7 +14,7 @@ namespace alidade {
 #if defined(ALIDADE_HAS_VECTORS)
 /// Several doubles that are computed in parallel. GCC and Clang compile the operators to the instructions
 /// that the surrounding function may use; other compilers get one lane. Formulas that take a type T work for
-/// double, Lanes and automatic differentiation alike when they branch by lane::select only.
+/// double, Lanes and automatic differentiation alike if they branch only by lane::select.
 using Lanes = double __attribute__((vector_size(32)));
 inline constexpr std::size_t kNumLanes = 4;
 #else
@@ -25,8 +25,8 @@ inline constexpr std::size_t kNumLanes = 1;
 /// The result of a comparison of lanes.
 using LaneMask = decltype(Lanes{} < Lanes{});
 
-/// Functions of one scalar type or of lanes. All are inlined, so that they use the instructions of the
-/// function that they end up in.
+/// Functions for scalars and for lanes. All are inlined, so that they use the instructions of the calling
+/// function.
 namespace lane {
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -56,7 +56,8 @@ ALIDADE_ALWAYS_INLINE void sineCosine(const T& angle, T& sine, T& cosine) {
 }
 
 #if defined(ALIDADE_HAS_VECTORS)
-// How vectors are passed differs between instruction sets; these functions pass none, as they are inlined.
+// GCC warns that passing vectors differs between instruction sets; these functions pass none, as they are
+// inlined.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi"
 ALIDADE_ALWAYS_INLINE Lanes select(const LaneMask& condition, const Lanes& a, const Lanes& b) {
@@ -108,14 +109,14 @@ ALIDADE_ALWAYS_INLINE Lanes arcTangent2OverY(const Lanes& y, const Lanes& x) {
 /// Sine and cosine of an angle in [0, pi], to two units in the last place.
 template <>
 ALIDADE_ALWAYS_INLINE void sineCosine(const Lanes& angle, Lanes& sine, Lanes& cosine) {
-  constexpr double kHalfPiLow = 6.123233995736766e-17;  // what double leaves of pi/2
-  // The nearest multiple of a quarter turn, 0, 1 or 2, and what is left of the angle, at most pi/4.
+  constexpr double kHalfPiLow = 6.123233995736766e-17;  // low-order part of pi/2
+  // The nearest multiple of a quarter turn (0, 1 or 2) and the remaining angle, at most pi/4.
   const LaneMask is_first = angle <= std::numbers::pi / 4;
   const LaneMask is_last = angle > 3 * std::numbers::pi / 4;
   const Lanes zero = {};
   const Lanes quarters = select(is_first, zero, select(is_last, zero + 2.0, zero + 1.0));
   const Lanes r = (angle - quarters * (std::numbers::pi / 2)) - quarters * kHalfPiLow;
-  // Taylor's series; the terms left out are below 1e-18.
+  // Taylor series; the omitted terms are below 1e-18.
   const Lanes r2 = r * r;
   Lanes s = r2 * (1.0 / 355687428096000.0) - 1.0 / 1307674368000.0;
   s = r2 * s + 1.0 / 6227020800.0;
@@ -147,7 +148,7 @@ ALIDADE_ALWAYS_INLINE bool isAny(const LaneMask& mask) {
 
 ALIDADE_ALWAYS_INLINE bool isAll(const LaneMask& mask) {
 #if defined(ALIDADE_HAS_VECTORS)
-  // By halves, which takes fewer instructions than lane by lane.
+  // In halves, which takes fewer instructions than lane by lane.
   const auto half = __builtin_shufflevector(mask, mask, 0, 1) & __builtin_shufflevector(mask, mask, 2, 3);
   return (half[0] & half[1]) != 0;
 #else

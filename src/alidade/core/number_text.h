@@ -15,14 +15,14 @@ namespace alidade {
   char text[64];
   std::snprintf(text, sizeof text, format, value);
   const std::string written = text;
-  constexpr double kLong = 1e7;  // longer ones keep their exponent
+  constexpr double kLong = 1e7;  // longer numbers keep their exponent
   if (written.find("e+") == std::string::npos || !(std::abs(value) < kLong)) return written;
   std::snprintf(text, sizeof text, "%.0f", std::stod(written));
   return text;
 }
 
-/// A share in percent, without decimals: "81 %". All and nothing are said only of exactly that: otherwise
-/// "> 99 %" and "< 1 %".
+/// A share in percent, without decimals: "81 %". Only exactly 1 and 0 give "100 %" and "0 %"; close values
+/// give "> 99 %" and "< 1 %".
 [[nodiscard]] inline std::string percentText(double share) {
   const double percent = 100 * share;
   if (percent > 0 && percent < 1) return "< 1 %";

@@ -23,7 +23,7 @@ void parallelFor(std::size_t count, int num_jobs, const std::function<void(std::
   std::size_t error_index = count;
 
   // Indices are handed out in rising order, so every index below a failing one has been started and will
-  // finish: the smallest failing index is always seen, whatever the threads' timing.
+  // finish. The smallest failing index is therefore always seen, regardless of timing.
   const auto run = [&] {
     for (;;) {
       if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return;
@@ -48,7 +48,7 @@ void parallelFor(std::size_t count, int num_jobs, const std::function<void(std::
   try {
     for (std::size_t t = 1; t < num_threads; ++t) threads.emplace_back(run);
   } catch (const std::system_error&) {
-    // No more threads are available; continue with those there are.
+    // No more threads are available; continue with those already running.
   }
   run();
   threads.clear();

@@ -24,7 +24,7 @@ double Random::normal() {
 }
 
 std::uint64_t Random::index(std::uint64_t count) {
-  // The bias of the plain remainder is below count / 2^64, far under anything a simulation can see.
+  // The remainder has a bias below count / 2^64, too small to matter in a simulation.
   return engine_() % count;
 }
 

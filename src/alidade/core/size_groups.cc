@@ -14,7 +14,7 @@ SizeGroups groupBySize(std::span<const ImageSize> sizes) {
   std::map<std::pair<int, int>, std::size_t> counts;
   for (const ImageSize& size : sizes) ++counts[{size.width, size.height}];
   const auto count = [&](const ImageSize& size) { return counts.at({size.width, size.height}); };
-  const auto largest = std::ranges::max_element(sizes, {}, count);  // the first among equals
+  const auto largest = std::ranges::max_element(sizes, {}, count);  // the first of equal groups
   if (largest != sizes.end()) groups.size = *largest;
   for (const auto& [side, number] : counts) {
     const ImageSize other{.width = side.first, .height = side.second};

@@ -9,14 +9,14 @@
 
 namespace alidade {
 
-/// Which of several images have the size that most have; one camera has one image size.
+/// Division of images into those of the most frequent size and the rest; one camera has one image size.
 struct SizeGroups {
   ImageSize size;                     ///< of the largest group
   std::vector<std::size_t> in_group;  ///< indices of the images of that size, rising
   std::vector<std::size_t> others;    ///< the rest, rising
 };
 
-/// @throws Error (kInput) if two or more images each have two sizes in equal, largest number
+/// @throws Error (kInput) if two sizes are equally frequent, with two or more images each
 [[nodiscard]] SizeGroups groupBySize(std::span<const ImageSize> sizes);
 
 /// For messages: "1280x720".

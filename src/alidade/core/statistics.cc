@@ -15,8 +15,8 @@ namespace {
 
 using boost::math::complement;
 
-// Arguments outside of a function's domain give NaN or infinity instead of an exception. In double, which is
-// the same type everywhere.
+// Arguments outside a function's domain give NaN or infinity instead of an exception. Computes in double, not
+// long double, so that results are the same on every machine.
 using Policy = boost::math::policies::policy<
     boost::math::policies::domain_error<boost::math::policies::ignore_error>,
     boost::math::policies::pole_error<boost::math::policies::ignore_error>,
@@ -30,13 +30,13 @@ using ChiSquared = boost::math::chi_squared_distribution<double, Policy>;
 using FisherF = boost::math::fisher_f_distribution<double, Policy>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kFarthest = 37.0471;   // exceeded by a share of 1e-300
-constexpr double kLeastShare = 1e-300;  // nearer to zero, shares lose their digits
-// So many degrees of freedom below are as good as any number.
+constexpr double kFarthest = 37.0471;   // exceeded with a probability of 1e-300
+constexpr double kLeastShare = 1e-300;  // closer to zero, probabilities lose digits
+// With more degrees of freedom below the line, the F distribution is that of a mean square.
 constexpr double kManyBelow = 1e12;
 
-// The normal variable with these shares of all cases below and above it. Where the upper one is too small
-// for a number, the deviance tells.
+// The normal variable with these probabilities below and above it. If the upper one underflows, it comes from
+// the deviance.
 double normalBetween(double below, double above, double deviance) {
   if (above < kLeastShare) return std::max(kFarthest, std::sqrt(deviance));
   if (above < below) return quantile(complement(Normal(), above));

@@ -5,25 +5,26 @@
 
 namespace alidade {
 
-/// The number that a standard normal variable exceeds in size in 5 % of all cases.
+/// The value that the magnitude of a standard normal variable exceeds in 5 % of all cases.
 inline constexpr double kNormal95 = 1.959963984540054;
-/// The number that a standard normal variable exceeds once in a thousand cases.
+/// The value that a standard normal variable exceeds in 1 of 1000 cases.
 inline constexpr double kNormalOneInThousand = 3.090232306167813;
 
-/// The least of these values that 95 % of them do not exceed. @pre one or more, finite
+/// The smallest of these values that is at least as large as 95 % of them.
+/// @pre one or more, finite
 [[nodiscard]] double quantile95(std::vector<double> values);
 
-/// The number that a variable of Student's t distribution exceeds in size in 5 % of all cases; infinity below
-/// 2 degrees of freedom, where it is too large to be of use.
+/// The value that the magnitude of a variable of Student's t distribution exceeds in 5 % of all cases;
+/// infinity below 2 degrees of freedom, where it is too large to be useful.
 [[nodiscard]] double studentT95(double freedom);
 
-/// The number that a variable of Student's t distribution exceeds in 5 % of all cases.
+/// The value that a variable of Student's t distribution exceeds in 5 % of all cases.
 [[nodiscard]] double studentTOneSided95(double freedom);
 
-// The normal variables below are exact up to 37 in size. Beyond, where the share of the cases is no longer a
-// number, they are the signed root of the deviance, a few tenths off; none is below -37.1.
+// The normal variables below are exact up to a magnitude of 37. Beyond, where the probability underflows,
+// they are the signed root of the deviance, a few tenths off; none is below -37.1.
 
-/// The normal variable that is exceeded as often as this one of Student's t distribution; of the same sign.
+/// The normal variable that is exceeded as often as `t` in Student's t distribution; it has the same sign.
 [[nodiscard]] double normalOfStudentT(double t, double freedom);
 
 /// The normal variable that is exceeded as often as this mean of `count` squares of normal variables.
@@ -32,8 +33,8 @@ inline constexpr double kNormalOneInThousand = 3.090232306167813;
 /// `normal`.
 [[nodiscard]] double meanSquareOfNormal(double normal, double count);
 
-/// The normal variable that is exceeded as often as this one of the F distribution with so many degrees of
-/// freedom above and below the line.
+/// The normal variable that is exceeded as often as `f` in the F distribution with these degrees of freedom
+/// above and below the line.
 [[nodiscard]] double normalOfF(double f, double above, double below);
 /// The inverse in `f`.
 [[nodiscard]] double fOfNormal(double normal, double above, double below);

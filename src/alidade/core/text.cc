@@ -11,7 +11,7 @@ namespace {
 
 template <class T>
 std::optional<T> parseWhole(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(text.starts_with("+-") ? 0 : 1);  // one sign only
+  if (text.starts_with('+')) text.remove_prefix(text.starts_with("+-") ? 0 : 1);  // only one sign
   T value{};
   const char* end = text.data() + text.size();
   const auto [stop, status] = std::from_chars(text.data(), end, value);

@@ -9,8 +9,8 @@
 
 namespace alidade {
 
-/// Reads the whole of `text` as a number, whatever the locale. Accepts "nan" and "inf"; surrounding blanks
-/// are not accepted.
+/// Reads the whole of `text` as a number, in any locale. Accepts "nan" and "inf"; surrounding blanks are not
+/// accepted.
 [[nodiscard]] std::optional<double> parseDouble(std::string_view text);
 [[nodiscard]] std::optional<int> parseInt(std::string_view text);
 
@@ -21,11 +21,11 @@ namespace alidade {
 [[nodiscard]] std::vector<std::string_view> split(std::string_view text, char separator);
 [[nodiscard]] std::string join(std::span<const std::string> parts, std::string_view separator);
 
-/// The candidate with the fewest edits from `name`, if it is near enough to be a slip of the hand.
+/// The candidate with the fewest edits from `name`, if it is close enough to be a typing error.
 [[nodiscard]] std::optional<std::string> nearestName(std::string_view name,
                                                      std::span<const std::string> candidates);
 
-/// "did you mean 'fx'?" where there is such a candidate, for Error::next_step; else `otherwise`.
+/// "did you mean 'fx'?" if there is a candidate, for Error::next_step; otherwise `otherwise`.
 [[nodiscard]] std::string didYouMean(std::string_view name, std::span<const std::string> candidates,
                                      std::string otherwise = "");
 

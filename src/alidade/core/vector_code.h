@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Helpers that make compilers vectorise short loops. Loops are written once, for vectors, which GCC and Clang
-// know on any processor; on x86-64 they are compiled for AVX2 with fused multiplication besides, and the
-// processor decides. Other compilers get vectors of one.
+// Helpers that make compilers vectorise short loops. Loops are written once, for the vectors that GCC and
+// Clang support on any processor. On x86-64 they are also compiled for AVX2 with fused multiplication and
+// selected at run time. Other compilers get vectors of one element.
 #pragma once
 
 #if defined(__GNUC__) || defined(__clang__)
@@ -21,7 +21,7 @@
 
 namespace alidade {
 
-/// Whether the processor supports ALIDADE_TARGET_AVX2.
+/// True if the processor supports ALIDADE_TARGET_AVX2.
 [[nodiscard]] inline bool hasAvx2() {
 #if defined(ALIDADE_HAS_AVX2_VARIANT)
   static const bool has = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
@@ -31,7 +31,7 @@ namespace alidade {
 #endif
 }
 
-/// Whether callVectorised() uses AVX2; a test may turn it off.
+/// True if callVectorised() uses AVX2; a test may turn it off.
 inline bool& usesAvx2() {
   static bool uses = hasAvx2();
   return uses;
@@ -44,7 +44,8 @@ ALIDADE_TARGET_AVX2 void callWithAvx2(const F& f) {
 }
 #endif
 
-/// Calls a lambda that is inlined (ALIDADE_INLINE_LAMBDA), in a function for whatever the processor has.
+/// Calls a lambda, inlined (ALIDADE_INLINE_LAMBDA) in a function for the best instruction set of the
+/// processor.
 template <class F>
 void callVectorised(const F& f) {
 #if defined(ALIDADE_HAS_AVX2_VARIANT)

@@ -16,11 +16,11 @@
 namespace alidade {
 namespace {
 
-// Guesses a checkerboard from images that show the whole of it.
+// Guesses a checkerboard from images that show all of it.
 class CheckerboardGuess {
  public:
   void look(const GrayImage& image) {
-    // Any counts do: what is seen is told beside them.
+    // Any counts will do, because `seen` states the actual ones.
     const auto seen = findBoard(image, Checkerboard{.columns = 3, .rows = 3, .square_m = 1}).seen;
     if (seen) ++(seen->is_closed ? closed_ : open_)[{seen->columns, seen->rows}];
   }
@@ -29,7 +29,7 @@ class CheckerboardGuess {
     return std::ranges::any_of(closed_, [](const auto& entry) { return entry.second >= kEnough; });
   }
   [[nodiscard]] std::string text() const {
-    // Boards without a white margin end where most images see them end.
+    // For boards without a white margin, the counts that this many images show.
     constexpr int kEnoughOpen = 5;
     const Counts& counts = closed_.empty() ? open_ : closed_;
     const auto most = std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; });
@@ -43,11 +43,11 @@ class CheckerboardGuess {
 
  private:
   using Counts = std::map<std::pair<int, int>, int>;
-  Counts closed_;  // the whole border is seen
+  Counts closed_;  // the whole border is visible
   Counts open_;
 };
 
-// Guesses a grid of circles from images that show the whole of it.
+// Guesses a grid of circles from images that show all of it.
 class CircleGuess {
  public:
   void look(const GrayImage& image) {
@@ -85,7 +85,7 @@ class CircleGuess {
   std::vector<Count> counts_;
 };
 
-// All images, those far apart first: neighbours show the same.
+// All images, in an order that starts with distant ones, because neighbours are similar.
 std::vector<std::size_t> spreadOrder(std::size_t count) {
   std::vector<std::size_t> order;
   std::vector<bool> is_taken(count, false);
@@ -102,10 +102,11 @@ std::vector<std::size_t> spreadOrder(std::size_t count) {
 }  // namespace
 
 std::string guessedBoard(const ImageSet& images, const CancelFlag* cancel) {
-  // Bounds the time, whatever the images show.
+  // Limits the time for any images.
   constexpr double kMostPixels = 6e7;
   constexpr int kMostImages = 30;
-  // A further kind of board has its guess here. Markers come first: squares of other boards have no markers.
+  // Each kind of board has its guess here. Markers come first, because squares without markers are not
+  // distinctive.
   MarkerGuess markers;
   CheckerboardGuess squares;
   CircleGuess circles;
@@ -120,7 +121,7 @@ std::string guessedBoard(const ImageSet& images, const CancelFlag* cancel) {
     try {
       image = images.read(i).decode().image;
     } catch (const Error&) {
-      continue;  // the run itself will say so
+      continue;  // the run itself reports the error
     }
     num_pixels += static_cast<double>(image.size.width) * image.size.height;
     markers.look(image);

@@ -17,7 +17,7 @@ bool haveSameCounts(const Board& a, const Board& b) {
   return std::minmax(a.columns(), a.rows()) == std::minmax(b.columns(), b.rows());
 }
 
-// Why images cannot tell two boards apart, and what to do about it.
+// The reason why images cannot distinguish two boards, and the remedy.
 struct Likeness {
   std::string reason;
   std::string next_step;
@@ -44,7 +44,7 @@ std::optional<Likeness> likenessOf(const Board& a, const Board& b) {
       .next_step = "use boards with different counts, or boards with markers (charuco, aprilgrid)"};
 }
 
-// Corners of both that lie at the same place.
+// Number of corners of both lists that lie at the same place.
 std::size_t numShared(const std::vector<Corner>& a, const std::vector<Corner>& b) {
   constexpr double kSamePx = 2;
   return static_cast<std::size_t>(std::ranges::count_if(a, [&](const Corner& corner) {
@@ -60,7 +60,7 @@ void withdrawAs(Detection& detection, std::string detail) {
   detection.corners.clear();
 }
 
-// What a board's claim is worth: more with markers, then if the board is whole.
+// Priority of a board's claim: higher with markers, then if the board is complete.
 int rankOf(const Board& board, const Detection& detection) {
   return board.markers() ? 2 : detection.found() ? 1 : 0;
 }
@@ -81,7 +81,7 @@ void requireDistinguishable(std::span<const Board> boards) {
 }
 
 void settleClaims(std::span<const Board> boards, std::span<std::vector<ImageOutcome>> outcomes) {
-  constexpr std::size_t kContested = 4;  // fewer may be neighbours by chance
+  constexpr std::size_t kContested = 4;  // fewer may coincide by chance
   for (std::size_t b = 0; b < boards.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
       for (std::size_t i = 0; i < outcomes[a].size(); ++i) {

@@ -10,13 +10,13 @@
 
 namespace alidade {
 
-/// Checks that images can tell the boards apart: by their markers, or by the counts of their corners.
-/// @throws Error (kUsage) naming two boards that look alike, and what to do
+/// Checks that images can distinguish the boards: by their markers, or by the counts of their corners.
+/// @throws Error (kUsage) naming two boards that look alike, and the remedy
 void requireDistinguishable(std::span<const Board> boards);
 
-/// Decides where two boards claim the same corners of one image, and withdraws those of the other board
-/// (kUnplaced). Markers are certain; without them, a whole board takes precedence over a part of one, and of
-/// two parts neither is kept.
+/// Resolves conflicts in which two boards claim the same corners of one image: the corners of the losing
+/// board are withdrawn (kUnplaced). Markers are certain; without them, a complete board wins over a part of a
+/// board, and of two parts neither is kept.
 /// @param outcomes  of the same images, one list for each board
 void settleClaims(std::span<const Board> boards, std::span<std::vector<ImageOutcome>> outcomes);
 

@@ -37,7 +37,7 @@ void checkName(const std::string& name) {
                     .next_step = "rename it"});
 }
 
-// An image's outcomes for each board, as far as they are in the cache.
+// An image's outcomes for each board, where they are in the cache.
 std::vector<std::optional<ImageOutcome>> knownOutcomes(const EncodedImage& image,
                                                        std::span<const Board> boards,
                                                        const ContentCache* cache) {

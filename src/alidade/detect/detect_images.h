@@ -13,7 +13,7 @@
 
 namespace alidade {
 
-/// Finds a board in a grey image, whole or partly visible, and refines its corners (CornerFitter).
+/// Finds a complete or partly visible board in a grey image, and refines its corners (CornerFitter).
 [[nodiscard]] Detection findBoard(const GrayImage& image, const Board& board);
 
 struct DetectImagesOptions {
@@ -33,7 +33,7 @@ void useOneThreadPerImage();
 /// Reads and searches images in parallel; a thread holds one image at a time. The result is in the order of
 /// `images`, regardless of the number of threads. An image that cannot be read (Error) becomes an outcome
 /// with reason kUnreadable; the others are still processed. An image is not decoded if all outcomes are in
-/// the cache, unless there is `inspect`.
+/// the cache, unless `inspect` is set.
 /// @throws Cancelled
 [[nodiscard]] std::vector<ImageOutcome> detectInImages(const ImageSet& images, const Board& board,
                                                        const DetectImagesOptions& options = {});

@@ -20,7 +20,8 @@ namespace {
 
 using nlohmann::json;
 
-// Raised when corners, measures or reasons change, so that what older versions found is searched for again.
+// To be raised when corners, measures or reasons change, so that results of older versions are computed
+// again.
 constexpr int kDetectionVersion = 1;
 
 constexpr std::array kReasons = {
@@ -33,7 +34,7 @@ Error foreignEntry(const char* what) {
   return inputError({.found = what});
 }
 
-// Unlike get<int>(), nothing that is no whole number, or too large.
+// Unlike get<int>(), rejects numbers that are not integers or too large.
 int intOf(const json& value) {
   constexpr std::int64_t kMax = std::numeric_limits<int>::max();
   if (!value.is_number_integer()) throw foreignEntry("no whole number");
@@ -51,7 +52,7 @@ double finiteOf(const json& value) {
   return number;
 }
 
-// A sigma, or a measure. JSON has no NaN.
+// A sigma or a measure; JSON has no NaN.
 double measureOf(const json& value) {
   if (value.is_null()) return std::numeric_limits<double>::quiet_NaN();
   const double number = finiteOf(value);

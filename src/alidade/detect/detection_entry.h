@@ -8,17 +8,17 @@
 #include "alidade/detect/board/detection.h"
 #include "alidade/target/board.h"
 
-// The outcome of a search as an entry of a cache.
+// The outcome of a search as a cache entry.
 
 namespace alidade {
 
 /// The key of the outcome for an image, a board and this version of the search.
 [[nodiscard]] std::string entryKey(const std::string& image_identity, const Board& board);
 
-/// All of an outcome but its name, as JSON; the numbers read back are the same.
+/// All of an outcome except its name, as JSON; numbers are read back exactly.
 [[nodiscard]] std::string entryText(const ImageOutcome& outcome);
 
-/// Nothing for a text that no search for this board gives.
+/// Nothing if the text is not an outcome of a search for this board.
 [[nodiscard]] std::optional<ImageOutcome> parseEntry(std::string_view text, const Board& board);
 
 }  // namespace alidade

@@ -20,7 +20,7 @@ const cv::Scalar kLine(40, 150, 255);
 const cv::Scalar kText(255, 220, 0);
 const cv::Scalar kShadow(0, 0, 0);
 
-// OpenCV draws at fractions of a pixel if told how many bits the fraction has.
+// OpenCV draws at fractions of a pixel if it is given the number of fractional bits.
 constexpr int kShift = 4;
 cv::Point fixedPoint(const Vector2d& pixel) {
   constexpr double kOne = 1 << kShift;
@@ -45,7 +45,7 @@ std::string summary(const Detection& detection, const Board& board) {
   return fmt::format("{}{}{}", reason, detection.detail.empty() ? "" : ": ", detection.detail);
 }
 
-// Lines, circles and letters are so many times as large as in a usual image.
+// Factor on the size of lines, circles and letters, relative to a usual image.
 double scaleFor(const cv::Mat& canvas) {
   constexpr double kUsualSide = 1000;
   return std::max(0.6, std::max(canvas.cols, canvas.rows) / kUsualSide);
@@ -97,7 +97,7 @@ void drawCorners(cv::Mat& canvas, const Detection& detection, const Board& board
   }
 }
 
-// The text of line `line` from the top.
+// Writes the text of line `line` from the top.
 void writeSummary(cv::Mat& canvas, const Detection& detection, const Board& board, std::size_t line,
                   const std::string& label) {
   const double scale = scaleFor(canvas);

@@ -8,7 +8,7 @@
 
 namespace alidade {
 
-/// The image with what was found drawn on it, for people to look at: a circle and the id of each corner, the
+/// The image with the detection drawn on it, for visual inspection: a circle and the id of each corner, the
 /// lines between neighbours, corner 0 with the directions of columns (red) and rows (green), and the reason
 /// and measures as a line of text. Lines and letters grow with the image.
 [[nodiscard]] RasterImage drawDetection(const GrayImage& image, const Detection& detection,

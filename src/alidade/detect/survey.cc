@@ -31,7 +31,7 @@ void noteOrientations(BoardSurvey& survey) {
   }
 }
 
-// The names of a note's images, the first few of many.
+// Names of a note's images; only the first few if there are many.
 std::string namesText(const SurveyNote& note, const BoardSurvey& survey) {
   constexpr std::size_t kMaxNamed = 5;
   std::vector<std::string> names;
@@ -51,11 +51,12 @@ bool hasCorners(const ImageOutcome& outcome) {
   return outcome.detection.hasCorners();
 }
 
+// Rejects images whose size differs from that of most images with a board.
 // @param of_boards  the outcomes of the same images, one list for each board
 void refuseOtherSizes(std::span<const std::span<ImageOutcome>> of_boards, std::vector<SurveyNote>& notes) {
   const bool any_corners = std::ranges::any_of(
       of_boards, [](const auto& outcomes) { return std::ranges::any_of(outcomes, hasCorners); });
-  // Images without a board have no say in the size, unless there are no others.
+  // Images without a board do not decide the size, unless there are no others.
   std::vector<ImageSize> sizes;
   std::vector<std::size_t> voters;
   for (std::size_t i = 0; i < of_boards.front().size(); ++i) {
@@ -81,10 +82,10 @@ void refuseOtherSizes(std::span<const std::span<ImageOutcome>> of_boards, std::v
   notes.push_back(std::move(note));
 }
 
-// How near the corners of two images must be to show the same.
+// Limits within which the corners of two images count as equal.
 struct Sameness {
   double px = 0.25;           // root mean square
-  double common_share = 1.0;  // of the corners that both have
+  double common_share = 1.0;  // share of the corners that both have
 };
 
 bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b, const Sameness& limit) {
@@ -105,7 +106,7 @@ bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b, const 
          sum <= limit.px * limit.px * count;
 }
 
-// Frames of a video repeat their errors where the board hardly moves, unlike photographs.
+// Unlike photographs, frames of a video repeat their errors if the board hardly moves.
 Sameness samenessOfFrames(const ImageSize& size) {
   constexpr double kShare = 0.01;
   constexpr double kCommonShare = 0.8;
@@ -170,7 +171,8 @@ void refusePartsOfAnother(std::span<ImageOutcome> outcomes, const Board& board,
                   board.columns(), board.rows(), commonest->first.first, commonest->first.second));
 }
 
-// Images whose edges are much wider than those of most; their corners are used, with their large sigmas.
+// Notes images whose edges are much wider than those of most; their corners are used, with their large
+// sigmas.
 void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<SurveyNote>& notes) {
   constexpr double kFactor = 2.5;
   constexpr double kSharpPx = 1.5;  // smaller blur is harmless
@@ -188,7 +190,7 @@ void noteBlurred(std::span<const ImageOutcome> outcomes, std::vector<SurveyNote>
   if (!note.images.empty()) notes.push_back(std::move(note));
 }
 
-// Compares the images of one board, which have one size.
+// Compares the images of one board, which have the same size.
 void triageBoard(std::span<ImageOutcome> outcomes, const Board& board, std::span<const Board> others,
                  std::vector<SurveyNote>& notes) {
   refusePartsOfAnother(outcomes, board, others);
@@ -203,7 +205,7 @@ void noteBoard(BoardSurvey& survey, std::span<const Board> others) {
   if (hint && hint->is_closed) survey.notes.push_back({.kind = SurveyNote::Kind::kOtherBoard, .hint = hint});
 }
 
-// Reasons of an image that shows something else than the board.
+// Reasons for which an image does not show the expected board.
 bool isElsewhere(DetectionReason reason) {
   return reason == DetectionReason::kNoBoard || reason == DetectionReason::kUnplaced ||
          reason == DetectionReason::kLargerBoard || reason == DetectionReason::kOtherBoard;
@@ -299,7 +301,7 @@ Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey) {
 }
 
 std::string hintText(const BoardHint& hint, const Board& asked) {
-  // A hint has its longer side first; it is told in the order of the board that was asked for.
+  // A hint has its longer side first; the text uses the order of the expected board.
   const bool is_upright = asked.columns() < asked.rows();
   const int columns = is_upright ? hint.rows : hint.columns;
   const int rows = is_upright ? hint.columns : hint.rows;
@@ -340,7 +342,7 @@ std::vector<std::string> reasonLines(std::span<const BoardSurvey> surveys) {
 
 std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes, const Board& asked,
                                        std::span<const Board> others) {
-  // A board that was seen but not used for what it looks like is no other board.
+  // A board that was seen but rejected for its quality is not evidence of a different board.
   const auto speaks = [&](const Detection& detection) {
     return (detection.reason == DetectionReason::kUnplaced ||
             detection.reason == DetectionReason::kLargerBoard ||
@@ -350,7 +352,7 @@ std::optional<BoardHint> diagnoseBoard(std::span<const ImageOutcome> outcomes, c
              return detection.seen->hasCountsOf(other.columns(), other.rows());
            });
   };
-  std::map<std::array<int, 3>, int> counts;  // whole boards first
+  std::map<std::array<int, 3>, int> counts;  // complete boards first
   for (const ImageOutcome& outcome : outcomes) {
     const std::optional<SeenGrid>& seen = outcome.detection.seen;
     if (speaks(outcome.detection)) ++counts[{seen->is_closed ? 0 : 1, seen->columns, seen->rows}];

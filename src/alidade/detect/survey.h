@@ -42,7 +42,7 @@ struct SurveyNote {
 /// A board in a set of images of one camera: the interface between images and calibration.
 struct BoardSurvey {
   Board board;
-  std::size_t index = 0;               ///< of the board among those that were looked for
+  std::size_t index = 0;               ///< of the board among the expected boards
   std::vector<std::string> paths;      ///< names of the images in their set
   std::vector<ImageOutcome> outcomes;  ///< one per path; names omit the folders that all paths share
   std::vector<SurveyNote> notes;
@@ -68,10 +68,10 @@ struct BoardSurvey {
 [[nodiscard]] BoardSurvey surveyImages(const ImageSet& images, const Board& board,
                                        const DetectImagesOptions& options = {});
 
-/// The same for several boards: one survey for each, in their order. The images must have one size together,
-/// and notes that concern the images alone are in the first survey. Corners that two boards claim in one
-/// image belong to the board that is certain, by its markers or because all of it is seen, or to neither.
-/// @param boards  that images can tell apart, see requireDistinguishable()
+/// The same for several boards: one survey for each, in their order. All images must have the same size, and
+/// notes that concern only the images are in the first survey. Corners that two boards claim in one image
+/// belong to the board that is certain, by its markers or because it is completely visible, or to neither.
+/// @param boards  that images can distinguish, see requireDistinguishable()
 /// @throws Error (kUsage) for boards that look alike; Cancelled
 [[nodiscard]] std::vector<BoardSurvey> surveyImages(const ImageSet& images, std::span<const Board> boards,
                                                     const DetectImagesOptions& options = {});
@@ -81,12 +81,12 @@ struct BoardSurvey {
 /// @param outcomes  in natural order of their names
 std::vector<SurveyNote> triage(std::span<ImageOutcome> outcomes, const Board& board);
 
-/// Why an image does not give every corner, with the stable name of the reason; std::nullopt if it does.
+/// The reason why an image does not give every corner, with its stable name; std::nullopt if it does.
 [[nodiscard]] std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome);
 [[nodiscard]] Diagnosis diagnosisOf(const SurveyNote& note, const BoardSurvey& survey);
 
-/// One line for each image that does not show the whole board, "name: reason: why", for people. Of several
-/// boards each line names its own, and an image that shows one of them need not show the others.
+/// One line for each image that does not show the whole board, "name: reason: why", for users. With several
+/// boards, each line names its board, and an image that shows one of them need not show the others.
 [[nodiscard]] std::vector<std::string> reasonLines(std::span<const BoardSurvey> surveys);
 
 /// The most common grid other than the expected board among images without corners, preferably one that is

@@ -13,7 +13,7 @@
 namespace alidade {
 namespace {
 
-// As the SPEC of the same parts, which has no place for a ':' of its own.
+// Built from the SPEC with the same parts, so no part may contain ':'.
 Board boardFrom(const detail::YamlNode& root) {
   const detail::YamlNode kind = root.at("kind");
   const auto known = std::ranges::find(boardKinds(), kind.text(), &BoardKindName::name);
@@ -38,7 +38,7 @@ Board boardFrom(const detail::YamlNode& root) {
 }  // namespace
 
 Board readBoard(const std::string& source) {
-  std::error_code ignored;  // what cannot be looked at is no file
+  std::error_code ignored;  // a path that cannot be examined is not a file
   const bool is_file = source.ends_with(".yaml") || source.ends_with(".yml") ||
                        (source.find(':') == std::string::npos && std::filesystem::exists(source, ignored));
   if (!is_file) return parseBoardSpec(source);

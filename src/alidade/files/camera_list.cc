@@ -36,7 +36,7 @@ class Lister {
   void addInput(const std::string& input) {
     std::error_code ignored;
     if (fs::is_directory(input, ignored)) return addNamedFolder(input);
-    // The reader of the file complains where nothing can be told (no permission).
+    // If this cannot be determined (no permission), reading the file reports it.
     const bool is_missing = fs::status(cameraFilePath(input), ignored).type() == fs::file_type::not_found;
     if (!is_missing) return add(input, false);
     if (input.find_first_of("*?[") == std::string::npos) throw missingPathError(cameraFilePath(input));
@@ -61,9 +61,9 @@ class Lister {
     }
   }
 
-  // Returns how many files it has, with its sub-folders.
+  // Returns the number of files in it, including its sub-folders.
   std::size_t addFolder(const std::string& folder) {
-    // A link may lead back to a folder above it.
+    // A link may point to a parent folder.
     std::error_code error;
     const fs::path canonical = fs::canonical(folder, error);
     if (!error && !open_.insert(canonical.string()).second) return 0;
@@ -73,7 +73,7 @@ class Lister {
       std::error_code ignored;
       const std::string name = entry->path().filename().string();
       if (name.starts_with('.')) continue;
-      // A link to nothing stands for a camera file that is missed.
+      // A dangling link counts as a missing camera file.
       const bool is_file = entry->is_regular_file(ignored) || !entry->exists(ignored);
       if (entry->is_directory(ignored)) {
         folders.push_back(name);

@@ -11,7 +11,7 @@ namespace alidade {
 
 std::string cameraText(const CameraRecord& record, std::string_view format, const std::string& path) {
   const CameraFormat& chosen = cameraFormat(format);
-  // Only this program's own format has room for the rest of the record.
+  // Only Alidade's own format stores the rest of the record.
   if (&chosen == cameraFormats().front()) return cameraFileText(record);
   const std::array<NamedCamera, 1> named = {
       NamedCamera{.name = record.name.name, .camera = record.camera, .image_size = record.image_size}};

@@ -8,7 +8,7 @@
 
 namespace alidade {
 
-/// What saveCamera() writes to a file of this name.
+/// The text that saveCamera() writes to a file of this name.
 [[nodiscard]] std::string cameraText(const CameraRecord& record, std::string_view format,
                                      const std::string& path = "");
 

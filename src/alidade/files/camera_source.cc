@@ -21,7 +21,8 @@ namespace {
 
 constexpr std::size_t kMaxCameraFileBytes = 64U << 20U;
 
-// The path, and the name of the camera; empty = none was given. A file whose own name has a # is that file.
+// The path, and the name of the camera; empty = none was given. If a file's own name contains a #, the whole
+// text is the path.
 std::pair<std::string, std::string> splitPath(const std::string& text) {
   const std::size_t at = text.rfind('#');
   std::error_code error;
@@ -55,7 +56,7 @@ bool anyIsNumber(const Cameras& cameras) {
   return std::any_of(cameras.begin(), cameras.end(), [](const auto& c) { return isNumber(c.name); });
 }
 
-// The camera of this name, or else number. @throws its reason where it is refused
+// The camera with this name, else with this number. @throws the stored reason if it is refused
 std::optional<StatedCamera> findCamera(const CameraSource& source, const std::string& name,
                                        std::optional<std::size_t> number) {
   const auto isMeant = [&](const auto& camera) {
@@ -70,7 +71,7 @@ std::optional<StatedCamera> findCamera(const CameraSource& source, const std::st
 
 StatedCamera cameraNamed(const CameraSource& source, const std::string& name) {
   if (const auto camera = findCamera(source, name, std::nullopt)) return *camera;
-  // Where names are numbers, as in COLMAP, a different number is a mistake and no place in the list.
+  // If names are numbers, as in COLMAP, an unknown number is an error and not an index.
   const bool has_numbers = anyIsNumber(source.cameras) || anyIsNumber(source.refused);
   if (const auto number = isNumber(name) && !has_numbers ? parseInt(name) : std::nullopt) {
     if (const auto camera = findCamera(source, name, static_cast<std::size_t>(*number))) return *camera;
@@ -93,7 +94,7 @@ void takeSize(StatedCamera& camera, const std::optional<ImageSize>& size, const 
   camera.image_size = size;
 }
 
-// --read-as is for coefficients that do not say what they are; it does not overrule a file that does.
+// --read-as is for coefficients without a stated model; it does not override a stated one.
 void refuseOtherModel(const StatedCamera& camera, const std::string& model, const std::string& where) {
   if (model.empty() || camera.camera.modelId() == model) return;
   throw inputError({.where = where,
@@ -109,7 +110,7 @@ const CameraFormat* formatOf(const detail::CameraDocument& document) {
   return nullptr;
 }
 
-// Any text may stand in a .txt; the other extensions promise YAML, JSON or XML.
+// A .txt file may contain any text; the other extensions promise YAML, JSON or XML.
 bool isFreeText(const std::string& file) {
   return file.ends_with(".txt");
 }
@@ -159,7 +160,7 @@ void refuseSameNames(const CameraSource& source, const std::vector<std::string>&
   for (const std::string& name : passed) take(name);
 }
 
-// Nothing is recomputed here.
+// Parses without recomputing anything.
 CameraSource parsedAsStated(const std::string& text, const std::string& name, const ReadOptions& options) {
   try {
     detail::checkUtf8(text, name);
@@ -209,8 +210,8 @@ std::string cameraText(const std::string& file) {
   }
 }
 
-// Passes if the camera projects the file's self-check points to their pixels (none: nothing to compare), so
-// that a number changed by hand is not used silently.
+// Checks that the camera projects the file's self-check points to their pixels (if there are any), so that a
+// manually changed number is not used silently.
 void requireSelfCheck(const CameraRecord& file, const std::string& where) {
   const SelfCheckOutcome outcome = runSelfCheck(file.camera, file.image_size, file.self_check);
   if (outcome.isPassed()) return;
@@ -250,7 +251,7 @@ CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& opti
   ReadOptions one = options;
   one.only = name;
   CameraSource source = parsedAsStated(text, file, one);
-  // A place in the list instead of a name, or neither: all the names tell.
+  // If the selection is an index or matches nothing, all names are needed.
   if (source.cameras.empty()) source = parsedAsStated(text, file, options);
   if (!name.empty()) {
     source.cameras = {cameraNamed(source, name)};

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kTagName = "CACHEDIR.TAG";
-// As https://bford.info/cachedir has it.
+// Defined at https://bford.info/cachedir.
 constexpr std::string_view kTag =
     "Signature: 8a477f597d28d172789f06886806bc55\n"
     "# Results of alidade that can be computed again. You may delete this folder.\n";
@@ -25,7 +25,7 @@ constexpr std::size_t kMaxEntryBytes = std::size_t{1} << 28U;
 
 bool holdsOtherFiles(const fs::path& folder) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    // Another program may just be making the same cache: its tag has a hidden name at first.
+    // Another program may be creating the same cache; its tag has a hidden name at first.
     const std::string name = entry.path().filename().string();
     if (name != kTagName && !name.starts_with('.')) return true;
   }
@@ -39,7 +39,7 @@ Error notACacheError(const std::string& folder) {
                      .next_step = "choose another folder"});
 }
 
-// So that changed bytes are noticed, and an entry under a wrong name.
+// Header that detects changed bytes and misnamed entries.
 std::string headOf(std::string_view key, std::string_view text) {
   return "alidade_cache 1 " + digestOf(digestOf(key) + digestOf(text)) + "\n";
 }
@@ -65,7 +65,7 @@ ContentCache::ContentCache(std::string folder) : folder_(std::move(folder)) {
 }
 
 std::string ContentCache::pathOf(std::string_view key) const {
-  // A folder of its own for each 256th, as some file systems are slow with many files in one folder.
+  // One folder per 256th of the entries, as some file systems are slow with many files in one folder.
   const std::string name = digestOf(key);
   return (fs::path(folder_) / name.substr(0, 2) / name.substr(2)).string();
 }
@@ -77,7 +77,7 @@ std::optional<std::string> ContentCache::find(std::string_view key) const {
   if (!fs::exists(status)) return std::nullopt;
   std::string content;
   try {
-    // A pipe in its place would be waited for.
+    // Reading a pipe here would block.
     if (fs::is_regular_file(status)) content = readBinaryFile(path, kMaxEntryBytes);
   } catch (const Error&) {
     content.clear();  // damaged

@@ -9,26 +9,25 @@
 
 namespace alidade {
 
-/// A folder of texts, each under the digest of all that it was computed from. Entries never change and are
-/// written completely or not at all, so several programs may use one folder at the same time, and one that is
-/// killed leaves a valid cache. An entry with wrong bytes counts as missing. All functions may be called from
-/// several threads.
+/// A folder of texts, each under the digest of everything that it was computed from. Entries never change and
+/// are written completely or not at all, so several programs may share one folder, and a killed program
+/// leaves a valid cache. An entry with wrong bytes counts as missing. All functions are thread-safe.
 class ContentCache {
  public:
-  /// Makes the folder if it does not exist. It holds CACHEDIR.TAG, which tells backup programs to pass it by.
-  /// @throws Error (kInput) if it cannot be made; (kUsage) for a folder that holds other files
+  /// Creates the folder if it does not exist. It holds CACHEDIR.TAG, which tells backup programs to skip it.
+  /// @throws Error (kInput) if it cannot be created; (kUsage) for a folder that holds other files
   explicit ContentCache(std::string folder);
 
-  /// The text that was kept for a key, or nothing.
+  /// The text stored for a key, or nothing.
   [[nodiscard]] std::optional<std::string> find(std::string_view key) const;
 
-  /// Counts the entry of a key as damaged: its text, though whole, is not what the caller kept.
+  /// Marks the entry of a key as damaged: its text is complete but is not what the caller stored.
   void reject(std::string_view key) const;
 
-  /// Keeps a text for a key. A failure (a full disk) is no reason to end: complaints() tells it.
+  /// Stores a text for a key. A failure (a full disk) does not throw; complaints() reports it.
   void keep(std::string_view key, std::string_view text) const;
 
-  /// What was wrong with entries, one sentence for each kind of trouble.
+  /// Problems with entries, one sentence per kind.
   [[nodiscard]] std::vector<std::string> complaints() const;
 
  private:

@@ -54,7 +54,7 @@ class Parser {
   }
 
  private:
-  // Lines that follow are of another file.
+  // Starts a file; the following lines belong to it.
   void open(std::string name) {
     name_ = std::move(name);
     line_ = 0;
@@ -111,7 +111,7 @@ class Parser {
     const auto known = board_of_text_.find(spec);
     if (known != board_of_text_.end()) return known->second;
     const Board board = detail::withPlace(where(), [&] { return parseBoardSpec(spec); });
-    // One board may be written in two ways.
+    // The same board may be written in two ways.
     const auto same = std::ranges::find(file_.boards, board);
     const auto index = static_cast<std::size_t>(same - file_.boards.begin());
     if (same == file_.boards.end()) file_.boards.push_back(board);
@@ -119,7 +119,7 @@ class Parser {
     return index;
   }
 
-  // An image has one size, whatever boards it shows.
+  // All boards in an image must state the same image size.
   void checkSize(const std::string& image, ImageSize size) {
     const auto [entry, is_new] = sizes_.try_emplace(image, size);
     if (!is_new && entry->second != size)
@@ -180,13 +180,13 @@ class Parser {
   std::map<std::string, ImageSize> sizes_;  // of the images
   struct ReadView {
     View view;
-    std::string file;  // the last one with corners of it
+    std::string file;  // the last file with corners of this view
   };
   std::map<std::pair<std::string, std::size_t>, ReadView> views_;  // by image and board
   CornersFile file_;
 };
 
-// A name as a field. The rows are read line by line, so that a stray quote spoils one row and not the rest.
+// A name as a CSV field. Rows are read line by line, so that a stray quote affects only one row.
 std::string nameField(const std::string& name, const char* what) {
   if (name.find_first_of("\r\n") != std::string::npos) {
     throw inputError({.where = std::string(what) + " '" + name + "'",

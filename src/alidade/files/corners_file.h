@@ -32,7 +32,7 @@ void writeCornersFile(const std::string& path, const CornersFile& file);
 /// that the row's board does not have, or a repeated corner.
 [[nodiscard]] CornersFile readCornersFile(const std::string& path);
 
-/// The corners of one camera from several files. Images of one board have different names.
+/// Reads the corners of one camera from several files. Images of one board have different names.
 [[nodiscard]] CornersFile readCornersFiles(std::span<const std::string> paths);
 
 /// The same from text; messages use `name` as the file name.

@@ -8,8 +8,7 @@
 namespace alidade {
 
 /// Reads a CSV table of images that were taken at the same time: the header names the cameras, a row is a
-/// frame, an empty field is a camera without an image. Lines that start with '#' and empty lines are left
-/// out.
+/// frame, an empty field is a camera without an image. Lines that start with '#' and empty lines are skipped.
 /// @throws Error (kInput) that names the line
 [[nodiscard]] FrameTable readFrameTable(const std::string& path);
 

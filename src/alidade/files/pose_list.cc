@@ -36,7 +36,7 @@ SE3 cameraFromWorld(const SE3& pose, PoseDirection direction) {
   return direction == PoseDirection::kCameraFromWorld ? pose : pose.inverse();
 }
 
-// One pose a row.
+// A table with one pose per row.
 class PoseTable {
  public:
   PoseTable(const std::string& name, std::optional<PoseDirection> direction)
@@ -53,7 +53,7 @@ class PoseTable {
   PoseList finish() { return std::move(list_); }
 
  private:
-  // The first row has no header above it, or one that is a comment.
+  // Handles a first row without a header, or with one in a comment.
   void withoutHeader() {
     const auto& comment = lines_.commentNames();
     if (detail::findColumn(comment, {"qw"}).index && detail::findColumn(comment, {"qx"}).index) {
@@ -86,7 +86,7 @@ class PoseTable {
     for (const TableColumn& column : translation) translation_.push_back(indexOf(names, column));
     for (const TableColumn& column : rotation) rotation_.push_back(indexOf(names, column));
     for (const char* id : {"id", "pose", "name", "image", "frame", "timestamp", "time"}) {
-      // A time may be in seconds or anything else: it is a name here.
+      // A time may be in seconds or any other unit; here it serves as a name.
       for (std::size_t i = 0; i < names.size() && !id_; ++i) {
         if (detail::findColumn({names[i]}, {id}).index || names[i].starts_with(std::string(id) + " ["))
           id_ = i;
@@ -120,7 +120,7 @@ class PoseTable {
     for (std::size_t i = 0; i < rotation_.size(); ++i) r[i] = number(rotation_[i]);
     if (rotation_.size() == 3) return SO3::exp({r[0], r[1], r[2]});
     const Eigen::Quaterniond q(r[3], r[0], r[1], r[2]);
-    // Rounded to two digits at worst; numbers of other columns are farther away.
+    // Allows for rounding to two digits; numbers of other columns deviate more.
     constexpr double kMaxLengthError = 0.01;
     if (!(std::abs(q.norm() - 1) <= kMaxLengthError)) {
       throw lines_.error("a quaternion of length " + exactText(q.norm()), "qx,qy,qz,qw of length 1",
@@ -182,7 +182,7 @@ PoseList readYaml(const YamlNode& root, std::optional<PoseDirection> direction) 
   return list;
 }
 
-// A table's lines have neither of YAML's marks for lists and maps.
+// Lines of a table contain neither of YAML's marks for lists and maps.
 bool looksLikeYaml(std::string_view text) {
   for (std::string_view line : split(text, '\n')) {
     line = trim(line);

@@ -15,7 +15,7 @@ RigRecord loadRig(const std::string& path) {
                       .expected = "the whole rig",
                       .next_step = "use " + cameraFilePath(path)});
   }
-  const CameraSource source = loadCameras(path);  // with the self-check of each camera
+  const CameraSource source = loadCameras(path);  // including the self-check of each camera
   requireAll(source);
   return rigOf(source);
 }

@@ -8,18 +8,18 @@
 
 namespace alidade {
 
-/// Reads a file that says where several cameras are; Alidade's own are read whole.
+/// Reads a file that states the poses of several cameras; Alidade's own rig files are read completely.
 /// @throws Error (kInput) as loadCameras(), and for a file without poses
 [[nodiscard]] RigRecord loadRig(const std::string& path);
 
-/// The rig that the cameras of `source` are, of which all have poses, with all that an Alidade rig file
-/// states of it. Nothing is recomputed here.
+/// The rig of the cameras of `source`, all of which have poses, with everything that an Alidade rig file
+/// states about it. Nothing is recomputed.
 [[nodiscard]] RigRecord rigOf(const CameraSource& source);
 
-/// Checks that a camera of the file `path` has a pose. @throws Error (kInput) with the reason if it has none
+/// Checks that a camera of the file `path` has a pose. @throws Error (kInput) with the reason otherwise
 void requirePose(const StatedCamera& camera, const std::string& path);
 
-/// Writes a rig file: it is there as a whole or not at all.
+/// Writes a rig file atomically.
 /// @throws Error (kInput) if it cannot be written
 void saveRig(const std::string& path, const RigRecord& rig);
 

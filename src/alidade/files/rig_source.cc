@@ -26,7 +26,7 @@ std::optional<detail::CameraDocument> pairDocument(const std::string& path) {
     detail::CameraDocument document(readTextFile(path, kMaxBytes), path);
     if (detail::statesPair(document) && !detail::formats::opencv().recognises(document)) return document;
   } catch (const Error&) {
-    // Reading it as a camera file says what is wrong.
+    // Reading it as a camera file reports the error.
   }
   return std::nullopt;
 }
@@ -62,7 +62,7 @@ GatheredCameras ofOpenCvPair(const std::string& lenses, const detail::CameraDocu
   return all;
 }
 
-// "left" of left.cameramodel, "cam0" of cam0/sensor.yaml; numbers where nothing tells them apart.
+// "left" for left.cameramodel, "cam0" for cam0/sensor.yaml; numbers if names are not unique.
 void nameCameras(GatheredCameras& all) {
   const std::vector<std::string> stated = mapped(all.source.cameras, &StatedCamera::name);
   const std::set<std::string> unique(stated.begin(), stated.end());
@@ -75,7 +75,7 @@ void nameCameras(GatheredCameras& all) {
     all.source.cameras[i].name = names.empty() ? "" : names[i];
 }
 
-// A reference frame that each file has for itself puts every camera at its origin.
+// Refuses files that each define their own reference frame, which puts every camera at the origin.
 void refuseOnePlace(const GatheredCameras& all) {
   const SE3& first = *all.source.cameras.front().camera_from_rig;
   for (const StatedCamera& camera : all.source.cameras) {

@@ -29,7 +29,7 @@ constexpr std::pair<const char*, FootagePath> kPaths[] = {{"walk", FootagePath::
                                                           {"static", FootagePath::kStatic},
                                                           {"straight", FootagePath::kStraight}};
 
-// Reads the numbers that a map of no other keys states. Keys are the names in the code.
+// Reads the numbers of a map that has no other keys. Keys are the names in the code.
 void readNumbers(const YamlNode& map, std::vector<std::string> other_keys,
                  std::initializer_list<std::pair<const char*, double*>> numbers) {
   for (const auto& [key, number] : numbers) other_keys.emplace_back(key);
@@ -39,7 +39,7 @@ void readNumbers(const YamlNode& map, std::vector<std::string> other_keys,
   }
 }
 
-// The scene's line goes before complaints about what it only names: the mistake may be on either side.
+// Errors in the board file also name the scene's line, as the mistake may be on either side.
 Board readSceneBoard(const YamlNode& node, const std::filesystem::path& folder,
                      std::vector<std::string>& files) {
   std::string source = node.text();
@@ -50,7 +50,7 @@ Board readSceneBoard(const YamlNode& node, const std::filesystem::path& folder,
   return withPlace(node.where(), [&] { return readBoard(source); });
 }
 
-// `node` states the size of the images. Rendering takes memory for several of them.
+// `node` states the image size. Rendering needs memory for several images.
 void checkRenderSize(const YamlNode& node, const ImageSize& size) {
   constexpr std::int64_t kMaxPixels = 100'000'000;
   if (std::int64_t{size.width} * size.height <= kMaxPixels) return;
@@ -156,7 +156,7 @@ Scene boardSceneFrom(const YamlNode& root, const std::filesystem::path& folder) 
   return scene;
 }
 
-// One of a few words.
+// One of a few fixed words.
 template <class Choice, std::size_t kCount>
 void readChoice(const YamlNode& map, const char* key, const std::pair<const char*, Choice> (&choices)[kCount],
                 Choice& choice) {

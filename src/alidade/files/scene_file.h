@@ -11,7 +11,7 @@
 
 namespace alidade {
 
-/// What a scene file describes: views of a board, or ordinary footage.
+/// Content of a scene file: views of a board, or ordinary footage.
 using AnyScene = std::variant<Scene, FootageScene>;
 
 /// Reads a scene. Views of a board:
@@ -36,11 +36,11 @@ using AnyScene = std::variant<Scene, FootageScene>;
 ///   render: {blur_px: 0.7, read_noise: 1.5}
 ///
 /// camera and footage are needed. surroundings: room, plane or far; path: walk, rotation, static or straight.
-/// Files are looked for from the scene's folder.
+/// File names are relative to the scene's folder.
 /// @throws Error (kInput) naming line and key
 [[nodiscard]] AnyScene readSceneFile(const std::string& path);
 
-/// The same from text; `name` stands for the file in messages and in the search for other files.
+/// The same from text; `name` is the file name in messages and the base for relative paths.
 [[nodiscard]] AnyScene parseSceneFile(const std::string& text, const std::string& name);
 
 /// Text of a YAML list of the true poses: image and pose of each picture. `key` names the frames of the

@@ -14,7 +14,7 @@ struct SettingEntry {
 };
 
 /// Reads a YAML map of flags, as --config takes it: each value a scalar or a list of scalars. Keys that start
-/// with x_ are left out. Which keys exist is the caller's to say.
+/// with x_ are ignored. The caller checks which keys exist.
 /// @throws Error (kInput)
 [[nodiscard]] std::vector<SettingEntry> readSettingsFile(const std::string& path);
 

@@ -58,7 +58,7 @@ class VnlParser {
   }
 
  private:
-  enum class Extra { kNone, kLevel, kWeight };  // what the last column holds
+  enum class Extra { kNone, kLevel, kWeight };  // meaning of the last column
 
   [[nodiscard]] const Board& board() const { return file_.boards.front(); }
 
@@ -89,7 +89,7 @@ class VnlParser {
     }
   }
 
-  // Any other comment is left aside.
+  // Other comments are ignored.
   void legend(std::string_view text) {
     const std::vector<std::string> names = detail::words(text);
     if (names.empty() || names.front() != "filename") return;
@@ -186,7 +186,7 @@ class VnlParser {
     num_rows_ = 0;
   }
 
-  // From relative sigmas to those that the calibration uses, see the header.
+  // Converts relative sigmas to those that the calibration uses, see the header.
   void setSigmas() {
     double least = std::numeric_limits<double>::infinity();
     double most = 0;
@@ -205,7 +205,7 @@ class VnlParser {
   ImageSize size_;
   std::string name_;
   int line_ = 0;
-  std::size_t num_values_ = 0;  // of a row, by the legend
+  std::size_t num_values_ = 0;  // per row, from the legend
   Extra extra_ = Extra::kNone;
   View view_;  // the image whose rows are being read, with relative sigmas
   int num_rows_ = 0;
@@ -214,7 +214,7 @@ class VnlParser {
   CornersFile file_;
 };
 
-// Tells whether the board's points are those of mrcal's board, which has one spacing.
+// True if the board's points are those of mrcal's board, which has one spacing.
 bool isEvenlySpaced(const Board& board) {
   for (int id = 0; id < board.numCorners(); ++id) {
     const Eigen::Vector3d even =

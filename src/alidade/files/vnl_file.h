@@ -14,17 +14,17 @@ namespace alidade {
 [[nodiscard]] bool isVnlFile(const std::string& path);
 
 /// Checks before any long work that such a file can hold the corners of these boards in these images: of one
-/// board with points in evenly spaced columns and rows, which is all that mrcal knows, and of images named by
-/// ASCII characters without blanks and '#'. @throws Error (kInput)
+/// board with points in evenly spaced columns and rows, which is all that mrcal supports, and of images with
+/// names in ASCII characters without blanks and '#'. @throws Error (kInput)
 void checkVnl(std::span<const Board> boards, std::span<const std::string> images);
 
 /// Text of a .vnl file: the comments as lines that start with '##', the legend "# filename x y" and one row
 /// per corner of the board, "-" for x and y if the image does not show it. The format has no negative
-/// coordinates: corners so near to the left or upper border are written as not seen.
+/// coordinates, so corners that need one at the left or upper border are written as not seen.
 ///
 /// There is no column for sigmas. mrcal reads a fourth column as levels or, with a flag, as weights, but
-/// three columns alike either way. It knows no tau (see CornerNoise), and without it the sigmas of detection
-/// make bad weights: they raise the cross-validation error of two sets of photographs by 3 to 5 %.
+/// treats three columns as equal weights. It has no tau (see CornerNoise), and without it the sigmas of
+/// detection are poor weights: they raise the cross-validation error of two sets of photographs by 3 to 5 %.
 /// @throws Error (kInput) as checkVnl()
 [[nodiscard]] std::string vnlFileText(const CornersFile& file);
 
@@ -33,14 +33,14 @@ void writeVnlFile(const std::string& path, const CornersFile& file);
 
 /// Reads .vnl files of one camera, which state neither the board nor the size of the images. A corner is not
 /// seen if one of its values is "-" or a coordinate is negative, or the level, or the weight is not positive.
-/// Images without corners are left out.
+/// Images without corners are skipped.
 ///
-/// A corner at level L has a sigma in proportion to 2^L, one of weight w to 1/w. If these are equal for all
-/// corners, sigma_px is NaN. Else the best corners get a sigma of 1 px and the others accordingly more. That
-/// is above the errors of any usable corner, so that the calibration weighs the corners just as the files
-/// say: their ratios alone count, since CornerNoise then finds no tau.
-/// @throws Error (kInput) naming the line: unknown legend, another number of values or of rows per image than
-/// expected, invalid numbers, corners outside the image, or a repeated image
+/// The sigma of a corner at level L is proportional to 2^L, that of a corner with weight w to 1/w. If these
+/// are equal for all corners, sigma_px is NaN. Otherwise the best corners get a sigma of 1 px and the others
+/// proportionally more. That exceeds the errors of any usable corner, so CornerNoise finds no tau, and the
+/// calibration weights the corners by their ratios in the files.
+/// @throws Error (kInput) naming the line: unknown legend, an unexpected number of values or of rows per
+/// image, invalid numbers, corners outside the image, or a repeated image
 [[nodiscard]] CornersFile readVnlFiles(std::span<const std::string> paths, const Board& board,
                                        ImageSize size);
 

@@ -11,7 +11,7 @@ namespace {
 
 using UnitKey = std::string (*)(const FleetUnit&);
 
-// Which unit has each key; nothing where several have it.
+// The unit with each key; nothing if several share it.
 std::map<std::string, std::optional<std::size_t>> byKey(std::span<const FleetUnit> units, UnitKey keyOf) {
   std::map<std::string, std::optional<std::size_t>> index;
   for (std::size_t i = 0; i < units.size(); ++i) {
@@ -23,7 +23,7 @@ std::map<std::string, std::optional<std::size_t>> byKey(std::span<const FleetUni
   return index;
 }
 
-// A camera that took the place of another.
+// True if one camera replaced another.
 bool haveOtherSerials(const FleetUnit& a, const FleetUnit& b) {
   return !a.name.serial.empty() && !b.name.serial.empty() && a.name.serial != b.name.serial;
 }

@@ -10,8 +10,8 @@
 
 namespace alidade {
 
-/// For each unit the index of the previous one that is the same camera: of the same serial number, else of
-/// the same name, else of the same place in its folder, else of the same file name. What occurs twice on one
+/// For each unit the index of the previous unit that is the same camera: with the same serial number, else
+/// the same name, else the same place in its folder, else the same file name. A key that occurs twice on one
 /// side pairs nothing, and neither do different serial numbers. No previous unit is paired twice.
 [[nodiscard]] std::vector<std::optional<std::size_t>> pairedUnits(std::span<const FleetUnit> units,
                                                                   std::span<const FleetUnit> previous);

@@ -6,12 +6,12 @@
 
 namespace alidade {
 
-/// The share of all cases in which a standard normal variable exceeds this one.
+/// The probability that a standard normal variable exceeds this value.
 [[nodiscard]] double shareAbove(double normal);
 
-/// Which of many tests are positive, so that of the positive ones at most this share is expected to be false
-/// (Benjamini and Hochberg 1995). Where nothing is to be found, that is also the chance of any false alarm.
-/// @param p_values  of the tests; NaN: it could not be made, and is negative
+/// Which of many tests are positive, such that the expected share of false ones among them is at most this
+/// (Benjamini and Hochberg 1995). If there is nothing to find, that is also the chance of any false alarm.
+/// @param p_values  of the tests; NaN if a test could not be made, which counts as negative
 [[nodiscard]] std::vector<bool> falseDiscoveryTest(std::span<const double> p_values, double share);
 
 }  // namespace alidade

@@ -29,11 +29,11 @@ DifferenceOptions differenceOptions(ImageSize size, std::optional<Freed> freed) 
   return {.freed = freed, .columns = along(size.width), .rows = along(size.height)};
 }
 
-// A comparison, with what its test needs.
+// A comparison, and the input of its test.
 struct Comparison {
   UnitDifference result;
   std::optional<DifferenceSignificance> significance;
-  std::vector<float> lengths;  // over the grid, px; NaN: cannot be compared
+  std::vector<float> lengths;  // over the grid, px; NaN if not comparable
 };
 
 Comparison compared(const ComparedCamera& a, const ComparedCamera& b, std::optional<Freed> freed) {
@@ -60,9 +60,9 @@ PopulationSample sampleOf(const FleetUnit& unit) {
 }
 
 // The statistic of a unit against a population whose covariance was estimated from `n` members is not
-// chi-squared. If the unit is one of them, it follows a beta distribution, if not, Hotelling's; both are an F
-// distribution in disguise (Anderson 2003, An Introduction to Multivariate Statistical Analysis, ch. 5). What
-// share of the covariance was estimated is as good as more members (Satterthwaite 1946).
+// chi-squared. It follows a beta distribution if the unit is a member, and Hotelling's otherwise; both reduce
+// to an F distribution (Anderson 2003, An Introduction to Multivariate Statistical Analysis, ch. 5). If only
+// a share of the covariance was estimated, the effective number of members is larger (Satterthwaite 1946).
 double normalOfSquares(double squares, double directions, double num_members, double between_share,
                        bool is_member) {
   const double n = 1 + (num_members - 1) / std::max(1e-6, between_share * between_share);
@@ -78,7 +78,7 @@ double normalOfSquares(double squares, double directions, double num_members, do
   return normalOfF(squares * n * below / ((n + 1) * directions * (n - 1)), directions, below);
 }
 
-// The most frequent model; of several the first in the list of models.
+// The most frequent model; in case of a tie, the first in the list of models.
 std::string commonModel(const std::vector<FleetUnit>& units, const std::vector<std::size_t>& group) {
   std::map<std::string_view, std::size_t> counts;
   for (const std::size_t i : group) ++counts[units[i].camera.modelId()];
@@ -107,7 +107,7 @@ std::vector<FleetGroup> groupsOf(const std::vector<FleetUnit>& units) {
   return groups;
 }
 
-// Nothing with too few units of one model.
+// Nothing if there are too few units of one model.
 std::optional<TypicalCamera> typicalOf(const std::vector<FleetUnit>& units, const FleetGroup& group) {
   const std::string model = commonModel(units, group.units);
   std::vector<PopulationSample> samples;
@@ -190,7 +190,7 @@ void compareWithTypical(const std::vector<FleetUnit>& units, const FleetOptions&
   group.map = mapOf(group.size, comparisons);
 }
 
-// All units of the fleet are tested together.
+// Tests all units of the fleet together.
 void testDeviations(std::vector<FleetGroup>& groups) {
   std::vector<double> p_values;
   for (const FleetGroup& group : groups)

@@ -14,38 +14,38 @@
 
 namespace alidade {
 
-/// How two cameras differ. Lengths are in pixels, after the alignment.
+/// Difference between two cameras. Lengths are in pixels, after the alignment.
 struct UnitDifference {
   bool is_comparable = false;  ///< if not, the values below mean nothing
   double p95_px = 0;           ///< 95 % of the image differs by at most this
   double max_px = 0;
-  double expected_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< that the uncertainties predict
-  /// The difference in standard deviations, as a normal variable; NaN: it cannot be told.
+  double expected_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< predicted by the uncertainties
+  /// The difference in standard deviations, as a normal variable; NaN if undetermined.
   double sigmas = std::numeric_limits<double>::quiet_NaN();
-  /// Whether it exceeds chance, by the test of all units of the fleet together; see kFalseShare.
+  /// True if it exceeds chance, by the test of all units of the fleet together; see kFalseShare.
   bool is_significant = false;
 };
 
-/// Of the units that are said to deviate, and of those that are said to have drifted, at most this share is
-/// expected to be false; where there are none, it is the chance that any unit of the fleet is accused.
+/// The expected share of false reports among the units reported as deviating, and among those reported as
+/// drifted, is at most this. If none deviates, it is the chance of any false report in the fleet.
 inline constexpr double kFalseShare = 0.01;
 
-/// The camera that stands for the units of one model and image size.
+/// The camera that represents the units of one model and image size.
 struct TypicalCamera {
   AnyCamera camera;
   Population population;      ///< is_member: one per unit of `FleetGroup::units` that has this model
   std::size_t num_units = 0;  ///< of this model
   std::size_t num_without_covariance = 0;  ///< of these: treated as exact
-  /// Outliers can be told from so many units; with fewer no unit is said to deviate.
+  /// True if there are enough units to detect outliers; otherwise no unit is reported as deviating.
   bool can_judge = false;
 };
 
-/// Where in the image the units differ from the typical camera.
+/// Map over the image of the differences between units and typical camera.
 struct FleetMap {
   int columns = 0;
   int rows = 0;
   std::vector<Eigen::Vector2d> pixels = {};
-  std::vector<double> p95_px = {};  ///< 95 % of the units are within this distance; NaN: none sees it
+  std::vector<double> p95_px = {};  ///< 95 % of the units are within this distance; NaN if none sees it
   std::vector<double> median_px = {};
 };
 
@@ -53,7 +53,7 @@ struct FleetMap {
 struct FleetGroup {
   ImageSize size;
   std::vector<std::size_t> units = {};  ///< indices, in order
-  /// Of the model that most of them have; nothing with fewer than kFewestUnits of it.
+  /// For the most frequent model; nothing with fewer than kFewestUnits units of it.
   std::optional<TypicalCamera> typical = {};
   std::vector<UnitDifference> differences = {};  ///< one per unit, from the typical camera; none without it
   double p95_px = std::numeric_limits<double>::quiet_NaN();     ///< 95 % of the units differ by at most this
@@ -65,19 +65,19 @@ struct FleetGroup {
 };
 inline constexpr std::size_t kFewestUnits = 3;
 
-/// A unit and the calibration of it that came before.
+/// A unit and its previous calibration.
 struct UnitDrift {
   std::size_t unit = 0;
   std::string previous;     ///< its file
-  std::string reason = {};  ///< why the two cannot be compared; empty if they can
+  std::string reason = {};  ///< reason why they cannot be compared; empty if they can
   UnitDifference difference = {};
 };
 
 struct Fleet {
   FleetFiles files;
-  std::vector<FleetGroup> groups;      ///< the largest first
-  std::vector<UnitDrift> drifts = {};  ///< in the order of the units; of those with a previous calibration
-  std::size_t num_unpaired = 0;        ///< units without one, if there are previous calibrations at all
+  std::vector<FleetGroup> groups;      ///< largest first
+  std::vector<UnitDrift> drifts = {};  ///< in the order of the units, only those with a previous calibration
+  std::size_t num_unpaired = 0;        ///< units without a previous calibration, if any were given
   bool has_previous = false;
   std::vector<UnreadableFile> unreadable_previous = {};
   double tolerance_px = 1;
@@ -89,24 +89,24 @@ struct Fleet {
 
 /// Analyses a population of cameras.
 ///
-/// Units are grouped by their image size. Those of the most frequent model of a group are treated as a sample
-/// of a normal population of parameters (estimatePopulation()); its mean is the typical camera. Each unit of
-/// the group, of any model, is compared with it by the projection difference. A unit deviates if its
-/// difference is larger than its own covariance and the spread between units explain: Wald's statistic of
-/// significanceOf(), with the F distribution for the spread that was itself estimated, and all units tested
-/// together (falseDiscoveryTest()). A unit that states no covariance is treated as exact, so that its
-/// errors count as spread.
+/// Units are grouped by image size. Units of the most frequent model of a group are treated as a sample of a
+/// normal population of parameters (estimatePopulation()); its mean is the typical camera. Each unit of the
+/// group, of any model, is compared with it by the projection difference. A unit deviates if its own
+/// covariance and the spread between units do not explain its difference: Wald's statistic of
+/// significanceOf(), with the F distribution because the spread is an estimate, and all units tested together
+/// (falseDiscoveryTest()). A unit without a stated covariance is treated as exact, so that its errors count
+/// as spread.
 ///
 /// Drift is the difference of a unit from its previous calibration, by both covariances. Units are paired by
-/// serial number, else by name, else by the place of the file in its folder, wherever these are unique.
-/// @param previous  earlier calibrations; nothing: drift is not asked for
+/// serial number, else by name, else by the place of the file in its folder, if these are unique.
+/// @param previous  earlier calibrations; nothing if drift is not requested
 /// @throws Cancelled
 [[nodiscard]] Fleet analyseFleet(FleetFiles files, const std::optional<FleetFiles>& previous = {},
                                  const FleetOptions& options = {});
 
-/// The typical camera as a record. Its covariance is that of a unit that is not known better: the spread
-/// between units and the uncertainty of the mean. Its accuracy is FleetGroup::p95_px; beyond
-/// the tolerance it is usable with reservations.
+/// The typical camera as a record. Its covariance applies to an uncalibrated unit: the spread between units
+/// plus the uncertainty of the mean. Its accuracy is FleetGroup::p95_px; if that exceeds the tolerance, the
+/// camera is usable with reservations.
 /// @pre the group has a typical camera
 [[nodiscard]] CameraRecord typicalRecord(const FleetGroup& group, double tolerance_px,
                                          std::string created_by);

@@ -92,7 +92,7 @@ std::vector<std::string> differenceFields(const UnitDifference& difference, cons
   const char* const status = difference.is_significant       ? significant
                              : std::isnan(difference.sigmas) ? "not_judged"
                                                              : other;
-  // A difference beyond any number is as good as certain.
+  // An infinite difference is practically certain.
   const double sigmas = std::isinf(difference.sigmas) ? 99 : difference.sigmas;
   return {numberField(difference.p95_px), numberField(difference.max_px), numberField(sigmas), status};
 }

@@ -9,8 +9,8 @@
 
 namespace alidade {
 
-/// Diagnoses of a fleet, the most severe first: units that deviate or have drifted, files that
-/// cannot be read, groups that are no population.
+/// Diagnoses of a fleet, the most severe first: units that deviate or have drifted, files that cannot be
+/// read, groups that do not form a population.
 [[nodiscard]] std::vector<Diagnosis> fleetFindings(const Fleet& fleet);
 
 /// The units of a group that deviate, the largest difference first; indices into FleetGroup::units.
@@ -18,8 +18,8 @@ namespace alidade {
 /// The drifts that are significant, the largest first; indices into Fleet::drifts.
 [[nodiscard]] std::vector<std::size_t> driftedUnits(const Fleet& fleet);
 
-/// One CSV record for each unit, with a header: what its file states, its difference from the typical camera
-/// and from its previous calibration. Fields that are not known are empty.
+/// One CSV record per unit, with a header: values from its file, its difference from the typical camera and
+/// from its previous calibration. Unknown fields are empty.
 [[nodiscard]] std::string fleetCsv(const Fleet& fleet);
 
 }  // namespace alidade

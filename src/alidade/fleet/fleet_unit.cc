@@ -15,7 +15,7 @@
 namespace alidade {
 namespace {
 
-// The path below the folder that was named; of a file that was named itself its own name.
+// The path below the named folder; for a file named directly, its own name.
 std::string placeOf(const std::string& path, const std::string& folder) {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -49,7 +49,7 @@ FleetFiles readFile(const ListedFile& file, const std::string& place, const Read
       result.units.push_back(unitOf(record, file.path + label, place + label));
     }
   } catch (const NotACameraFile& reason) {
-    // A folder may hold other files; a file that was named is meant to be a camera's.
+    // A folder may hold other files, but a file named directly must be a camera file.
     if (file.is_from_folder) return {.other_files = {file.path}};
     result.unreadable.push_back({file.path, reason.what()});
   } catch (const Error& reason) {

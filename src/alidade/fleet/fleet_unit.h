@@ -22,21 +22,21 @@
 
 namespace alidade {
 
-/// A camera of a fleet: what is needed of its file, and no more, as there may be many.
+/// A camera of a fleet. Holds only the necessary parts of its file, because there may be many.
 struct FleetUnit {
-  std::string file;   ///< as it was found; of a file with several cameras with "#NAME"
-  std::string place;  ///< the same relative to the folder that was named, to find it in another folder
+  std::string file;   ///< path as found, with "#NAME" if the file has several cameras
+  std::string place;  ///< path relative to the named folder, to find it in a different folder
   CameraName name = {};
   AnyCamera camera;
   ImageSize size;
-  std::vector<double> covariance = {};  ///< as CalibrationRecord has it; empty: not stated
-  std::optional<Verdict> verdict = {};  ///< nothing: not stated
-  double accuracy_px = std::numeric_limits<double>::quiet_NaN();  ///< as stated; NaN: not stated
+  std::vector<double> covariance = {};  ///< as in CalibrationRecord; empty if not stated
+  std::optional<Verdict> verdict = {};  ///< nothing if not stated
+  double accuracy_px = std::numeric_limits<double>::quiet_NaN();  ///< as stated; NaN if not stated
 
   [[nodiscard]] ComparedCamera compared() const;
 };
 
-/// A file that is named as a camera's but cannot be used.
+/// A file named as a camera file that cannot be used.
 struct UnreadableFile {
   std::string file;
   std::string reason;
@@ -45,17 +45,17 @@ struct UnreadableFile {
 struct FleetFiles {
   std::vector<FleetUnit> units = {};            ///< in the order of the files
   std::vector<UnreadableFile> unreadable = {};  ///< damaged, or without an image size
-  std::size_t num_files = 0;                    ///< camera files, with those that cannot be read
-  std::vector<std::string> other_files = {};    ///< no camera files
+  std::size_t num_files = 0;                    ///< camera files, including those that cannot be read
+  std::vector<std::string> other_files = {};    ///< files that are not camera files
 };
 
-/// How a fleet is read and analysed.
+/// Options for reading and analysing a fleet.
 struct FleetOptions {
   ReadOptions read = {};
-  /// What is aligned before two cameras are compared, as for DifferenceOptions; empty: nothing.
+  /// Alignment before two cameras are compared, see DifferenceOptions; empty: none.
   std::optional<Freed> freed = Freed::kRotation;
   double tolerance_px = 1;  ///< for a unit's distance from the typical camera
-  int jobs = 0;             ///< threads; 0: one per processor. The result does not depend on them.
+  int jobs = 0;             ///< threads; 0: one per processor. The result does not depend on it.
   const CancelFlag* cancel = nullptr;
   std::function<void(std::size_t, std::size_t)> progress = {};  ///< (done, total); one call at a time
 };
@@ -63,8 +63,8 @@ struct FleetOptions {
 /// The cameras of a record, as a unit. @param file, place  see FleetUnit
 [[nodiscard]] FleetUnit unitOf(const CameraRecord& record, std::string file, std::string place);
 
-/// Reads camera files of any format; of files with several cameras each is a unit. A file that cannot be read
-/// is listed and left out. The result does not depend on the number of threads.
+/// Reads camera files of any format; each camera of a file is a unit. A file that cannot be read is listed
+/// and skipped. The result does not depend on the number of threads.
 /// @param inputs  files, folders and patterns, see listCameraFiles()
 /// @throws Error (kInput) as listCameraFiles(); Cancelled
 [[nodiscard]] FleetFiles readFleetFiles(std::span<const std::string> inputs,

@@ -22,8 +22,8 @@ using Subset = std::vector<std::size_t>;
 
 constexpr double kRidge = 1e-10;  // of a scaled variance: covariances of fixed parameters are singular
 
-// The parameters that differ between samples, in units of their spread: the units of the parameters span ten
-// orders of magnitude.
+// The parameters that differ between samples, in units of their spread, because the units of the parameters
+// span ten orders of magnitude.
 struct ScaledSamples {
   std::vector<Eigen::Index> active;  // indices of these parameters
   VectorXd centre;                   // medians of all parameters
@@ -40,7 +40,7 @@ double deviationOf(std::vector<double> values, double centre) {
   }
   const double rms = std::sqrt(squares / static_cast<double>(values.size()));
   const double mad = kNormalOfMad * medianOf(std::move(values));
-  // The others tell the scale where most samples share one value.
+  // If most samples share one value, the others determine the scale.
   return mad > 0 ? mad : rms;
 }
 
@@ -100,9 +100,9 @@ MatrixXd meanError(std::span<const PopulationSample> samples, const Subset& subs
   return mean;
 }
 
-// The sample covariance less the mean of the measurements' covariances. Where that leaves little or less than
-// nothing, a share of the measurements' variance: the EM algorithm approaches a smaller spread fast, but
-// hardly leaves zero.
+// The sample covariance less the mean covariance of the measurements. If little or less than nothing remains,
+// a share of the measurements' variance: the EM algorithm converges quickly to a smaller spread, but hardly
+// leaves zero.
 MatrixXd momentEstimate(std::span<const PopulationSample> samples, const Subset& subset,
                         const MatrixXd& error) {
   const Eigen::Index k = samples.front().value.size();
@@ -125,7 +125,7 @@ MatrixXd momentEstimate(std::span<const PopulationSample> samples, const Subset&
   return solver.eigenvectors() * variances.asDiagonal() * solver.eigenvectors().transpose();
 }
 
-// By moments alone: a single pass, for subsets that are still to change.
+// Estimate by moments only: a single pass, for subsets that will still change.
 Population roughEstimate(std::span<const PopulationSample> samples, const Subset& subset) {
   Population estimate;
   estimate.between = momentEstimate(samples, subset, meanError(samples, subset));
@@ -133,7 +133,7 @@ Population roughEstimate(std::span<const PopulationSample> samples, const Subset
   return estimate;
 }
 
-// Every n-th of the subset, so that so many are left.
+// Every n-th member of the subset, so that at most this many remain.
 Subset thinned(const Subset& subset, std::size_t most) {
   if (subset.size() <= most) return subset;
   Subset result;
@@ -141,14 +141,14 @@ Subset thinned(const Subset& subset, std::size_t most) {
   return result;
 }
 
-// One step of the EM algorithm. @returns the change, in shares of the whole variance
+// One step of the EM algorithm. @returns the change, as a share of the whole variance
 double improve(std::span<const PopulationSample> samples, const Subset& subset, const MatrixXd& error,
                Population& estimate) {
   const Eigen::Index k = estimate.between.rows();
   const auto n = static_cast<double>(subset.size());
   MatrixXd next = MatrixXd::Zero(k, k);
   for (const std::size_t i : subset) {
-    // Each member's own deviation: how much of it is real, its size, and how much remains unknown.
+    // For each member's own deviation: the share that is real, its size, and the remaining uncertainty.
     const MatrixXd share = estimate.between * inverseOf(estimate.between + samples[i].covariance);
     const VectorXd deviation = share * (samples[i].value - estimate.mean);
     next += deviation * deviation.transpose() + estimate.between - share * estimate.between +
@@ -179,7 +179,7 @@ double squaresOf(const Population& estimate, const PopulationSample& sample) {
   return off.dot(inverseOf(estimate.between + sample.covariance) * off);
 }
 
-// Indices of the `count` samples with the smallest values, in rising order.
+// Indices of the `count` samples with the smallest values, in ascending order.
 Subset smallest(const std::vector<double>& values, std::size_t count) {
   Subset order(values.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -195,7 +195,7 @@ std::vector<double> allSquares(const Population& estimate, std::span<const Popul
   return squares;
 }
 
-// Three quarters of the samples that belong together.
+// The three quarters of the samples that are nearest to each other.
 Subset centralSamples(std::span<const PopulationSample> samples) {
   constexpr int kMaxSteps = 20;
   const std::size_t count = samples.size() - samples.size() / 4;
@@ -214,15 +214,15 @@ Subset centralSamples(std::span<const PopulationSample> samples) {
   return subset;
 }
 
-// The squared distance that a further member exceeds once in a thousand cases, by an estimate from so many:
-// Hotelling's distribution.
+// The squared distance that a further member exceeds once in a thousand cases, for an estimate from this many
+// members: Hotelling's distribution.
 double limitOfSquares(double k, std::size_t num_members) {
   const auto n = static_cast<double>(num_members);
   const double below = std::max(1.0, n - k);
   return k * (n * n - 1) / (n * below) * fOfNormal(kNormalOneInThousand, k, below);
 }
 
-// The members, and the estimate from them.
+// The members, and the population estimated from them.
 std::pair<Subset, Population> membersOf(std::span<const PopulationSample> samples) {
   constexpr int kMaxSteps = 5;
   const auto k = static_cast<double>(samples.front().value.size());
@@ -230,7 +230,7 @@ std::pair<Subset, Population> membersOf(std::span<const PopulationSample> sample
   Population estimate = estimateOf(samples, central);
   double limit = limitOfSquares(k, central.size());
   std::vector<double> squares = allSquares(estimate, samples);
-  // The core has lost its tails, so its covariance is too small: the median says by how much.
+  // The core lacks its tails, so its covariance is too small; the median shows by how much.
   const double inflation = std::max(1.0, medianOf(squares) / (k * meanSquareOfNormal(0, k)));
   for (double& value : squares) value /= inflation;
   Subset members;
@@ -250,7 +250,7 @@ std::pair<Subset, Population> membersOf(std::span<const PopulationSample> sample
 }  // namespace
 
 std::size_t fewestForOutliers(std::size_t num_parameters) {
-  constexpr std::size_t kSpare = 6;  // beyond those that would fit any covariance
+  constexpr std::size_t kSpare = 6;  // more than any covariance fits exactly
   return num_parameters + kSpare;
 }
 

@@ -14,8 +14,8 @@ struct CurveCentroid {
   using Points = Eigen::Matrix<double, 2, kPoints>;
 
   Eigen::Vector2d at;
-  Points J_x_points;  ///< of at.x() by the coordinates of each point
-  Points J_y_points;  ///< of at.y()
+  Points J_x_points;  ///< derivative of at.x() by the coordinates of each point
+  Points J_y_points;  ///< derivative of at.y()
 };
 
 /// Points on a unit circle, at equal steps.
@@ -49,7 +49,7 @@ template <int kPoints>
     }
     return D;
   }();
-  // About the points' mean: moments are differences of large numbers elsewhere.
+  // About the mean of the points: elsewhere, moments are differences of large numbers.
   const Eigen::Vector2d mean = points.rowwise().mean();
   const Row x = points.row(0).array() - mean.x();
   const Row y = points.row(1).array() - mean.y();

@@ -29,7 +29,7 @@ Eigen::MatrixXd solveSpd(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Eig
 }
 
 Eigen::VectorXd solveSpd(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
-  return A.ldlt().solve(b);  // other digits than those of a matrix of one column
+  return A.ldlt().solve(b);  // rounds differently from a matrix of one column
 }
 
 Eigen::MatrixXd inverseSpd(const Eigen::MatrixXd& A) {
@@ -99,7 +99,7 @@ Eigen::Quaterniond shortestTurn(const Eigen::Vector3d& from, const Eigen::Vector
   const Eigen::Vector3d start = from.normalized();
   const Eigen::Vector3d halfway = start + to.normalized();
   const double length = halfway.norm();
-  constexpr double kOpposite = 1e-6;  // where what is left of the sum is rounding; any axis across does
+  constexpr double kOpposite = 1e-6;  // the sum is mostly rounding; any perpendicular axis will do
   const Eigen::Vector3d end = length < kOpposite ? start.unitOrthogonal() : Eigen::Vector3d(halfway / length);
   const Eigen::Vector3d axis = start.cross(end);
   return {start.dot(end), axis.x(), axis.y(), axis.z()};

@@ -18,12 +18,12 @@ struct Svd3 {
 
 [[nodiscard]] Svd3 svdOf(const Eigen::Matrix3d& matrix);
 
-/// The X of least norm for which A X is nearest to B.
+/// The X of smallest norm that minimises |A X - B|.
 [[nodiscard]] Eigen::VectorXd leastSquares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 [[nodiscard]] Eigen::MatrixXd leastSquares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
 /// The X with A X = B for a symmetric A that is positive, or nearly so, by LDL^T with pivoting.
-/// @param inverse  set to that of A
+/// @param inverse  set to the inverse of A
 [[nodiscard]] Eigen::MatrixXd solveSpd(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B,
                                        Eigen::MatrixXd* inverse = nullptr);
 [[nodiscard]] Eigen::VectorXd solveSpd(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
@@ -53,11 +53,11 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 [[nodiscard]] Eigen::MatrixXd choleskyOf(const Eigen::MatrixXd& A);
 [[nodiscard]] Eigen::MatrixXd solveLower(const Eigen::MatrixXd& L, const Eigen::MatrixXd& B);
 
-/// Eigenvalues of a square matrix, and for those that are real, eigenvectors of any length.
-/// @param vectors  set, a column each, in the order of the eigenvalues; empty if there is no solution
+/// Eigenvalues of a square matrix, and eigenvectors of any length for the real ones.
+/// @param vectors  set, one column each, in the order of the eigenvalues; empty if there is no solution
 [[nodiscard]] Eigen::VectorXcd eigenvaluesOf(const Eigen::MatrixXd& A, Eigen::MatrixXd* vectors = nullptr);
 
-/// The shortest rotation that takes the direction of one vector to that of another.
+/// The smallest rotation that turns the direction of one vector into that of another.
 [[nodiscard]] Eigen::Quaterniond shortestTurn(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 }  // namespace alidade

@@ -7,23 +7,23 @@ namespace alidade {
 
 /// The outcome of a step of a minimisation.
 enum class StepResult : std::uint8_t {
-  kBetter,     ///< it was taken
-  kWorse,      ///< it was not: to be tried with more damping
+  kBetter,     ///< the step was taken
+  kWorse,      ///< not taken; try more damping
   kConverged,  ///< at a minimum
-  kFailed,     ///< no step leads on
+  kFailed,     ///< no step leads further
 };
 
-/// How the damping follows the steps.
+/// Changes of the damping after each step.
 struct DampingRule {
   double start = 0;
-  double (*raised)(double);   ///< the damping after a step that was worse; infinite to give up
-  double (*lowered)(double);  ///< after one that was better
+  double (*raised)(double);   ///< damping after a worse step; infinite to give up
+  double (*lowered)(double);  ///< damping after a better step
   int max_steps = 0;
 };
 
 /// Levenberg-Marquardt's loop. `step(damping)` solves the damped normal equations at the present point and
-/// goes where they lead if that is better.
-/// @returns whether a minimum was reached
+/// takes the step if it improves the cost.
+/// @returns true if a minimum was reached
 template <class Step>
 bool minimise(const DampingRule& rule, const Step& step) {
   constexpr double kMost = 1e300;

@@ -80,7 +80,7 @@ class BasicSO3 {
     T half_angle_by_sine;
     if (sine2 < T(kLogSeriesLimit) * w * w) {
       const T tan2 = sine2 / (w * w);
-      // arctan(t) / t in powers of t^2: there is no derivative of the root of sine2 at zero.
+      // arctan(t) / t in powers of t^2, because the root of sine2 has no derivative at zero.
       const T series = T(1.0 / 5.0) - tan2 * (T(1.0 / 7.0) - tan2 * T(1.0 / 9.0));
       half_angle_by_sine = (T(1.0) - tan2 * (T(1.0 / 3.0) - tan2 * series)) / w;
     } else {

@@ -20,14 +20,14 @@ namespace {
 
 using RayJacobian = Eigen::Matrix<double, 3, 2, Eigen::RowMajor>;
 
-// Logarithm of the solid angle that a pixel sees, or nothing without a ray.
+// Logarithm of the solid angle that a pixel covers; nothing without a ray.
 std::optional<double> logSolidAngle(const AnyCamera& camera, const Eigen::Vector2d& pixel) {
   RayJacobian J;
   if (!camera.unproject(pixel, J.data())) return std::nullopt;
   return std::log(J.col(0).cross(J.col(1)).norm());
 }
 
-// Its derivative by the pixel; zero along an axis along which a neighbour has no ray.
+// Derivative of logSolidAngle() by the pixel; zero along an axis where a neighbour has no ray.
 Eigen::Vector2d solidAngleSlope(const AnyCamera& camera, const Eigen::Vector2d& pixel) {
   Eigen::Vector2d slope(0, 0);
   for (int axis = 0; axis < 2; ++axis) {
@@ -39,15 +39,15 @@ Eigen::Vector2d solidAngleSlope(const AnyCamera& camera, const Eigen::Vector2d& 
   return slope;
 }
 
-// The facing pose, upright in the image: where the lens' own is not known. A ray that is none has no pose,
-// and any will do.
+// The pose that faces the camera, upright in the image, for places where the lens's square pose is unknown.
+// Any pose will do for an invalid ray.
 SO3 facingPose(const Eigen::Vector3d& ray) {
   if (!ray.allFinite()) return {};
   return SO3::fromQuaternion(shortestTurn(Eigen::Vector3d::UnitZ(), ray));
 }
 
 constexpr int kCellsAlong = 8;
-constexpr double kEmptyShare = 0.25;  // of a region's cells: fewer hold corners
+constexpr double kEmptyShare = 0.25;  // least share of a region's cells with corners
 
 struct CellGrid {
   explicit CellGrid(ImageSize image) : size(image) {
@@ -132,7 +132,7 @@ void countTilt(const BoardTilt& tilt, CoverageReport& report) {
   if (tilt.lower_rad < -kTiltedRad) ++report.tilts.upper;
 }
 
-// Names as a list for people: "the upper left corner, the left border and the centre".
+// Names as a list in a sentence: "the upper left corner, the left border and the centre".
 std::string regionNames(const std::vector<ImageRegion>& regions) {
   std::string text;
   for (std::size_t i = 0; i < regions.size(); ++i) {
@@ -161,14 +161,14 @@ std::optional<SO3> squarePose(const AnyCamera& camera, const Eigen::Vector2d& pi
   RayJacobian J;
   const auto ray = camera.unproject(pixel, J.data());
   if (!ray) return std::nullopt;
-  // A pixel of solid angle w sees the area w s^2 / cos(a) of a plane at the distance s = c / (n ray) along
-  // its ray, with the cosine of the angle to the normal n: n ray. The area is stationary, so that no side
-  // appears larger, where 3 n J = (n ray) slope of log w. With n ray = 1 that gives n's part across the ray.
+  // A pixel of solid angle w sees the area w s^2 / cos(a) of a plane with normal n, at the distance s = c /
+  // (n ray) along its ray, where cos(a) = n ray. The area is stationary, so that no side appears larger, if 3
+  // n J = (n ray) slope of log w. With n ray = 1, this gives the part of n across the ray.
   const Eigen::Vector2d slope = solidAngleSlope(camera, pixel);
   const Eigen::Matrix2d gram = J.transpose() * J;
   Eigen::Vector3d across = J * (gram.inverse() * slope) / 3;
-  // Near the rim of its domain a lens may compress so much that it would show only a board seen from its edge
-  // as square; nobody finds corners on that.
+  // Near the rim of its domain, a lens may compress so much that only a board seen edge-on would look square.
+  // Corners cannot be found on such a board.
   constexpr double kMaxTan = 1.7320508075688772;  // 60 degrees between the square pose and the facing one
   const double tan = across.norm();
   if (!std::isfinite(tan)) return facingPose(*ray);  // at a fold
@@ -197,8 +197,8 @@ BoardSighting sightBoard(const AnyCamera& camera, const Board& board, const SE3&
 }
 
 SO3 tiltedBoard(const BoardTilt& tilt) {
-  // The shortest way from the square pose keeps the board upright in the image. A normal that leans to the
-  // right brings the right side nearer.
+  // The smallest rotation from the square pose keeps the board upright in the image. A normal that leans to
+  // the right brings the right side nearer.
   return facingPose(Eigen::Vector3d(std::tan(tilt.right_rad), std::tan(tilt.lower_rad), 1).normalized());
 }
 

@@ -14,36 +14,36 @@
 
 namespace alidade {
 
-/// How far a board is turned out of the pose in which the lens shows it square, radians. In that pose no side
+/// Rotation of a board out of the pose in which the lens shows it square, radians. In that pose no side
 /// appears larger than the opposite one: parallel to the image for a pinhole, facing the line of sight for an
-/// equidistant fisheye. Sides are those of the image, whichever way the board is printed.
+/// equidistant fisheye. Sides are those of the image, regardless of the print.
 struct BoardTilt {
   double right_rad = 0;  ///< positive: the right side is nearer to the camera than the left one
   double lower_rad = 0;  ///< positive: the lower side is nearer than the upper one
 
-  /// Between the board and its square pose.
+  /// Angle between the board and its square pose.
   [[nodiscard]] double total() const;
 };
 
-/// Where a board is and how it is held, as the camera's user sees it.
+/// Place and tilt of a board, as the camera's user sees them.
 struct BoardSighting {
-  Eigen::Vector2d middle_px{0, 0};  ///< of the board's corners; NaN where the camera does not see it
-  double distance_m = 0;            ///< of that middle from the camera
+  Eigen::Vector2d middle_px{0, 0};  ///< centre of the board's corners; NaN if the camera does not see it
+  double distance_m = 0;            ///< from the camera to that centre
   BoardTilt tilt;
 };
 
 /// camera_from_square: z is the normal, away from the camera, of the plane that `camera` shows square around
-/// a pixel, x runs to the right in the image. Nothing where the pixel has no ray.
+/// a pixel, x runs to the right in the image. Nothing if the pixel has no ray.
 [[nodiscard]] std::optional<SO3> squarePose(const AnyCamera& camera, const Eigen::Vector2d& pixel);
 
 [[nodiscard]] BoardSighting sightBoard(const AnyCamera& camera, const Board& board,
                                        const SE3& camera_from_board);
 
-/// The rotation square_from_board of an upright board with this tilt. Less than 90 degrees each.
+/// The rotation square_from_board of an upright board with this tilt; less than 90 degrees each.
 [[nodiscard]] SO3 tiltedBoard(const BoardTilt& tilt);
 
-/// "its left side nearer to you by 40 degrees and its upper side by 20 degrees"; for less than 5 degrees both
-/// ways "not tilted".
+/// "its left side nearer to you by 40 degrees and its upper side by 20 degrees"; "not tilted" below 5 degrees
+/// in both directions.
 [[nodiscard]] std::string tiltText(const BoardTilt& tilt);
 
 /// A ninth of an image: thirds of its width and of its height.
@@ -63,18 +63,18 @@ struct ImageRegion {
 /// "in the upper left corner", "at the left border", "in the centre", ...
 [[nodiscard]] std::string placeName(const ImageRegion& region);
 
-/// The larger of the shares of the image's width and height that a box of pixels spans; 0 for an empty one.
+/// The larger of the shares of the image's width and height that a box of pixels spans; 0 for an empty box.
 [[nodiscard]] double fillOf(const Eigen::AlignedBox2d& box, ImageSize size);
 
-/// How one view shows the board.
+/// The board as one view shows it.
 struct ViewCoverage {
   std::string image;
   std::size_t board = 0;  ///< index into Fit::boards
   BoardSighting sighting;
-  double fill = 0;  ///< fillOf() its corners
+  double fill = 0;  ///< fillOf() the view's corners
 };
 
-/// Views whose side, or end, is nearer to the camera by more than kTiltedRad.
+/// Numbers of views whose side, or end, is nearer to the camera by more than kTiltedRad.
 struct TiltCounts {
   int left = 0;
   int right = 0;
@@ -85,39 +85,40 @@ struct TiltCounts {
 inline constexpr double kTiltedRad = 0.26179938779914941;  ///< 15 degrees
 inline constexpr double kSteepRad = 0.52359877559829882;   ///< 30 degrees
 
-/// Which part of what they could show the views of a calibration do show.
+/// Coverage of the image, of tilts and of distances by the views of a calibration.
 struct CoverageReport {
-  /// Cells of a grid over the image, eight along its longer side and about square, row by row.
+  /// Cells of a grid over the image, eight along its longer side and nearly square, row by row.
   int columns = 0;
   int rows = 0;
-  std::vector<int> num_corners;  ///< in each cell, of those used; -1 where the lens has no ray at all
-  /// Shares of the cells with a ray that hold corners: of all, and of those along the image's border.
+  std::vector<int> num_corners;  ///< used corners in each cell; -1 if the lens has no ray there
+  /// Shares of the cells with a ray that hold corners: of all such cells, and of those along the image's
+  /// border.
   double share = 0;
   double border_share = 0;
-  int num_image_corners = 0;  ///< of the four cells in the image's corners, how many hold corners
-  /// Ninths of the image of whose cells less than a quarter hold corners.
+  int num_image_corners = 0;  ///< how many of the four cells in the image's corners hold corners
+  /// Ninths of the image in which less than a quarter of the cells hold corners.
   std::vector<ImageRegion> empty_regions;
 
   std::vector<ViewCoverage> views;  ///< in the result's order
   int num_tilted = 0;               ///< views tilted by more than kTiltedRad
   int num_steep = 0;                ///< by more than kSteepRad
   TiltCounts tilts;                 ///< directions in which views are tilted
-  double nearest_m = 0;             ///< least and greatest distance of the board's middle
+  double nearest_m = 0;             ///< smallest and largest distance of the board's centre
   double farthest_m = 0;
-  double smallest_fill = 0;  ///< least and greatest ViewCoverage::fill
+  double smallest_fill = 0;  ///< smallest and largest ViewCoverage::fill
   double largest_fill = 0;
 };
 
-/// Where the corners that a result used were seen, a list for each of its views.
-/// @param views  those that were given to the calibration
+/// Pixels of the corners that a result used, one list for each of its views.
+/// @param views  those given to the calibration
 [[nodiscard]] std::vector<std::vector<Eigen::Vector2d>> usedCorners(const Calibration& calibration,
                                                                     std::span<const View> views);
 
-/// @param views  those that were given to the calibration; of them count what the result used
+/// @param views  those given to the calibration; only the ones that the result used count
 [[nodiscard]] CoverageReport coverageOf(const Calibration& calibration, std::span<const View> views);
 
-/// For people: one line where nothing is missing, otherwise a line more for each thing that is; without an
-/// indent and with a line end each.
+/// Text for users: one line if nothing is missing, otherwise one more line for each gap. Lines are not
+/// indented and end with a newline.
 [[nodiscard]] std::string coverageText(const CoverageReport& report);
 
 }  // namespace alidade

@@ -21,18 +21,18 @@ namespace alidade {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kPartPenalty = 1.1;  // on the standard deviation that a board seen in part leaves
-constexpr double kLeastGain = 1e-6;   // relative, below which a view tells nothing
+constexpr double kPartPenalty = 1.1;  // on the standard deviation, for a partly visible board
+constexpr double kLeastGain = 1e-6;   // relative; a view with a smaller gain is useless
 
 constexpr int kPlacesAlong = 7;
 constexpr int kPlacesAcross = 5;
-constexpr std::array<double, 3> kSpans = {0.3, 0.6, 0.95};  // of the image's smaller side
+constexpr std::array<double, 3> kSpans = {0.3, 0.6, 0.95};  // share of the image's smaller side
 constexpr std::array<double, 5> kTiltsDeg = {0, -20, 20, -40, 40};
-constexpr double kMargin = 0.02;           // of the image's smaller side
+constexpr double kMargin = 0.02;           // share of the image's smaller side
 constexpr double kLeastSquarePx = 6;       // below, corners are not found reliably
-constexpr double kLeastSine = 0.25881905;  // of 15 degrees, between a line of sight and the board
-constexpr double kPaper = 0.3;             // squares that must be seen of the paper beyond the squares
-constexpr int kMaxAlong = 12;              // corners that stand for a row or column of the board
+constexpr double kLeastSine = 0.25881905;  // sine of 15 degrees, between a line of sight and the board
+constexpr double kPaper = 0.3;             // visible paper beyond the outer squares, in squares
+constexpr int kMaxAlong = 12;              // corners that represent a row or column of the board
 
 // Indices 0 to count - 1, or kMaxAlong of them evenly spaced.
 std::vector<int> someOf(int count) {
@@ -91,10 +91,11 @@ class CandidateMaker {
     projectBatch(camera_, points_camera_, projections_);
   }
 
-  // The distance at which the untilted board spans this share of the smaller side, as if nothing cut it off.
+  // The distance at which the untilted board spans this share of the smaller side, ignoring the border of the
+  // image.
   [[nodiscard]] std::optional<double> distanceFor(double span, const Eigen::Vector3d& ray,
                                                   const SO3& square) {
-    // From afar, where every lens is a pinhole, and then nearer as the lens shows it.
+    // Starts far away, where every lens is a pinhole, and approaches with the lens as it is.
     constexpr double kAfar = 100;
     constexpr int kNumSteps = 4;
     double distance = kAfar * 2 * middle_.norm();
@@ -102,7 +103,7 @@ class CandidateMaker {
       project(poseOf(square, distance * ray));
       Eigen::AlignedBox2d box;
       for (const Projection& projection : projections_) {
-        // Of a board this near the lens does not show all, and how much it would span cannot be told better.
+        // This close, the lens does not show the whole board, so the span cannot be measured better.
         if (!projection.ok()) return i > 0 ? std::optional(distance) : std::nullopt;
         box.extend(projection.pixel);
       }
@@ -118,7 +119,7 @@ class CandidateMaker {
            projection.pixel.y() < size_.height - 0.5 - margin;
   }
 
-  // Neighbouring corners of the selection stand for one or more squares; the least pixels a square.
+  // Smallest size of a square in pixels. Neighbouring corners of the selection may be several squares apart.
   [[nodiscard]] double leastSquarePx() const {
     const auto at = [&](std::size_t row, std::size_t column) -> const Projection& {
       return projections_[row * columns_.size() + column];
@@ -156,8 +157,8 @@ class CandidateMaker {
     return candidate;
   }
 
-  // Which corners a part of a board shows can be told from a side of which both ends are seen, the paper
-  // beyond the squares too.
+  // True if both ends of a side are visible, including the paper beyond the squares. Only then can the
+  // corners of a partly visible board be identified.
   [[nodiscard]] bool showsASide(const SE3& pose) const {
     std::array<bool, 4> is_seen{};
     for (std::size_t i = 0; i < 4; ++i) is_seen[i] = isInside(camera_.project(pose * ends_[i]));
@@ -172,16 +173,17 @@ class CandidateMaker {
   CandidateLimits limits_;
   Eigen::Vector3d middle_;
   SO3 roll_;
-  std::vector<int> columns_;  // of the board that points_board_ has
+  std::vector<int> columns_;  // columns of the board in points_board_
   std::vector<int> rows_;
   double weight_ = 1;
-  std::array<Eigen::Vector3d, 4> ends_;  // of the squares and a little paper, in turn around the board
+  std::array<Eigen::Vector3d, 4> ends_;  // outer corners of the squares with a little paper, in order around
+                                         // the board
   std::vector<Eigen::Vector3d> points_board_;
-  std::vector<Eigen::Vector3d> points_camera_;  // of the last projection, as the next
+  std::vector<Eigen::Vector3d> points_camera_;  // of the last projection, like the next member
   std::vector<Projection> projections_;
 };
 
-// Larger eigenvalue of the covariance of one pixel with corners of variance 1.
+// Larger eigenvalue of the covariance of one pixel if corners have variance 1.
 double largerVariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const Eigen::MatrixXd& inverse) {
   double a = 0;
   double b = 0;
@@ -197,14 +199,15 @@ double largerVariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian, const E
   return 0.5 * (a + c) + std::sqrt(half * half + b * b);
 }
 
-// The largest variance over the image, pixel by pixel in the order of how often one has decided before.
+// Finds the largest variance over the image. Pixels that decided before are tried first.
 class WorstPixel {
  public:
   explicit WorstPixel(const Eigen::MatrixXd& jacobians) : jacobians_(jacobians) {
     for (Eigen::Index i = 0; i < jacobians.cols() / 2; ++i) order_.push_back(i);
   }
 
-  // Exact below `limit`, and otherwise some number that is not below it; infinite for a singular information.
+  // Exact below `limit`, otherwise some value that is at least `limit`; infinite if the information is
+  // singular.
   [[nodiscard]] double variance(const Eigen::MatrixXd& information, double limit) {
     cholesky_.compute(information);
     if (cholesky_.info() != Eigen::Success) return kInfinity;
@@ -216,7 +219,7 @@ class WorstPixel {
       if (!(variance < kInfinity)) return kInfinity;
       largest = std::max(largest, variance);
       if (largest < limit) continue;
-      // What refuses one candidate is likely to refuse the next.
+      // A pixel that rejects one candidate is likely to reject the next.
       std::rotate(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(i),
                   order_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
       return largest;
@@ -231,9 +234,9 @@ class WorstPixel {
   Eigen::MatrixXd inverse_;
 };
 
-constexpr double kReach = 2;  // how much nearer and farther than so far a user can go
+constexpr double kReach = 2;  // factor by which views may be closer or farther than the existing ones
 
-// The first one of those with the most views.
+// The board with the most views; the first of equals.
 std::size_t mostSeenBoard(const Fit& fit) {
   std::size_t most = 0;
   for (std::size_t board = 1; board < fit.boards.size(); ++board) {
@@ -242,7 +245,7 @@ std::size_t mostSeenBoard(const Fit& fit) {
   return most;
 }
 
-// Whether the board's columns run along the image's height in most of its views.
+// True if the board's columns run along the image's height in most of its views.
 bool isHeldUpright(const Fit& fit, std::size_t board) {
   const auto num_upright = std::count_if(fit.views.begin(), fit.views.end(), [&](const FitView& view) {
     if (boardIndex(fit, view) != board) return false;
@@ -252,12 +255,12 @@ bool isHeldUpright(const Fit& fit, std::size_t board) {
   return 2 * static_cast<std::size_t>(num_upright) > numViews(fit, board);
 }
 
-// The board, with its SPEC if there are several.
+// The board, with its SPEC if there are several boards.
 std::string boardName(const Guidance& guidance) {
   return guidance.is_chosen ? "the board " + guidance.board.spec() : "the board";
 }
 
-// Worst uncertainty by the stated covariance over that by noise alone, 1 or more.
+// Worst uncertainty by the stated covariance divided by that from noise alone, at least 1.
 double inflationOf(const AnyCamera& camera, ImageSize size, const Uncertainty& known) {
   if (!known.covariance) return 1;
   const ProjectionUncertainty uncertainty(camera, size, kInfinity);
@@ -333,7 +336,7 @@ NextViewSearch::NextViewSearch(const CameraKnowledge& known, const Board& board,
 }
 
 void NextViewSearch::addPriorIfUndetermined() {
-  // To first order a standard deviation beyond the image says no more than that nothing is known.
+  // A first-order standard deviation larger than the image means only that the direction is unknown.
   const double diagonal = std::hypot(known_.size.width, known_.size.height);
   is_determined_ = worst() < diagonal;
   if (is_determined_ || jacobians_.cols() == 0) return;
@@ -352,7 +355,7 @@ std::optional<NextView> NextViewSearch::best() const {
   if (information_.size() == 0 || jacobians_.size() == 0) return std::nullopt;
   WorstPixel worst(jacobians_);
   const double now = worst.variance(information_, kInfinity);
-  double best = now * (1 - kLeastGain);  // what is left, with the penalty
+  double best = now * (1 - kLeastGain);  // uncertainty to beat, including the penalty
   std::optional<std::size_t> chosen;
   Eigen::MatrixXd sum;
   for (std::size_t i = 0; i < candidates_.size(); ++i) {

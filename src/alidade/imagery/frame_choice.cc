@@ -25,7 +25,7 @@ double distanceOf(const FrameLook& a, const FrameLook& b) {
 }  // namespace
 
 FrameLook lookAt(const GrayImage& image) {
-  // OpenCV has no view of constant data.
+  // OpenCV has no view of constant data; this function does not write to it.
   const cv::Mat gray(image.size.height, image.size.width, CV_8UC1,
                      const_cast<std::uint8_t*>(image.pixels.data()));
   FrameLook look;
@@ -53,7 +53,7 @@ void FrameChooser::add(std::size_t number, const FrameLook& look) {
   if (look.sharpness > candidates_.back().look.sharpness) candidates_.back() = {number, look};
 }
 
-// The sharper one of each two neighbours stays.
+// Keeps the sharper of each two neighbours.
 void FrameChooser::halve() {
   for (std::size_t i = 0; i < candidates_.size() / 2; ++i) {
     const Candidate& first = candidates_[2 * i];
@@ -64,10 +64,11 @@ void FrameChooser::halve() {
   run_length_ *= 2;
 }
 
-// Motion blurs some frames of a second, while the scene, which sharpness depends on too, stays the same.
+// Motion blurs only some frames within a second. The scene, which also affects sharpness, hardly changes in
+// that time.
 std::vector<double> FrameChooser::sharpnessWeights() const {
   constexpr std::size_t kNeighbours = 15;  // on each side
-  constexpr std::size_t kSharpOf = 4;      // the sharpest fourth of the neighbours counts as sharp
+  constexpr std::size_t kSharpOf = 4;      // the sharpest quarter of the neighbours counts as sharp
   std::vector<double> weights;
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     std::vector<double> around;

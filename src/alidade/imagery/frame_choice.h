@@ -10,7 +10,7 @@
 
 namespace alidade {
 
-/// What tells whether a frame is worth a search for boards.
+/// Properties of a frame that decide if a search for boards is worthwhile.
 struct FrameLook {
   static constexpr int kColumns = 16;
   static constexpr int kRows = 12;
@@ -20,8 +20,8 @@ struct FrameLook {
 
 [[nodiscard]] FrameLook lookAt(const GrayImage& image);
 
-/// Chooses frames of a video that are sharp and show something new. It keeps at most eight times as many
-/// looks as frames are wanted, whatever the length of the video.
+/// Chooses frames of a video that are sharp and show something new. It keeps at most eight looks per wanted
+/// frame, regardless of the length of the video.
 class FrameChooser {
  public:
   /// @param num_wanted  at least 1
@@ -30,9 +30,9 @@ class FrameChooser {
   /// @param number  of the frame, higher than before
   void add(std::size_t number, const FrameLook& look);
 
-  /// The numbers of the chosen frames, in rising order: those farthest from each other by their thumbnails,
-  /// where a frame less sharp than its neighbours counts less. Frames that look the same are chosen once, so
-  /// there may be fewer than wanted.
+  /// The numbers of the chosen frames, in rising order: those whose thumbnails differ most, with less weight
+  /// for a frame that is less sharp than its neighbours. Frames that look the same are chosen once, so there
+  /// may be fewer than wanted.
   [[nodiscard]] std::vector<std::size_t> chosen() const;
 
  private:
@@ -45,8 +45,8 @@ class FrameChooser {
   [[nodiscard]] std::vector<double> sharpnessWeights() const;
 
   std::size_t num_wanted_;
-  std::size_t run_length_ = 1;  // successive frames of which the sharpest is a candidate
-  std::size_t num_in_run_ = 0;  // frames that the last candidate stands for
+  std::size_t run_length_ = 1;  // number of successive frames of which the sharpest is a candidate
+  std::size_t num_in_run_ = 0;  // number of frames that the last candidate represents
   std::vector<Candidate> candidates_;
 };
 

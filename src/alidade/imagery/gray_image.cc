@@ -14,10 +14,10 @@
 namespace alidade {
 namespace {
 
-// Both ends of what all but the least and the greatest 0.1 % of the finite samples span, so that a hot or
-// dead pixel does not decide. Images of up to 1000 pixels lose none.
+// Smallest and largest finite sample without the lowest and highest 0.1 %, so that hot or dead pixels do not
+// matter. Images of up to 1000 pixels lose no sample.
 std::pair<double, double> robustRange(const cv::Mat& image) {
-  constexpr std::size_t kMaxSamples = 1'000'000;  // of larger images, every k-th pixel
+  constexpr std::size_t kMaxSamples = 1'000'000;  // of larger images, every k-th pixel is used
   constexpr double kTail = 0.001;
   const std::size_t step = (image.total() + kMaxSamples - 1) / kMaxSamples;
   const auto num_columns = static_cast<std::size_t>(image.cols);
@@ -54,7 +54,7 @@ GrayImage grayFromSamples(const cv::Mat& image) {
     return gray;
   }
   const auto [low, high] = robustRange(image);
-  // Values far apart (doubles) must not overflow in their difference, hence the halves.
+  // Halves, because the difference of distant values (doubles) may overflow.
   const double half_range = high / 2 - low / 2;
   std::uint8_t* out = gray.pixels.data();
   std::vector<double> row;
@@ -62,7 +62,7 @@ GrayImage grayFromSamples(const cv::Mat& image) {
     image.row(y).convertTo(row, CV_64F);
     for (const double sample : row) {
       const double share = (sample / 2 - low / 2) / half_range;
-      // Samples out of the range are clamped; neither comparison holds for NaN.
+      // Samples outside the range are clamped; both comparisons are false for NaN.
       *out++ = share >= 1.0 ? 255 : share > 0.0 ? static_cast<std::uint8_t>(std::lround(share * 255.0)) : 0;
     }
   }
@@ -75,7 +75,7 @@ GrayImage grayImage(const RasterView& image) {
   expect(image.bits_per_sample == 8 || image.bits_per_sample == 16, "samples of 8 or 16 bits");
   expect(image.num_channels == 1 || image.num_channels == 3 || image.num_channels == 4, "1, 3 or 4 channels");
   const int depth = image.bits_per_sample == 8 ? CV_8U : CV_16U;
-  // OpenCV has no matrix of memory that it must not write; nothing here does.
+  // OpenCV has no matrix of constant memory; nothing here writes to it.
   const cv::Mat given(image.size.height, image.size.width, CV_MAKETYPE(depth, image.num_channels),
                       const_cast<void*>(image.samples), image.row_bytes);
   if (image.num_channels == 1) return detail::grayFromSamples(given);

@@ -21,11 +21,11 @@ struct RasterView {
   bool is_blue_first = false;  ///< the channels are blue, green and red, as in OpenCV
 };
 
-/// The grey image that boards are searched in. Samples of 16 bits are scaled as readGrayImage() does.
+/// The grey image in which boards are searched. 16-bit samples are scaled as in readGrayImage().
 [[nodiscard]] GrayImage grayImage(const RasterView& image);
 
 namespace detail {
-/// The same of a matrix of one channel. Samples that are not bytes are scaled so that their 0.1 % quantile
+/// The same for a matrix with one channel. Samples that are not bytes are scaled so that their 0.1 % quantile
 /// becomes 0 and their 99.9 % quantile 255; NaN becomes 0.
 [[nodiscard]] GrayImage grayFromSamples(const cv::Mat& image);
 }  // namespace detail

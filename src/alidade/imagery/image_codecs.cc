@@ -45,7 +45,7 @@ const Codecs& codecs() {
   return kCodecs;
 }
 
-#else  // where OpenCV is no shared library
+#else  // if OpenCV is not a shared library
 
 struct Codecs {
   Decode decode = &cv::imdecode;

@@ -9,8 +9,8 @@
 
 namespace alidade {
 
-// OpenCV's image codecs. Their library brings GDAL and a hundred others, which take longer to load than the
-// rest of the program, so it is loaded when the first image is read or written.
+// OpenCV's image codecs. Their library depends on GDAL and a hundred others, which take longer to load than
+// the rest of the program, so it is loaded when the first image is read or written.
 
 /// cv::imdecode(). @throws cv::Exception; Error (kInput) if the library cannot be loaded
 [[nodiscard]] cv::Mat decodeImage(const cv::Mat& encoded, int flags);

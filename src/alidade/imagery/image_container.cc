@@ -57,7 +57,8 @@ std::optional<ByteOrder> tiffByteOrder(Bytes tiff) {
 int tiffOrientation(Bytes tiff) {
   constexpr std::size_t kEntryBytes = 12;
   constexpr std::uint32_t kOrientationTag = 0x0112;
-  // BYTE, SHORT, LONG, LONG8 and their signed forms: libtiff takes all of them. 8 bytes lie elsewhere.
+  // Sizes of BYTE, SHORT, LONG, LONG8 and their signed forms, all of which libtiff accepts. Values of 8 bytes
+  // are stored elsewhere.
   constexpr std::array<std::size_t, 18> kBytesOfType = {0, 1, 0, 2, 4, 0, 1, 0, 2, 4, 0, 0, 0, 0, 0, 0, 8, 8};
   const std::optional<ByteOrder> order = tiffByteOrder(tiff);
   if (!order) return 1;
@@ -97,8 +98,8 @@ bool isStartOfFrame(std::uint8_t marker) {
   return marker >= 0xC0 && marker <= 0xCF && marker != kDht && marker != kJpg && marker != kDac;
 }
 
-/// The next marker at or after `at`, which moves behind it. In the coded data 0xFF is followed by 0, so this
-/// passes over the scan data as well as over fill bytes.
+/// The next marker at or after `at`, which moves past it. In the coded data, 0xFF is followed by 0, so this
+/// skips scan data as well as fill bytes.
 std::optional<std::uint8_t> nextMarker(Bytes bytes, std::size_t& at) {
   for (; at + 1 < bytes.size(); ++at) {
     if (bytes[at] != 0xFF || bytes[at + 1] == 0x00 || bytes[at + 1] == 0xFF) continue;
@@ -119,7 +120,7 @@ ContainerInfo parseJpeg(Bytes bytes) {
       break;
     }
     if (isStandalone(*marker)) continue;
-    const auto length = readUint(bytes, at, 2, ByteOrder::kBig);  // counts its own two bytes
+    const auto length = readUint(bytes, at, 2, ByteOrder::kBig);  // includes its own two bytes
     const auto segment = length.value_or(0) >= 2 ? slice(bytes, at, *length) : std::nullopt;
     if (!segment) break;
     const Bytes payload = segment->subspan(2);
@@ -135,7 +136,7 @@ ContainerInfo parseJpeg(Bytes bytes) {
   return info;
 }
 
-/// As in PNG, annex D.
+/// CRC as in PNG, annex D.
 std::uint32_t checksumOf(Bytes bytes) {
   boost::crc_32_type crc;
   crc.process_bytes(bytes.data(), bytes.size());
@@ -144,14 +145,14 @@ std::uint32_t checksumOf(Bytes bytes) {
 
 ContainerInfo parsePng(Bytes bytes) {
   ContainerInfo info{.format = ContainerInfo::Format::kPng, .complete = false};
-  std::size_t at = 8;  // behind the signature
+  std::size_t at = 8;  // after the signature
   while (const auto length = readUint(bytes, at, 4, ByteOrder::kBig)) {
     const auto chunk =
-        slice(bytes, at + 4, std::size_t{*length} + 4);  // type and data, as the checksum covers
+        slice(bytes, at + 4, std::size_t{*length} + 4);  // type and data, which the checksum covers
     const auto checksum = chunk ? readUint(bytes, at + 4 + chunk->size(), 4, ByteOrder::kBig) : std::nullopt;
     if (!checksum) break;
     const Bytes data = chunk->subspan(4);
-    const bool is_critical = ((*chunk)[0] & 0x20) == 0;  // upper case: a decoder cannot do without
+    const bool is_critical = ((*chunk)[0] & 0x20) == 0;  // upper case: a decoder needs the chunk
     if (is_critical && checksumOf(*chunk) != *checksum) info.intact = false;
     if (startsWith(*chunk, "IHDR")) {
       info.size = makeSize(readUint(data, 0, 4, ByteOrder::kBig), readUint(data, 4, 4, ByteOrder::kBig));
@@ -166,8 +167,8 @@ ContainerInfo parsePng(Bytes bytes) {
   return info;
 }
 
-/// OpenCV asks libwebp about as many bytes. What that does not know, OpenCV gives to decoders that look for
-/// their signature further on.
+/// OpenCV asks libwebp with this many bytes. Files that libwebp does not recognise go to decoders that search
+/// for their signature further on.
 ContainerInfo parseWebp(Bytes bytes) {
   constexpr std::size_t kHeaderBytes = 32;
   constexpr std::size_t kRiffBytes = 8;  // the kind and the length of the rest

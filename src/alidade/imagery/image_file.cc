@@ -32,7 +32,7 @@ namespace {
 
 constexpr std::size_t kMaxFileBytes = std::numeric_limits<int>::max();  // OpenCV counts bytes in an int
 
-// What OpenCV decodes at most; checked first, as its own complaint names no file.
+// Largest size that OpenCV decodes; checked first, because OpenCV's own message names no file.
 constexpr int kMaxSide = 1 << 20;
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30;
 
@@ -49,8 +49,8 @@ Error damagedError(const std::string& path, std::string found) {
       "copy or record the image again, convert it to an 8-bit PNG, or remove it from the inputs");
 }
 
-/// Says what a file of no known kind begins with: text is worth quoting, since it often says what
-/// happened (a web page instead of a download, a pointer instead of large file storage).
+/// Describes the first bytes of a file of unknown kind. Text is worth quoting, since it often reveals the
+/// cause (a web page instead of a download, a pointer instead of large file storage).
 std::string describeStart(std::string_view bytes) {
   if (bytes.starts_with(std::string_view("II+\0", 4)) || bytes.starts_with(std::string_view("MM\0+", 4)))
     return "a BigTIFF image";
@@ -59,7 +59,7 @@ std::string describeStart(std::string_view bytes) {
   const auto end =
       std::find_if_not(bytes.begin(), bytes.begin() + std::min(bytes.size(), kMaxQuoted), is_text);
   const std::string start(bytes.begin(), end);
-  constexpr std::size_t kLeastText = 4;  // shorter runs turn up in binary files by chance
+  constexpr std::size_t kLeastText = 4;  // shorter runs occur in binary files by chance
   const bool whole_line = start.size() == bytes.size() || *end == '\n' || *end == '\r';
   if (start.size() >= kLeastText || (!start.empty() && whole_line)) {
     return "the file starts with '" + start + "', not an image";
@@ -87,7 +87,7 @@ ContainerInfo checkContainer(const std::string& path, std::string_view content) 
   if (info.format == ContainerInfo::Format::kTiff && isTiffDamaged(content))
     throw damagedError(path, "the image cannot be decoded without errors");
   if (info.format == ContainerInfo::Format::kTiff && info.exif_orientation != 1) {
-    // OpenCV (4.6) turns TIFF images even when told not to.
+    // OpenCV (4.6) rotates TIFF images even when told not to.
     throw imageError(path,
                      "a TIFF image that is to be displayed " +
                          describeExifOrientation(info.exif_orientation) + " (orientation tag " +
@@ -98,8 +98,8 @@ ContainerInfo checkContainer(const std::string& path, std::string_view content) 
 }
 
 cv::Mat decode(const std::string& path, std::string& content, int flags) {
-  // The decoders' complaints reach the caller as an Error. OpenCV has one level for the whole process, so it
-  // is set once and not restored: another thread may be decoding.
+  // The decoders' complaints reach the caller as an Error. OpenCV has one log level for the whole process, so
+  // it is set once and not restored: another thread may be decoding.
   [[maybe_unused]] static const auto kPreviousLevel =
       cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   const cv::Mat encoded(1, static_cast<int>(content.size()), CV_8UC1, content.data());
@@ -107,7 +107,7 @@ cv::Mat decode(const std::string& path, std::string& content, int flags) {
   try {
     image = decodeImage(encoded, flags);
   } catch (const cv::Exception& exception) {
-    // No fault of the image: with less at a time it may be read.
+    // Not the fault of the image: it may be readable with fewer threads.
     if (exception.code == cv::Error::StsNoMem) throw std::bad_alloc();
     throw damagedError(path, "the image cannot be decoded (" + exception.err + ")");
   }
@@ -127,7 +127,7 @@ DecodedFile decodeBytes(const std::string& path, std::string content, int flags)
   return {.image = image, .exif_orientation = info.exif_orientation};
 }
 
-/// A copy with the first and the third channel changed places: OpenCV's codecs have blue first.
+/// A copy with the first and third channels swapped: OpenCV's codecs store blue first.
 cv::Mat withRedAndBlueSwapped(const cv::Mat& image) {
   if (image.channels() < 3) return image;
   constexpr std::array<int, 8> kSwap = {0, 2, 1, 1, 2, 0, 3, 3};
@@ -155,7 +155,7 @@ RasterImage toRasterImage(const std::string& path, const cv::Mat& image) {
 }  // namespace
 
 std::string readImageBytes(const std::string& path) {
-  // A pipe would block a whole run for as long as nobody writes to it.
+  // A pipe would block the whole run until something writes to it.
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (std::filesystem::is_other(status)) {
@@ -217,7 +217,7 @@ void writeImage(const std::string& path, const RasterImage& image) {
   constexpr int kQuality = 95;
   std::vector<std::uint8_t> encoded;
   try {
-    // PNG has no use for the quality.
+    // PNG ignores the quality.
     encodeImage(is_jpeg ? ".jpg" : ".png", pixels, encoded, {cv::IMWRITE_JPEG_QUALITY, kQuality});
   } catch (const cv::Exception& exception) {
     throw inputError(

@@ -12,10 +12,10 @@ struct LoadedImage {
   int exif_orientation = 1;  ///< Exif's 1 to 8; readGrayImage() does not apply it
 };
 
-/// Reads a JPEG, PNG, TIFF, BMP, PNM (PBM, PGM, PPM) or WebP file, by its first bytes: grey or colour, with
-/// or without alpha. Samples of more than 8 bits are scaled linearly and clamped, so that their 0.1 %
-/// quantile becomes 0 and their 99.9 % quantile 255. Otherwise 10-bit and 12-bit data in 16-bit files would
-/// be almost black. If all samples are equal, they become 0; NaN also becomes 0. Use the result to find
+/// Reads a JPEG, PNG, TIFF, BMP, PNM (PBM, PGM, PPM) or WebP file, recognised by its first bytes: grey or
+/// colour, with or without alpha. Samples of more than 8 bits are scaled linearly and clamped, so that their
+/// 0.1 % quantile becomes 0 and their 99.9 % quantile 255. Otherwise 10-bit and 12-bit data in 16-bit files
+/// would be almost black. If all samples are equal, they become 0; NaN also becomes 0. Use the result to find
 /// features, not for photometry.
 /// @throws Error (kInput) if the file is missing, unreadable, empty, truncated, damaged, too large or not an
 /// image, or if it is a TIFF file with an orientation tag.
@@ -27,13 +27,13 @@ struct LoadedImage {
 /// readGrayImage() for bytes that were read before; messages use `path` as the file name.
 [[nodiscard]] LoadedImage decodeGrayImage(const std::string& path, std::string bytes);
 
-/// Complains about an image that is too large to be decoded, whatever holds it.
+/// Throws if an image in any container is too large to be decoded.
 /// @throws Error (kInput)
 void checkDecodedSize(const std::string& path, const ImageSize& size);
 
 struct LoadedRaster {
   RasterImage image;
-  int exif_orientation = 1;  ///< as in LoadedImage; not applied
+  int exif_orientation = 1;  ///< same as in LoadedImage; not applied
 };
 
 /// Reads an image with its colours, alpha and depth, with every sample as stored: 8 or 16 bits, grey or in
@@ -51,8 +51,8 @@ struct LoadedRaster {
 /// std::logic_error for an empty image.
 void writeImage(const std::string& path, const RasterImage& image);
 
-/// How a viewer transforms the stored pixels to show them upright, in words: "rotated 90 degrees clockwise"
-/// for 6.
+/// The transformation by which viewers show the stored pixels upright, in words: "rotated 90 degrees
+/// clockwise" for 6.
 [[nodiscard]] std::string describeExifOrientation(int orientation);
 
 }  // namespace alidade

@@ -44,7 +44,7 @@ Error unreadableError(const fs::path& path, const std::error_code& error) {
                      .next_step = "change the permissions (chmod u+rx for folders)"});
 }
 
-/// What is in a folder, in natural order, without hidden entries.
+/// Entries of a folder in natural order, without hidden ones.
 std::vector<fs::path> entriesOf(const fs::path& folder, std::error_code& error) {
   std::vector<fs::path> entries;
   fs::directory_iterator entry(folder, error);
@@ -56,7 +56,7 @@ std::vector<fs::path> entriesOf(const fs::path& folder, std::error_code& error) 
   return entries;
 }
 
-/// Links that lead nowhere count, so that reading complains about them.
+/// True for dangling links too, so that reading complains about them.
 bool isImage(const fs::path& path) {
   return hasImageName(path) && !isFolder(path);
 }
@@ -68,7 +68,7 @@ Error noImagesError(const fs::path& folder, const std::vector<fs::path>& entries
     if (!isFolder(entry)) {
       files.push_back(entry);
     } else if (!folder_with_images) {
-      std::error_code error;  // a sub-folder that cannot be read is just not suggested
+      std::error_code error;  // an unreadable sub-folder is simply not suggested
       const std::vector<fs::path> below = entriesOf(entry, error);
       if (std::any_of(below.begin(), below.end(), isImage)) folder_with_images = entry;
     }
@@ -121,15 +121,15 @@ std::vector<std::string> expandPattern(const std::string& pattern) {
   return paths;
 }
 
-// The parts of "img%04d.png" before and after the number, which has at least so many digits. The number is in
-// the file's name, not in a folder's.
+// The parts of "img%04d.png" before and after the number, and the minimum number of digits. The number is in
+// the name of the file, not of a folder.
 struct NumberedName {
   fs::path folder;
   std::string before;
   std::string after;
   std::size_t num_digits = 1;
 
-  // The number of a file's name; nothing for a name of another form.
+  // The number in a file name; nothing if the name has a different form.
   [[nodiscard]] std::optional<int> numberOf(const std::string& name) const {
     if (name.size() < before.size() + num_digits + after.size()) return std::nullopt;
     if (!name.starts_with(before) || !name.ends_with(after)) return std::nullopt;
@@ -196,9 +196,9 @@ void addInput(const std::string& input, InputFiles& files) {
   throw unreadableError(input, error);
 }
 
-// In natural order, and without files that are in `seen`, which then has these too.
+// Sorts in natural order, removes files that are in `seen`, and adds the rest to it.
 void sortOut(std::vector<std::string>& paths, std::set<fs::path>& seen) {
-  // Sorted first, so that which of two spellings of a path stays does not depend on the inputs' order.
+  // Sorted first, so that the order of the inputs does not decide which of two spellings of a path stays.
   std::sort(paths.begin(), paths.end(), naturalLess);
   std::erase_if(paths, [&seen](const std::string& path) {
     std::error_code error;
@@ -257,7 +257,7 @@ std::vector<std::string> shortNames(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     while (!path.starts_with(shared)) {
       shared.pop_back();
-      shared.resize(shared.rfind('/') + 1);  // 0 without a slash
+      shared.resize(shared.rfind('/') + 1);  // empty without a slash
     }
   }
   return mapped(paths, [&](const std::string& path) { return path.substr(shared.size()); });

@@ -32,7 +32,7 @@ struct InputFiles {
 /// contains no image.
 [[nodiscard]] InputFiles listInputs(std::span<const std::string> inputs);
 
-/// The image files that inputs refer to, where videos are of no use; those of sequences count as images.
+/// The image files that inputs refer to, for uses that exclude videos; files of sequences count as images.
 /// @throws Error as listInputs(); Error (kInput) for a video
 [[nodiscard]] std::vector<std::string> listImages(std::span<const std::string> inputs);
 

@@ -48,11 +48,11 @@ std::string digestOfFile(const std::string& path, const CancelFlag* cancel) {
   return digest.hex();
 }
 
-// What a video's frames are known by, as long as the file stays as it is.
+// Identifies the frames of a video as long as the file does not change.
 class VideoIdentity {
  public:
   VideoIdentity() = default;  // unknown
-  /// @throws Error (kInput) for what is no file, such as a pipe, which could be read only once
+  /// @throws Error (kInput) if it is not a regular file, such as a pipe, which could be read only once
   VideoIdentity(const std::string& path, const CancelFlag* cancel) : path_(path), stamp_(stampOf(path)) {
     checkVideoFile(path);
     text_ = digestOfFile(path, cancel) + " " + videoDecoderVersion();
@@ -60,7 +60,7 @@ class VideoIdentity {
 
   [[nodiscard]] const std::string& text() const { return text_; }
 
-  /// Before a result is kept: it would be under the name of other bytes.
+  /// Called before a result is cached, because it would be stored under the identity of different bytes.
   void checkUnchanged() const {
     if (text_.empty() || stampOf(path_) == stamp_) return;
     throw inputError({.where = path_,
@@ -81,7 +81,7 @@ class VideoIdentity {
   Stamp stamp_;
 };
 
-// The chosen frames of a video. Readers of several threads ask for them in about their order.
+// The chosen frames of a video. Several threads request them in approximately rising order.
 class VideoFrames {
  public:
   VideoFrames(std::string path, VideoIdentity identity, const std::vector<std::size_t>& numbers,
@@ -109,7 +109,7 @@ class VideoFrames {
       passed_.erase(passed);
       return image;
     }
-    // One behind the reader: the video is read from its beginning again.
+    // The frame is behind the reader, so the video is read from its beginning again.
     if (!reader_ || number < next_) {
       reader_.emplace(path_, VideoOptions{.cancel = cancel_});
       next_ = 0;
@@ -125,7 +125,7 @@ class VideoFrames {
   }
 
   void keepPassed() {
-    constexpr std::size_t kMost = 16;  // bounds the memory; what is not kept is read again
+    constexpr std::size_t kMost = 16;  // limits the memory; dropped frames are read again
     if (!numbers_.contains(reader_->number())) return;
     if (passed_.size() == kMost) passed_.erase(passed_.begin());
     passed_[reader_->number()] = reader_->image();
@@ -138,7 +138,7 @@ class VideoFrames {
   std::mutex mutex_;
   std::optional<VideoReader> reader_;
   std::size_t next_ = 0;                       // the reader's next frame
-  std::map<std::size_t, LoadedImage> passed_;  // chosen frames before it that nobody took yet
+  std::map<std::size_t, LoadedImage> passed_;  // chosen frames before `next_` that were not requested yet
 };
 
 void addItems(const std::string& path, const VideoIdentity& identity, const std::vector<std::size_t>& numbers,
@@ -154,13 +154,13 @@ void addItems(const std::string& path, const VideoIdentity& identity, const std:
   }
 }
 
-// The frames that are worth a search, and what was met on the way.
+// The frames worth searching, and the problems found on the way.
 struct VideoChoice {
   std::vector<std::size_t> numbers;
   std::size_t num_frames = 0;
   std::size_t num_damaged = 0;
   std::size_t num_interlaced = 0;
-  bool is_cut = false;  // there should be more
+  bool is_cut = false;  // more frames are expected after the last one
 };
 
 std::string textOf(const VideoChoice& choice) {
@@ -170,7 +170,7 @@ std::string textOf(const VideoChoice& choice) {
   return text;
 }
 
-// Nothing for a text that no choice of up to so many frames has.
+// Nothing if the text is not a valid choice of up to this many frames.
 std::optional<VideoChoice> parseChoice(std::string_view text, std::size_t num_wanted) {
   std::vector<std::size_t> numbers;
   for (const std::string_view word : split(text, ' ')) {
@@ -240,7 +240,7 @@ VideoChoice chooseFrames(const std::string& path, const OpenImagesOptions& optio
   return choice;
 }
 
-// The result of `compute`, from the cache if it is there in a form that `parse` takes.
+// The result of `compute`, or from the cache if `parse` accepts the cached text.
 template <typename Parse, typename Compute, typename Write>
 auto cached(const ContentCache* cache, const std::string& key, const Parse& parse, const Write& write,
             const Compute& compute) {
@@ -276,7 +276,7 @@ std::optional<FrameLook> parseLook(std::string_view text) {
   return look;
 }
 
-// Changes whenever frames may be chosen differently.
+// Must change whenever the choice of frames may change.
 constexpr std::string_view kChoiceVersion = "frames 2 ";
 
 class Opening {
@@ -288,7 +288,7 @@ class Opening {
   }
 
   void add(const ImageSequence& sequence) {
-    // Files that cannot be read are among the images, so that the run says why.
+    // Unreadable files count as images, so that the run reports them.
     std::vector<std::optional<FrameLook>> looks(sequence.files.size());
     std::mutex mutex;
     std::size_t num_done = 0;
@@ -433,7 +433,7 @@ ImageSet openFrames(const std::string& video, const std::vector<std::size_t>& nu
 
 ImageSet openNamed(const std::vector<std::string>& names) {
   std::map<std::string, std::vector<std::size_t>> frames_of;
-  std::map<std::string, std::vector<std::size_t>> places_of;  // of these frames among the names
+  std::map<std::string, std::vector<std::size_t>> places_of;  // positions of these frames among the names
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto frame = parseFrameName(names[i]);
     std::error_code failed;

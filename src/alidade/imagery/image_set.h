@@ -19,12 +19,12 @@ class ContentCache;
 
 /// An image that is not decoded yet.
 struct EncodedImage {
-  std::string identity;  ///< a digest of all that its pixels depend on; empty if that is unknown
-  std::function<LoadedImage()> decode;  ///< @throws Error (kInput); to be called once
+  std::string identity;                 ///< digest of everything that its pixels depend on; empty if unknown
+  std::function<LoadedImage()> decode;  ///< @throws Error (kInput); may be called once
 };
 
-/// The images that a run looks at: files, and chosen frames of videos and of image sequences. An image is
-/// read when it is asked for, so a set needs little memory.
+/// The images of a run: files, and chosen frames of videos and image sequences. An image is read when it is
+/// requested, so a set needs little memory.
 class ImageSet {
  public:
   using Load = std::function<LoadedImage(const std::string&)>;
@@ -32,10 +32,10 @@ class ImageSet {
   struct Item {
     std::string name;
     std::optional<std::size_t> sequence = std::nullopt;
-    std::function<EncodedImage(const std::string&)> read;  ///< of a name; from any thread
+    std::function<EncodedImage(const std::string&)> read;  ///< reads an image by its name; from any thread
   };
 
-  /// @param files  image files, for example of listImages()
+  /// @param files  image files, for example from listImages()
   ImageSet(std::vector<std::string> files);
   /// Images that `load` makes from their names.
   ImageSet(const std::vector<std::string>& names, const Load& load);
@@ -53,7 +53,7 @@ class ImageSet {
   /// @throws Error (kInput); Cancelled, from decode() too
   [[nodiscard]] EncodedImage read(std::size_t i) const;
 
-  /// What to tell the user about videos and sequences, a sentence each.
+  /// Messages for the user about videos and sequences, one sentence each.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
  private:
@@ -62,38 +62,39 @@ class ImageSet {
 };
 
 struct OpenImagesOptions {
-  std::size_t num_frames = 100;  ///< of each video or sequence, at most
+  std::size_t num_frames = 100;  ///< largest number from each video or sequence
   int num_jobs = 0;              ///< threads; 0 = one per processor
-  /// (done, total) while the frames of a video or sequence are looked at; total = 0: unknown.
+  /// (done, total) while the frames of a video or sequence are examined; total = 0: unknown.
   std::function<void(std::size_t, std::size_t)> progress = {};
-  const CancelFlag* cancel = nullptr;   ///< outlives the set: reading a frame may mean reading a whole video
+  const CancelFlag* cancel = nullptr;   ///< must outlive the set: reading a frame may mean reading a whole
+                                        ///< video
   const ContentCache* cache = nullptr;  ///< for the choice of frames
 };
 
-/// The images that inputs stand for (listInputs()). Of videos and sequences, all frames are looked at once
-/// and the sharpest that show something new are chosen (FrameChooser). A video that cannot be read becomes an
-/// image that cannot be read; so does one that ends before nine tenths of its stated length. A note tells of
-/// one that ends a little early. Damaged frames of a video are not chosen.
+/// The images that inputs stand for (listInputs()). All frames of videos and sequences are examined once, and
+/// the sharpest ones that show something new are chosen (FrameChooser). A video that cannot be read becomes
+/// an image that cannot be read; so does one that ends before nine tenths of its stated length. A note
+/// reports a video that ends a little early. Damaged frames of a video are not chosen.
 /// @throws Error as listInputs(); Cancelled
 [[nodiscard]] ImageSet openImages(std::span<const std::string> inputs, const OpenImagesOptions& options = {});
 
-/// A frame of a video, as ImageSet::name() has it.
+/// A frame of a video, as named by ImageSet::name().
 struct FrameName {
   std::string video;
   std::size_t number = 0;  ///< counts from 0
 };
-/// "clip.mp4@120" in its parts; nothing for any other name.
+/// Splits "clip.mp4@120" into its parts; nothing for any other name.
 [[nodiscard]] std::optional<FrameName> parseFrameName(std::string_view name);
 
-/// Frames of a video by their numbers. Asked for in rising order, from any number of threads, they take one
-/// pass through the video.
+/// Frames of a video by their numbers. If they are requested in rising order, from any number of threads, the
+/// video is read once.
 /// @param numbers  in any order
 /// @param cancel   outlives the set
 [[nodiscard]] ImageSet openFrames(const std::string& video, const std::vector<std::size_t>& numbers,
                                   const CancelFlag* cancel = nullptr);
 
-/// Images and frames of videos by their names, as ImageSet::name() has them; a file of a frame's name is that
-/// file. Frames that are asked for in their order take one pass through their video.
+/// Images and frames of videos by their names, as in ImageSet::name(). A file whose name looks like that of a
+/// frame is treated as a file. Frames that are requested in order take one pass through their video.
 [[nodiscard]] ImageSet openNamed(const std::vector<std::string>& names);
 
 }  // namespace alidade

@@ -13,9 +13,9 @@
 namespace alidade {
 namespace {
 
-// No member has a destructor: libjpeg leaves by longjmp.
+// No member has a destructor, because libjpeg leaves by longjmp.
 struct Complaints {
-  jpeg_error_mgr base{};  // first, as libjpeg hands this back
+  jpeg_error_mgr base{};  // first member, so that libjpeg's pointer to it is a pointer to this struct
   std::jmp_buf end{};
   std::array<char, JMSG_LENGTH_MAX> first{};
 
@@ -33,7 +33,7 @@ void onWarning(j_common_ptr jpeg, int level) {
   if (level >= 0 || !complaints.isEmpty()) return;
   const auto* const parameters = complaints.base.msg_parm.i;
   if (code == JWRN_EXTRANEOUS_DATA && parameters[0] <= kPaddingBytes && parameters[1] == JPEG_EOI) return;
-  if (code == JWRN_ADOBE_XFORM || code == JWRN_JFIF_MAJOR) return;  // of headers
+  if (code == JWRN_ADOBE_XFORM || code == JWRN_JFIF_MAJOR) return;  // warnings about headers
   complaints.base.format_message(jpeg, complaints.first.data());
 }
 
@@ -47,7 +47,8 @@ struct Transcoder {
   Complaints complaints;
   jpeg_decompress_struct in{};
   jpeg_compress_struct out{};
-  // libjpeg's own destination in memory frees what it has handed out where an error ends it halfway.
+  // An own destination: libjpeg's destination in memory frees the buffer that it returned if an error
+  // interrupts it.
   jpeg_destination_mgr destination{};
   std::vector<JOCTET> encoded;
   bool is_encoded = false;
@@ -65,12 +66,12 @@ struct Transcoder {
   Transcoder& operator=(const Transcoder&) = delete;
 
  private:
-  static constexpr std::size_t kHeaderBytes = 8192;  // more than all tables take
+  static constexpr std::size_t kHeaderBytes = 8192;  // more than the size of all tables
 };
 
 void startNothing(j_compress_ptr /*jpeg*/) {}
 
-// The same coefficients take no more than they took.
+// Fails, because the same coefficients never need more space than before.
 boolean refuseMore(j_compress_ptr jpeg) {
   jpeg->err->msg_code = JERR_BUFFER_SIZE;
   jpeg->err->error_exit(reinterpret_cast<j_common_ptr>(jpeg));
@@ -84,7 +85,7 @@ void copyTable(const JHUFF_TBL* from, JHUFF_TBL*& to, j_common_ptr owner) {
   to->sent_table = FALSE;
 }
 
-// Whether coefficients determine the codes: not where blocks outside the image have any coefficients, where
+// True if coefficients determine the codes. They do not if blocks outside the image have coefficients, if
 // bits are spread over several scans, or with arithmetic coding.
 bool hasOneCoding(const jpeg_decompress_struct& jpeg) {
   const auto fills = [](JDIMENSION side, int factor) {
@@ -94,7 +95,7 @@ bool hasOneCoding(const jpeg_decompress_struct& jpeg) {
          fills(jpeg.image_width, jpeg.max_h_samp_factor) && fills(jpeg.image_height, jpeg.max_v_samp_factor);
 }
 
-// Codes the coefficients again as they were: in one scan, with the same codes and restarts.
+// Encodes the coefficients again with the same codes and restarts, in one scan.
 void encodeAgain(Transcoder& jpeg, jvirt_barray_ptr* coefficients) {
   jpeg_create_compress(&jpeg.out);
   jpeg.destination = {.next_output_byte = jpeg.encoded.data(),
@@ -120,8 +121,8 @@ void encodeAgain(Transcoder& jpeg, jvirt_barray_ptr* coefficients) {
   jpeg.is_encoded = true;
 }
 
-// Reads all coded data, and codes them again where that must give the same. None of its variables is used
-// after the jump.
+// Reads all coded data, and encodes them again if that must give the same bytes. None of its variables is
+// used after the jump.
 void transcode(std::string_view content, Transcoder& jpeg) {
   if (setjmp(jpeg.complaints.end) != 0) return;  // NOLINT(cert-err52-cpp): libjpeg has no other way
   jpeg_create_decompress(&jpeg.in);
@@ -132,11 +133,11 @@ void transcode(std::string_view content, Transcoder& jpeg) {
   if (jpeg.complaints.isEmpty() && hasOneCoding(jpeg.in)) encodeAgain(jpeg, coefficients);
 }
 
-// What follows the header of the first scan.
+// The data after the header of the first scan.
 std::optional<std::string_view> scanOf(std::string_view content) {
   constexpr std::size_t kMarkerBytes = 2;
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(content[i]); };
-  std::size_t at = kMarkerBytes;  // of SOI
+  std::size_t at = kMarkerBytes;  // length of SOI
   while (at + 4 <= content.size() && byte(at) == 0xff) {
     const unsigned char marker = byte(at + 1);
     if (marker == 0xff) {  // a fill byte

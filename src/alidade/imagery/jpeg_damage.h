@@ -6,10 +6,10 @@
 
 namespace alidade {
 
-/// What is wrong in the coded data of a JPEG file, in libjpeg's words; empty if nothing is seen. Decoders go
-/// on after damage, and what follows it is displaced by whole blocks. The coefficients of a file in one scan
-/// are coded again, which must give the same bytes; a changed byte that leaves codes of the same length
-/// cannot be seen. A byte or two between the data and the end are the padding of some cameras.
+/// Damage in the coded data of a JPEG file, in libjpeg's words; empty if none is found. Decoders continue
+/// after damage, and everything after it is shifted by whole blocks. The coefficients of a file with one scan
+/// are encoded again, which must give the same bytes. A changed byte that leaves codes of the same length
+/// cannot be detected. One or two bytes between the data and the end are accepted as padding of some cameras.
 [[nodiscard]] std::string jpegDamage(std::string_view content);
 
 }  // namespace alidade

@@ -13,17 +13,17 @@
 
 namespace alidade {
 
-/// How far from the optical axis views are laid out where the plane grows without bound: the axis itself for
-/// a rectilinear view, and the horizon for a cylindrical one. At 75 degrees a pixel of the axis has become 15
-/// times as long.
+/// Largest angle from the optical axis to which views extend if the plane grows without bound: from the axis
+/// itself for a rectilinear view, from the horizon for a cylindrical one. At 75 degrees, a pixel covers 15
+/// times the length that it covers on the axis.
 inline constexpr double kMaxTangentAngleRad = 75 * std::numbers::pi / 180;
 
-/// How rays are laid out on the plane of an image without distortion. Rays are those of the camera frame: x
-/// right, y down, z forward.
+/// Layout of rays on the plane of an image without distortion. Rays are those of the camera frame: x right, y
+/// down, z forward.
 enum class ViewProjection {
   kRectilinear,      ///< (x / z, y / z): straight lines stay straight; less than 180 degrees
   kCylindrical,      ///< (atan2(x, z), y / hypot(x, z)): vertical lines stay straight; all around
-  kEquirectangular,  ///< (atan2(x, z), atan2(y, hypot(x, z))): longitude and latitude; everything
+  kEquirectangular,  ///< (atan2(x, z), atan2(y, hypot(x, z))): longitude and latitude; all directions
 };
 
 /// "rectilinear", "cylindrical", "equirectangular"
@@ -32,22 +32,22 @@ enum class ViewProjection {
 /// @throws Error (kUsage) for an unknown name
 [[nodiscard]] ViewProjection projectionOf(std::string_view name);
 
-/// Place of a ray (any length) on the plane of a projection, of no unit or radians; nothing where it has
-/// none: rays that do not go forward (rectilinear), the vertical (cylindrical), what is not a ray.
+/// Place of a ray (any length) on the plane of a projection, dimensionless or in radians; nothing for rays
+/// that do not point forward (rectilinear), vertical rays (cylindrical) and invalid rays.
 [[nodiscard]] std::optional<Eigen::Vector2d> planeFromRay(ViewProjection projection,
                                                           const Eigen::Vector3d& ray);
 
-/// Ray (not of unit length) of a place on the plane; nothing beyond half a turn either way and beyond the
-/// poles, so that nothing appears twice.
+/// Ray (not of unit length) of a place on the plane; nothing beyond half a turn in either direction and
+/// beyond the poles, so that nothing appears twice.
 [[nodiscard]] std::optional<Eigen::Vector3d> rayFromPlane(ViewProjection projection,
                                                           const Eigen::Vector2d& plane);
 
-/// An image without distortion: which ray each of its pixels shows. A pixel is scale_px * plane + axis_px, by
+/// An image without distortion, with the ray of each pixel. A pixel is scale_px * plane + axis_px, by
 /// coordinates; pixel (0, 0) is the centre of the top left pixel.
 struct OutputView {
   ViewProjection projection = ViewProjection::kRectilinear;
   ImageSize size;
-  /// Pixels per unit of the plane: the focal lengths (rectilinear), or pixels per radian, equal for both.
+  /// Pixels per unit of the plane: the focal lengths (rectilinear), or pixels per radian, equal on both axes.
   Eigen::Vector2d scale_px = Eigen::Vector2d::Ones();
   Eigen::Vector2d axis_px = Eigen::Vector2d::Zero();  ///< where the optical axis (0, 0, 1) appears
 

@@ -31,7 +31,7 @@ std::string projectionFileText(const ProjectionFile& file) {
   const OutputView& view = file.view;
   expect(view.projection != ViewProjection::kRectilinear, "a rectilinear view is a pinhole camera's");
   expect(view.scale_px.x() == view.scale_px.y(), "radians per pixel are equal for both coordinates");
-  // The file's own number decides, so that the self check holds to the last digit.
+  // Uses the number as written to the file, so that the self check is exact.
   const double step = 1 / view.scale_px.x();
   OutputView written = view;
   written.scale_px.setConstant(1 / step);

@@ -7,14 +7,15 @@
 
 namespace alidade {
 
-/// What an image without distortion shows, for the projections that no camera file describes.
+/// Description of an image without distortion, for projections that no camera file can describe.
 struct ProjectionFile {
   OutputView view;  ///< cylindrical or equirectangular, with equal scales
   std::string created_by;
 };
 
-/// The file as text, with rays of pixels all over the image as a self check, and every number in the fewest
-/// digits that read back as the same double. @throws std::logic_error for a rectilinear view
+/// The file as text. Rays of pixels all over the image serve as a self check. Numbers have the fewest digits
+/// that read back as the same double.
+/// @throws std::logic_error for a rectilinear view
 [[nodiscard]] std::string projectionFileText(const ProjectionFile& file);
 
 /// Writes atomically. @throws Error (kInput)

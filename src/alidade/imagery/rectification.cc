@@ -27,8 +27,8 @@ using Eigen::Vector3d;
 
 constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
-// Views around the baseline are those of OutputView, whose axis is y, with x and y exchanged where the
-// baseline is x. A rectilinear view has no axis.
+// Cylindrical views have y as their axis; x and y are swapped if the baseline is x. Rectilinear views have no
+// axis.
 bool isSwapped(const Rectification& r) {
   return r.projection != ViewProjection::kRectilinear && !r.is_vertical;
 }
@@ -43,7 +43,7 @@ std::optional<Vector3d> rayOf(const Rectification& r, const Vector2d& plane) {
   return ray ? std::optional(swapped(*ray)) : std::nullopt;
 }
 
-// Nothing beyond where views are laid out.
+// Place on the plane; nothing beyond the limits of views.
 std::optional<Vector2d> planeOf(const Rectification& r, const Vector3d& ray) {
   const auto plane = planeFromRay(r.projection, isSwapped(r) ? swapped(ray) : ray);
   if (!plane || !detail::isLaidOut(r.projection, *plane)) return std::nullopt;
@@ -58,7 +58,7 @@ std::string cameraNames(const AnyRig& rig, std::size_t first, std::size_t second
   return "cameras '" + rig.camera(first).name + "' and '" + rig.camera(second).name + "'";
 }
 
-// The common orientation: rows are its axes in the rig's frame.
+// Sets the common orientation; its rows are its axes in the rig's frame.
 void orient(const AnyRig& rig, std::size_t first, std::size_t second, Rectification& r) {
   const std::array<const MountedCamera*, 2> cameras = {&rig.camera(first), &rig.camera(second)};
   const Vector3d baseline =
@@ -69,15 +69,15 @@ void orient(const AnyRig& rig, std::size_t first, std::size_t second, Rectificat
                       .found = "both are at the same place",
                       .expected = "cameras some distance apart"});
   }
-  // Rows: the sums of both cameras' axes.
+  // The rows are the sums of both cameras' axes.
   const Matrix3d sum = rotationFromRig(*cameras[0]) + rotationFromRig(*cameras[1]);
   const Vector3d along = baseline.normalized();
   r.is_vertical = std::abs(sum.row(1).dot(along)) > std::abs(sum.row(0).dot(along));
   const Eigen::Index axis = r.is_vertical ? 1 : 0;
   const double sign = sum.row(axis).dot(along) < 0 ? -1 : 1;
   r.baseline_m = sign * baseline.norm();
-  // About the baseline, the rotation with the least sum of squared differences to both: the angle at which
-  // the sum over the other two axes is largest. (next, last, axis) are right-handed.
+  // The rotation about the baseline with the smallest sum of squared differences from both cameras: it
+  // maximises the sum over the other two axes. (next, last, axis) is right-handed.
   const Vector3d fixed = sign * along;
   const Vector3d p = fixed.unitOrthogonal();
   const Vector3d q = fixed.cross(p);
@@ -118,13 +118,13 @@ double scaleOnAxis(const MountedCamera& camera) {
 }
 
 double scaleOfField(const Rectification& r, double field_rad) {
-  // Along the baseline a cylindrical view is as flat as a rectilinear one, and an equirectangular one ends at
-  // the baseline itself.
+  // Along the baseline, a cylindrical view is as flat as a rectilinear one, and an equirectangular one ends
+  // at the baseline.
   const bool is_flat = r.projection == ViewProjection::kRectilinear ||
                        (r.projection == ViewProjection::kCylindrical && !r.is_vertical);
   const bool ends_at_pole = r.projection == ViewProjection::kEquirectangular && !r.is_vertical;
   const double largest = is_flat ? 2 * kMaxTangentAngleRad : (ends_at_pole ? 1 : 2) * std::numbers::pi;
-  constexpr double kRounding = 1e-12;  // of degrees turned into radians
+  constexpr double kRounding = 1e-12;  // from the conversion of degrees to radians
   if (!(field_rad > 0 && field_rad <= largest * (1 + kRounding))) {
     throw usageError(
         {.where = "field of view",
@@ -136,7 +136,7 @@ double scaleOfField(const Rectification& r, double field_rad) {
   return 0.5 * r.size.width / (is_flat ? std::tan(field_rad / 2) : field_rad / 2);
 }
 
-// Where the middle of each image appears on the plane, or its axis if the middle has no ray there.
+// Place of each image centre on the plane, or of its axis if the centre has no ray there.
 std::array<Vector2d, 2> centresOf(const Rectification& r,
                                   const std::array<const MountedCamera*, 2>& cameras) {
   std::array<Vector2d, 2> centres;
@@ -156,7 +156,7 @@ void showAll(const std::array<const MountedCamera*, 2>& cameras, bool has_own_ce
   Eigen::AlignedBox2d both;
   for (std::size_t i = 0; i < 2; ++i) {
     const SO3& turn = r.views[i].rectified_from_camera;
-    // The search looks for jumps in the first coordinate, the longitude.
+    // The search expects jumps in the first coordinate, the longitude.
     const detail::PlaneBox box =
         detail::boxOfAll(cameras[i]->camera, cameras[i]->image_size, [&](const Vector3d& ray) {
           auto plane = planeOf(r, turn * ray);
@@ -180,7 +180,7 @@ void showAll(const std::array<const MountedCamera*, 2>& cameras, bool has_own_ce
     extent[along] = std::max(boxes[0].sizes()[along], boxes[1].sizes()[along]);
     for (std::size_t i = 0; i < 2; ++i) middles[i][along] = boxes[i].center()[along];
   }
-  constexpr double kMargin = 1e-9;  // against the rounding of pixels' places
+  constexpr double kMargin = 1e-9;  // for rounding of pixel positions
   r.scale_px = (1 - kMargin) * std::min((r.size.width - 1) / extent.x(), (r.size.height - 1) / extent.y());
   for (std::size_t i = 0; i < 2; ++i) r.views[i].axis_px = detail::middleOf(r.size) - r.scale_px * middles[i];
 }
@@ -205,23 +205,25 @@ void showValid(const std::array<const MountedCamera*, 2>& cameras, const std::ar
          .expected = "cameras that see the same distant things",
          .next_step = "use --own-centres for cameras that look towards each other, or --keep all"});
   }
-  // Twice as far as to either end of the plane reaches beyond the other.
+  // Upper limit: a window twice as large as the plane reaches beyond its ends wherever it is centred.
   double limit = std::numeric_limits<double>::infinity();
   for (const Vector2d& offset : detail::borderOffsets(r.size)) {
     const Vector2d axis_offset = isSwapped(r) ? Vector2d(offset.reverse()) : offset;
     limit = std::min(limit, 2 * detail::farthestMultiple(r.projection, axis_offset));
   }
-  constexpr double kMargin = 1e-9;  // against the rounding of pixels' places
+  constexpr double kMargin = 1e-9;  // for rounding of pixel positions
   r.scale_px = (1 + kMargin) / detail::largestWindow(r.size, limit, has_source);
   for (std::size_t i = 0; i < 2; ++i) r.views[i].axis_px = detail::middleOf(r.size) - r.scale_px * middles[i];
 }
 
-// x / z, or x / hypot(y, z) around the baseline: what differs by baseline / depth between the views.
+// x / z, or x / hypot(y, z) around the baseline: the quantity that differs by baseline / depth between the
+// views.
 double tangentOf(const Rectification& r, double along_plane) {
   return r.projection == ViewProjection::kEquirectangular ? std::tan(along_plane) : along_plane;
 }
 
-// Signed distance of a pixel from the plane of the other's ray through the baseline, to first order.
+// Signed distance, to first order, of a pixel from the plane that contains the baseline and the other pixel's
+// ray.
 double curveDistance(const MountedCamera& camera, const SO3& rectified_from_camera, const Vector2d& pixel,
                      const Vector3d& normal) {
   Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_ray_pixel;
@@ -232,7 +234,7 @@ double curveDistance(const MountedCamera& camera, const SO3& rectified_from_came
   return normal_in_camera.dot(*ray) / gradient.norm();
 }
 
-// Nothing outside of the image.
+// Pixel in the rectified image; nothing outside the image.
 std::optional<Vector2d> shownPixel(const Rectification& r, std::size_t i, const Vector3d& ray) {
   const auto pixel = r.pixelFromRay(i, ray);
   const Vector2d size(r.size.width, r.size.height);
@@ -380,7 +382,7 @@ EpipolarErrors epipolarErrors(const Rectification& rectification, const MountedC
                                              pair[i], baseline.cross(rays[1 - i])),
                                2);
     }
-    if (!std::isfinite(square)) continue;  // on the baseline, where there is no curve
+    if (!std::isfinite(square)) continue;  // on the baseline, where the curve is undefined
     curve_sum += square;
     ++errors.num_pairs;
     const auto first_pixel = shownPixel(rectification, 0, rays[0]);

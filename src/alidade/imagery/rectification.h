@@ -31,7 +31,7 @@ struct RectifiedView {
 /// The projections are those of OutputView with the baseline as their axis: rectilinear views have (x / z, y
 /// / z) on their plane; cylindrical ones (x / hypot(y, z), atan2(y, z)), and equirectangular ones (atan2(x,
 /// hypot(y, z)), atan2(y, z)). Each row of the last two is a plane through the baseline, so they also show
-/// more than half of all directions. With `is_vertical`, x and y exchange their parts.
+/// more than half of all directions. With `is_vertical`, x and y are swapped.
 struct Rectification {
   ViewProjection projection = ViewProjection::kRectilinear;
   bool is_vertical = false;
@@ -39,25 +39,26 @@ struct Rectification {
   double scale_px = 1;  ///< pixels per unit of the plane: the focal length, or pixels per radian
   std::array<RectifiedView, 2> views;
   /// Position of the second camera along the axis of the baseline, as seen from the first, metres. Negative
-  /// if the second camera stands on the left of the first, or above it.
+  /// if the second camera is to the left of the first, or above it.
   double baseline_m = 0;
-  /// ViewExtent::kAll: the larger share of source pixels with a ray that are not shown, of the two cameras.
+  /// ViewExtent::kAll: share of source pixels with a ray that are not shown, for the camera with the larger
+  /// share.
   double cut_share = 0;
 
-  /// The ray of a pixel of view `i` in the rectified frame, of any length; nothing outside of the projection.
+  /// The ray of a pixel of view `i` in the rectified frame, of any length; nothing outside the projection.
   [[nodiscard]] std::optional<Eigen::Vector3d> rayFromPixel(std::size_t i,
                                                             const Eigen::Vector2d& pixel) const;
   [[nodiscard]] std::optional<Eigen::Vector2d> pixelFromRay(std::size_t i, const Eigen::Vector3d& ray) const;
   /// The coordinate in which matches differ: u, or v if is_vertical.
   [[nodiscard]] Eigen::Index alongIndex() const { return is_vertical ? 1 : 0; }
-  /// Disparity of a point at infinity: first minus second pixel, along the baseline. (For equirectangular
-  /// views that of their axis.)
+  /// Disparity of a point at infinity: first minus second pixel, along the baseline; on the axis for
+  /// equirectangular views.
   [[nodiscard]] double disparityAtInfinity() const {
     return views[0].axis_px[alongIndex()] - views[1].axis_px[alongIndex()];
   }
-  /// The point, in the rectified frame at the first camera (metres), of a pixel of the first view whose match
-  /// in the second is at pixel - disparity along the baseline. Nothing without a ray or at infinity or
-  /// beyond.
+  /// The point, in the rectified frame of the first camera (metres), that the first view shows at a pixel and
+  /// the second at pixel - disparity along the baseline. Nothing if the pixel has no ray or the point is at
+  /// or beyond infinity.
   [[nodiscard]] std::optional<Eigen::Vector3d> pointFromDisparity(const Eigen::Vector2d& pixel,
                                                                   double disparity) const;
 
@@ -74,9 +75,10 @@ struct RectificationRequest {
   ViewProjection projection = ViewProjection::kRectilinear;
   ViewExtent extent = ViewExtent::kSameScale;
   double horizontal_field_rad = 0;  ///< kFieldOfView: between the outer edges of the outer pixels
-  std::optional<ImageSize> size = std::nullopt;  ///< of the output; none: as the first camera
-  /// Each view is centred on its own camera along the baseline, and infinity has a disparity. For cameras
-  /// that look towards each other. Otherwise both have the same axis_px, and infinity has none.
+  std::optional<ImageSize> size = std::nullopt;  ///< of the output; empty: as the first camera
+  /// Each view is centred on its own camera along the baseline, and a point at infinity has a disparity; for
+  /// cameras that look towards each other. Otherwise, both have the same axis_px, and points at infinity have
+  /// no disparity.
   bool has_own_centres = false;
 };
 
@@ -85,24 +87,23 @@ struct RectificationRequest {
 /// About the baseline, the orientation is the mean of both cameras (the least sum of squared changes of their
 /// rotation matrices). kSameScale takes the mean focal length of both on their axes.
 /// @throws Error (kUsage) as chooseView(), and for the same camera twice; Error (kInput) for cameras at one
-/// place, cameras of which one would be turned too far (the rectified axis is more than kMaxTangentAngleRad
-/// from its own in a rectilinear view: one camera in front of the other, or back to back), and as
-/// chooseView()
+/// place, if one camera would be turned too far (the rectified axis is more than kMaxTangentAngleRad from its
+/// own in a rectilinear view: one camera in front of the other, or back to back), and as chooseView()
 [[nodiscard]] Rectification rectify(const AnyRig& rig, std::size_t first, std::size_t second,
                                     const RectificationRequest& request);
 
-/// Where the pixels of view `i` come from, in the camera's own images.
+/// Source pixels of view `i` in the camera's original images.
 [[nodiscard]] RemapTable makeRemapTable(const Rectification& rectification, std::size_t i,
                                         const MountedCamera& camera, int num_jobs = 1,
                                         const CancelFlag* cancel = nullptr);
 
-/// How well pixels of the same points lie on each other's epipolar curves.
+/// Distances of pixels of the same points from each other's epipolar curves.
 struct EpipolarErrors {
-  std::size_t num_pairs = 0;  ///< those of which both pixels have a ray
+  std::size_t num_pairs = 0;  ///< number of pairs in which both pixels have a ray
   /// RMS distance from the epipolar curve in the original images, px: to first order, the mean square of both
   /// images.
   double curve_rms_px = 0;
-  std::size_t num_shown = 0;  ///< pairs that both rectified images show; the rest has no row
+  std::size_t num_shown = 0;  ///< pairs that both rectified images show; the others have no row
   /// Difference of the rows (columns if is_vertical) in the rectified images, first minus second, px.
   double row_rms_px = 0;
   double row_mean_px = 0;

@@ -13,13 +13,12 @@
 
 namespace alidade {
 
-/// Where in a source image a pixel of an output image comes from. Pixel (0, 0) is the centre of the top left
-/// pixel.
+/// Source position of a pixel of an output image. Pixel (0, 0) is the centre of the top left pixel.
 struct SourcePixel {
   float x = 0;
   float y = 0;
 
-  /// False where the output shows nothing of the source; both coordinates are NaN then.
+  /// False if the output shows nothing of the source there; both coordinates are then NaN.
   [[nodiscard]] bool exists() const { return x == x; }
 };
 
@@ -36,11 +35,11 @@ struct RemapTable {
   }
 };
 
-/// Projects the ray of each pixel of `view` by `camera`. A pixel has no source if it has no ray, or one
-/// that the camera does not see (behind it, beyond a fold, out of its domain) or that falls outside of the
-/// image [-0.5, width - 0.5) x [-0.5, height - 0.5).
-/// @param num_jobs  threads; 0: one a processor. The table does not depend on it.
-/// @throws Cancelled once `cancel` is raised
+/// Projects the ray of each pixel of `view` by `camera`. A pixel has no source if it has no ray, or if the
+/// camera does not see the ray (behind it, beyond a fold, outside its domain) or sees it outside the image
+/// [-0.5, width - 0.5) x [-0.5, height - 0.5).
+/// @param num_jobs  threads; 0: one per processor. The table does not depend on it.
+/// @throws Cancelled once `cancel` is set
 [[nodiscard]] RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size,
                                         const OutputView& view, int num_jobs = 1,
                                         const CancelFlag* cancel = nullptr);
@@ -54,19 +53,20 @@ using RayOfPixel = std::function<std::optional<Eigen::Vector3d>(const Eigen::Vec
 
 enum class Interpolation {
   kLinear,  ///< between the four nearest pixels
-  kCubic,   ///< cubic convolution (a = -3/4) of the 16 around: sharper, may overshoot at edges
+  kCubic,   ///< cubic convolution (a = -3/4) of the 16 nearest pixels: sharper, may overshoot at edges
 };
 
-/// Sides of the images that remap() takes and makes, in pixels.
+/// Largest side of the images that remap() reads and makes, in pixels.
 inline constexpr int kMaxRemapSide = 32766;
 
-/// The output image of a table by cv::remap(): for each pixel the source's samples at its place, in the same
-/// number of channels and bits. Pixels without a source are 0 in all channels. Beyond the outer pixels'
-/// centres the border repeats, so that nothing dark mixes in there. Places are rounded to 1/32 pixel.
+/// The output image of a table by cv::remap(): each pixel gets the samples of the source at its position,
+/// with the same number of channels and bits. Pixels without a source are 0 in all channels. Beyond the
+/// centres of the outer pixels, the border repeats, so that edges do not darken. Positions are rounded to
+/// 1/32 pixel.
 ///
-/// Where the output has less resolution than the source nothing is averaged: fine patterns may alias.
+/// If the output has a lower resolution than the source, nothing is averaged, and fine patterns may alias.
 /// @param image  of the table's source size, with samples of 8 or 16 bits
-/// @param num_jobs  threads; 0: one a processor. The image does not depend on it.
+/// @param num_jobs  threads; 0: one per processor. The image does not depend on it.
 /// @throws std::logic_error for another image
 [[nodiscard]] RasterImage remap(const RemapTable& table, const RasterImage& image,
                                 Interpolation interpolation, int num_jobs = 1);

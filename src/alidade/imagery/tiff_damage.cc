@@ -53,13 +53,13 @@ toff_t sizeOf(thandle_t handle) {
   return sourceOf(handle).content.size();
 }
 
-// The strips or tiles of an image.
+// The strips or tiles of a TIFF image.
 struct Pieces {
   TIFF* tiff;
   bool is_tiled;
   bool is_deflate;
   std::uint32_t count;
-  tmsize_t size;  // of the largest, decoded
+  tmsize_t size;  // of the largest piece, decoded
 
   explicit Pieces(TIFF* of)
       : tiff(of),
@@ -79,7 +79,7 @@ struct Pieces {
                      : TIFFReadEncodedStrip(tiff, i, decoded.data(), size)) >= 0;
   }
 
-  // libtiff stops at the last sample, before the checksum.
+  // Decodes with zlib, because libtiff stops at the last sample, before the checksum.
   bool inflate(std::uint32_t i, std::vector<std::uint8_t>& decoded) const {
     const std::uint64_t num_raw = TIFFGetStrileByteCount(tiff, i);
     if (num_raw == 0 || num_raw > std::uint64_t{2} * decoded.size() + kSlack) return false;
@@ -90,13 +90,13 @@ struct Pieces {
     uLongf num_decoded = decoded.size();
     return got == wanted && uncompress(decoded.data(), &num_decoded, raw.data(), raw.size()) == Z_OK;
   }
-  static constexpr std::uint64_t kSlack = 1024;  // headers, and what hardly shrinks
+  static constexpr std::uint64_t kSlack = 1024;  // for headers and incompressible data
 };
 
 }  // namespace
 
 bool isTiffDamaged(std::string_view content) {
-  // The process has one handler for all files, so libtiff is silenced once and for all.
+  // The process has one handler for all files, so libtiff is silenced permanently.
   [[maybe_unused]] static const auto kErrors = TIFFSetErrorHandler(nullptr);
   [[maybe_unused]] static const auto kWarnings = TIFFSetWarningHandler(nullptr);
   Source source{.content = content};
@@ -106,7 +106,7 @@ bool isTiffDamaged(std::string_view content) {
       TIFFClose);
   if (!tiff) return true;
   const Pieces pieces(tiff.get());
-  // A small file may claim anything. Deflate and LZW shrink by little more than a thousand.
+  // A small file may claim any size. Deflate and LZW compress by little more than a factor of 1000.
   constexpr std::size_t kMaxShrinkage = 2000;
   if (pieces.size <= 0) return true;
   if (static_cast<std::size_t>(pieces.size) / kMaxShrinkage > content.size()) return false;

@@ -29,8 +29,8 @@ OutputView centredView(ViewProjection projection, ImageSize size, double scale_p
 
 OutputView sameScale(const AnyCamera& camera, ImageSize source_size, ViewProjection projection,
                      ImageSize size) {
-  // The pixels per radian where the axis appears. Not the parameters fx and fy, which some models share out
-  // with their lens.
+  // Pixels per radian on the axis. They differ from the parameters fx and fy in models whose lens also scales
+  // the image.
   std::array<double, 6> J{};
   const Projection axis = camera.project(Vector3d::UnitZ(), J.data(), nullptr);
   if (!axis.ok() || !(J[0] > 0 && J[4] > 0)) {
@@ -44,7 +44,7 @@ OutputView sameScale(const AnyCamera& camera, ImageSize source_size, ViewProject
       .projection = projection, .size = size, .scale_px = resize * Vector2d(J[0], J[4]), .axis_px = {}};
   if (projection != ViewProjection::kRectilinear)
     view.scale_px.setConstant(std::sqrt(view.scale_px.x() * view.scale_px.y()));
-  // What the size adds or takes away of the height is shared by top and bottom.
+  // A change of the height is split between top and bottom.
   const Vector2d half(0.5, 0.5);
   view.axis_px = resize * (axis.pixel + half) - half;
   view.axis_px.y() += 0.5 * (size.height - resize * source_size.height);
@@ -54,7 +54,7 @@ OutputView sameScale(const AnyCamera& camera, ImageSize source_size, ViewProject
 OutputView fieldOfView(ViewProjection projection, ImageSize size, double field_rad) {
   const bool is_flat = projection == ViewProjection::kRectilinear;
   const double largest = is_flat ? 2 * kMaxTangentAngleRad : 2 * std::numbers::pi;
-  constexpr double kRounding = 1e-12;  // of degrees turned into radians
+  constexpr double kRounding = 1e-12;  // from the conversion of degrees to radians
   if (!(field_rad > 0 && field_rad <= largest * (1 + kRounding))) {
     constexpr double kDegrees = 180 / std::numbers::pi;
     throw usageError(
@@ -87,7 +87,7 @@ ViewChoice validView(const AnyCamera& camera, ImageSize source_size, ViewProject
   for (const Vector2d& offset : detail::borderOffsets(size))
     limit = std::min(limit, detail::farthestMultiple(projection, offset));
   const double best = detail::largestWindow(size, limit, has_source);
-  constexpr double kMargin = 1e-9;  // against the rounding of pixels' places
+  constexpr double kMargin = 1e-9;  // for rounding of pixel positions
   return {.view = centredView(projection, size, (1 + kMargin) / best),
           .cut_share = 0,
           .is_limited_by_projection = best == limit};
@@ -106,7 +106,7 @@ ViewChoice viewOfAll(const AnyCamera& camera, ImageSize source_size, ViewProject
                       .expected = "a camera that looks forward",
                       .next_step = "run alidade validate for details"});
   }
-  constexpr double kMargin = 1e-9;  // against the rounding of pixels' places
+  constexpr double kMargin = 1e-9;  // for rounding of pixel positions
   const double scale =
       (1 - kMargin) * std::min((size.width - 1) / extent.x(), (size.height - 1) / extent.y());
   OutputView view = centredView(projection, size, scale);

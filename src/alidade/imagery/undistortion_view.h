@@ -8,11 +8,11 @@
 
 namespace alidade {
 
-/// What of the source a view shows.
+/// Part of the source that a view shows.
 enum class ViewExtent {
-  kSameScale,    ///< the focal length on the axis, and the place of the axis in the image, as in the source
-  kFieldOfView,  ///< a given horizontal field, with the axis in the middle
-  kValid,        ///< as much as fits without a pixel that has no source; axis in the middle
+  kSameScale,    ///< the focal length on the axis and the position of the axis in the image, as in the source
+  kFieldOfView,  ///< a given horizontal field, with the axis in the centre
+  kValid,        ///< as much as fits without a pixel that has no source; axis in the centre
   kAll,          ///< every source pixel that has a ray, as large as fits
 };
 
@@ -20,7 +20,7 @@ struct ViewRequest {
   ViewProjection projection = ViewProjection::kRectilinear;
   ViewExtent extent = ViewExtent::kSameScale;
   double horizontal_field_rad = 0;  ///< kFieldOfView: between the outer edges of the outer pixels
-  std::optional<ImageSize> size;    ///< of the output; none: as the source
+  std::optional<ImageSize> size;    ///< of the output; empty: as the source
 };
 
 struct ViewChoice {
@@ -28,25 +28,27 @@ struct ViewChoice {
   /// kAll: share of the source pixels with a ray that lie beyond kMaxTangentAngleRad and are not shown, in
   /// [0, 1].
   double cut_share = 0;
-  /// kValid: the view ends at kMaxTangentAngleRad or at the projection's own end, and not at the source's.
+  /// kValid: kMaxTangentAngleRad or the end of the projection limits the view, not the source.
   bool is_limited_by_projection = false;
 };
 
 /// Chooses the view of a camera's images without distortion.
 ///
 /// Only kSameScale keeps unequal focal lengths, and only in a rectilinear view; everything else has square
-/// pixels. With a size of its own it keeps the horizontal field and the axis' place in the middle part.
-/// kValid looks for the largest window whose pixels all lie between the centres of the source's outer pixels,
-/// from the axis outwards along the lines to the window's border pixels. kAll shows the centres of pixels.
+/// pixels. With a different size, it keeps the horizontal field, and height is added or cut equally at top
+/// and bottom. kValid looks for the largest window whose pixels all lie between the centres of the source's
+/// outer pixels, from the axis outwards along the lines to the window's border pixels. kAll shows the centres
+/// of pixels.
+///
 ///
 /// @throws Error (kUsage) for a field or size out of range: at most 150 degrees for a rectilinear view, 360
 /// otherwise, sides of 2 to kMaxRemapSide pixels; Error (kInput) if the source has longer sides, the camera
-/// does not see its own axis (kSameScale with no focal length there, kValid with the axis outside of the
-/// image) or no pixel has a ray (kAll).
+/// does not see its own axis (kSameScale with no focal length there, kValid with the axis outside the image)
+/// or no pixel has a ray (kAll).
 [[nodiscard]] ViewChoice chooseView(const AnyCamera& camera, ImageSize source_size,
                                     const ViewRequest& request);
 
-/// The camera that takes a rectilinear view: a pinhole camera.
+/// The camera of a rectilinear view: a pinhole camera.
 [[nodiscard]] AnyCamera pinholeOf(const OutputView& view);
 
 }  // namespace alidade

@@ -32,7 +32,7 @@ constexpr std::array<std::string_view, 20> kExtensions = {
     ".mp4",  ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts",  ".mts",
     ".m2ts", ".wmv", ".flv", ".ogv", ".mxf", ".3gp",  ".y4m", ".264",  ".265", ".mjpeg"};
 
-// Containers of one file. Others name further files or addresses to read.
+// Containers that consist of one file. Others name further files or addresses to read.
 constexpr const char* kContainers =
     "mov,matroska,avi,mpegts,mpeg,asf,flv,ogg,mxf,yuv4mpegpipe,h264,hevc,mjpeg,m4v";
 
@@ -51,7 +51,7 @@ Error videoError(const std::string& path, std::string found) {
                     "' -c:v libx264 -crf 10 converted.mp4"});
 }
 
-// FFmpeg turns counter-clockwise.
+// FFmpeg measures rotations counter-clockwise.
 int exifOrientationOf(const AVStream& stream) {
   const auto* matrix = reinterpret_cast<const std::int32_t*>(
       av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr));
@@ -63,7 +63,7 @@ int exifOrientationOf(const AVStream& stream) {
   return kExif[static_cast<std::size_t>((quarters + 4) % 4)];
 }
 
-// One sample after the other in the rows of the first plane.
+// True if the rows of the first plane hold consecutive luma samples.
 bool hasLumaRows(const AVPixFmtDescriptor& format) {
   const AVComponentDescriptor& luma = format.comp[0];
   constexpr std::uint64_t kNoLuma = AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL | AV_PIX_FMT_FLAG_HWACCEL |
@@ -112,7 +112,7 @@ struct VideoReader::State {
   template <class T>
   using Owned = std::unique_ptr<T, Freed>;
 
-  // How far a file was read.
+  // Parts of a file that were read.
   class ReadExtent {
    public:
     void add(const AVPacket& packet, const AVStream& stream) {
@@ -129,7 +129,7 @@ struct VideoReader::State {
       track.end = std::max(track.end, seconds + duration);
     }
 
-    // When the last packet of any stream ends; sound may be longer than the pictures.
+    // End of the last packet of any stream; sound may be longer than the pictures.
     [[nodiscard]] double endSeconds() const {
       double end = 0;
       for (const auto& [index, track] : tracks_) {
@@ -167,21 +167,21 @@ struct VideoReader::State {
   int exif_orientation = 1;
   std::size_t num_frames = 0;
   std::size_t num_lost = 0;
-  bool is_packet_waiting = false;  // the decoder had no room for it
-  bool is_at_end = false;          // the file is
-  bool is_cut = false;             // its end could not be read
+  bool is_packet_waiting = false;  // the decoder had no room for the packet
+  bool is_at_end = false;          // the end of the file is reached
+  bool is_cut = false;             // the end of the file could not be read
   bool is_matroska = false;
   std::int64_t num_file_bytes = 0;
   ReadExtent extent;
-  std::int64_t end_position = 0;  // in the file, of the packets so far
-  bool is_repaired = false;       // a frame since the last key frame
+  std::int64_t end_position = 0;  // in the file, after the packets so far
+  bool is_repaired = false;       // a frame since the last key frame was repaired
   std::int64_t repair_time =
-      AV_NOPTS_VALUE;  // of the last packet with errors; frames may leave in another order
+      AV_NOPTS_VALUE;  // of the last packet with errors; frames may leave the decoder in a different order
 
   [[nodiscard]] const AVStream& stream() const { return *format->streams[stream_index]; }
   [[nodiscard]] double secondsPerTick() const { return av_q2d(stream().time_base); }
 
-  // Also where memory is short: what damaged headers ask for is no reason to end the run.
+  // Treats a lack of memory like other errors, because damaged headers may ask for any amount.
   void check(int status, const char* what) const {
     throwIfCancelled(options.cancel);
     if (status >= 0) return;
@@ -209,10 +209,10 @@ struct VideoReader::State {
     av_dict_set(&settings, "format_whitelist", kContainers, 0);
     av_dict_set(&settings, "protocol_whitelist", "file", 0);
     av_dict_set(&settings, "max_streams", "32", 0);  // each may have large tables
-    // It frees the context when it fails.
+    // FFmpeg frees the context when opening fails.
     AVFormatContext* opened = format.release();
-    // With the protocol, as a name may contain a colon.
-    // By its content alone, a stream of JPEG images is taken for a single one.
+    // With the protocol, because a name may contain a colon. Judged by content alone, a stream of JPEG images
+    // looks like a single image.
     const AVInputFormat* known = boost::iends_with(path, ".mjpeg") ? av_find_input_format("mjpeg") : nullptr;
     const int status = avformat_open_input(&opened, ("file:" + path).c_str(), known, &settings);
     av_dict_free(&settings);
@@ -223,7 +223,7 @@ struct VideoReader::State {
       const AVCodecParameters& parameters = *format->streams[i]->codecpar;
       if (parameters.codec_type == AVMEDIA_TYPE_VIDEO) checkSize({parameters.width, parameters.height});
     }
-    // A few frames are decoded to know their format.
+    // Decodes a few frames to find their format.
     const std::string max_pixels = std::to_string(options.max_pixels);
     std::vector<AVDictionary*> limits(format->nb_streams);
     for (AVDictionary*& limit : limits) av_dict_set(&limit, "max_pixels", max_pixels.c_str(), 0);
@@ -245,10 +245,10 @@ struct VideoReader::State {
     checkSize({parameters.width, parameters.height});
     codec.reset(avcodec_alloc_context3(decoder));
     if (!codec || avcodec_parameters_to_context(codec.get(), &parameters) < 0) throw std::bad_alloc();
-    // With all checks: otherwise most damage is repaired without a word.
+    // Enables all checks: otherwise, most damage is repaired silently.
     codec->err_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
-    // With several frames at once, errors would be told of later ones; with several slices at once, the
-    // decoder of H.264 does not look for missing parts.
+    // With several frames at once, errors would be reported for later frames; with several slices at once,
+    // the H.264 decoder does not check for missing parts.
     codec->thread_type = FF_THREAD_SLICE;
     codec->thread_count = decoder->id == AV_CODEC_ID_H264 ? 1 : 0;  // 0: one per processor
     codec->pkt_timebase = stream().time_base;
@@ -267,8 +267,8 @@ struct VideoReader::State {
     ++num_lost;
   }
 
-  // Each byte of a file is read about once. Tables that list the same data again and again would make a small
-  // file a video without end. Matroska has none, but may be compressed.
+  // Each byte of a file is normally read about once. Tables that list the same data repeatedly would turn a
+  // small file into an endless video. Matroska has no such tables, but may be compressed.
   void checkExtent() const {
     constexpr std::int64_t kMostReadings = 4;
     constexpr std::int64_t kSlack = 1 << 20;
@@ -277,8 +277,8 @@ struct VideoReader::State {
     throw videoError(path, "the video is damaged: it gives more data than the file holds");
   }
 
-  // Where its structure is damaged, FFmpeg passes over to the next intact part without a word. The packets of
-  // an intact file follow each other but for short headers.
+  // FFmpeg silently skips damaged structure to the next intact part. The packets of an intact file follow
+  // each other with only short headers between them.
   void noteGap() {
     constexpr std::int64_t kMostHeaders = 512;
     if (packet->pos < 0) return;
@@ -306,12 +306,12 @@ struct VideoReader::State {
     if (is_packet_waiting && (packet->flags & AV_PKT_FLAG_CORRUPT) != 0) noteError();
   }
 
-  // Hands the decoder its next packet, or the end.
+  // Sends the decoder its next packet, or the end.
   void feed() {
     while (!is_packet_waiting && !is_at_end) readPacket();
     const int status = avcodec_send_packet(codec.get(), is_packet_waiting ? packet.get() : nullptr);
     is_packet_waiting = false;
-    // It has room: it had no frame to give.
+    // The decoder has room, because it had no frame to give.
     if (status < 0 && status != AVERROR_EOF) noteLoss();
   }
 
@@ -350,7 +350,7 @@ struct VideoReader::State {
       copyLuma(*frame, *description, gray);
       return gray;
     }
-    // To 16 bits first: to 8 bits, it would add a pattern of noise to pixels of more bits.
+    // Converts to 16 bits first, because dithering to 8 bits would add noise to pixels with more bits.
     scaler.reset(sws_getCachedContext(scaler.release(), size.width, size.height, pixel_format, size.width,
                                       size.height, AV_PIX_FMT_GRAY16, SWS_POINT | SWS_ACCURATE_RND, nullptr,
                                       nullptr, nullptr));
@@ -367,8 +367,8 @@ struct VideoReader::State {
 
 VideoReader::VideoReader(const std::string& path, const VideoOptions& options)
     : state_(std::make_unique<State>(path, options)) {
-  // FFmpeg has these once for the whole process. What goes wrong is told as an Error. A table of a kilobyte
-  // may say that a file has a billion frames; this leaves room for fifty hours, and for frames of 8192x8192.
+  // FFmpeg keeps these settings for the whole process. Problems are reported as an Error. A table of a
+  // kilobyte may claim a billion frames; this limit allows fifty hours, and frames of 8192x8192.
   constexpr std::size_t kMaxAllocation = std::size_t{130} << 20U;
   [[maybe_unused]] static const bool kIsSet = [] {
     av_log_set_level(AV_LOG_QUIET);
@@ -415,16 +415,17 @@ std::size_t VideoReader::statedFrames() const {
 
 double VideoReader::statedSeconds() const {
   const AVFormatContext& format = *state_->format;
-  // Otherwise it is a guess from the size of the file.
+  // Otherwise, it is a guess from the file size.
   if (format.duration_estimation_method != AVFMT_DURATION_FROM_STREAM) return 0;
   const AVStream& stream = state_->stream();
-  // Of a file that is cut, FFmpeg lessens the duration, but not the number of frames, which are ticks here.
+  // For a truncated file, FFmpeg reduces the duration, but not the number of frames. One frame is one tick
+  // here.
   if (std::string_view(format.iformat->name) == "avi" && stream.nb_frames > 0)
     return static_cast<double>(stream.nb_frames) * state_->secondsPerTick();
   const double of_stream = static_cast<double>(stream.duration) * state_->secondsPerTick();
   const double of_file = static_cast<double>(format.duration) / AV_TIME_BASE;
   if (stream.duration > 0 && format.duration > 0)
-    return std::min(of_stream, of_file);  // edits may hide frames
+    return std::min(of_stream, of_file);  // edit lists may hide frames
   return stream.duration > 0 ? of_stream : format.duration > 0 ? of_file : 0.0;
 }
 

@@ -13,51 +13,51 @@
 namespace alidade {
 
 struct VideoOptions {
-  /// Of a frame. A decoder holds up to 17 frames at a time, so this bounds the memory that a damaged header
-  /// can ask for.
+  /// Largest frame. A decoder holds up to 17 frames at a time, so this limits the memory that a damaged
+  /// header can request.
   std::int64_t max_pixels = std::int64_t{1} << 26U;
-  const CancelFlag* cancel = nullptr;  ///< outlives the reader
+  const CancelFlag* cancel = nullptr;  ///< must outlive the reader
 };
 
 /// The frames of a video file, in the order in which they are shown; one is in memory at a time. Frames are
 /// counted from 0. A frame is the luma of the stored pixels, as coded (often 16 to 235), rounded to 8 bits;
 /// pixels without luma (RGB) are converted to grey, 0 to 255. The display orientation is not applied.
 ///
-/// Decoders repair damaged data with pixels of their own making. A frame is intact only if the decoder did
-/// not complain about it or any frame since the last key frame. Some damage leaves valid codes, of which no
-/// decoder complains; HEVC and VP9 notice little.
+/// Decoders replace damaged data with invented pixels. A frame is intact only if the decoder did not complain
+/// about it or any frame since the last key frame. Damage that leaves valid codes goes unnoticed; HEVC and
+/// VP9 detect little.
 ///
-/// All functions that read throw Cancelled soon after the flag is set, also in the midst of a long search for
-/// the next frame.
+/// All functions that read throw Cancelled soon after the flag is set, even during a long search for the next
+/// frame.
 class VideoReader {
  public:
-  /// @throws Error (kInput) if the file is missing, no ordinary file, no video, too large, or in a format or
-  /// codec that FFmpeg lacks
+  /// @throws Error (kInput) if the file is missing, not a regular file, not a video, too large, or in a
+  /// format or codec that FFmpeg lacks
   explicit VideoReader(const std::string& path, const VideoOptions& options = {});
   ~VideoReader();
   VideoReader(VideoReader&&) noexcept;
   VideoReader& operator=(VideoReader&&) noexcept;
 
   /// Goes to the next frame; false at the end. Before the first call there is no frame.
-  /// @throws Error (kInput) if frames become too large, or the file gives more data than it can hold
+  /// @throws Error (kInput) if frames become too large, or the file yields more data than it can hold
   [[nodiscard]] bool advance();
 
-  [[nodiscard]] std::size_t number() const;  ///< of the frame
-  [[nodiscard]] bool isIntact() const;       ///< the frame
-  [[nodiscard]] std::size_t numLost()
-      const;                                ///< parts of the file so far that gave no frame for their damage
-  [[nodiscard]] bool isInterlaced() const;  ///< the frame holds two moments, in alternating rows
+  [[nodiscard]] std::size_t number() const;   ///< number of the frame
+  [[nodiscard]] bool isIntact() const;        ///< the frame is undamaged
+  [[nodiscard]] std::size_t numLost() const;  ///< parts of the file so far that yielded no frame because of
+                                              ///< damage
+  [[nodiscard]] bool isInterlaced() const;    ///< the frame holds two instants, in alternating rows
   /// The frame as a grey image. @throws Error (kInput) if it is too large
   [[nodiscard]] LoadedImage image() const;
 
-  /// The number of frames and the seconds that the file says it has; 0 if it does not say.
+  /// The number of frames and the seconds that the file states; 0 if unknown.
   [[nodiscard]] std::size_t statedFrames() const;
   [[nodiscard]] double statedSeconds() const;
-  /// At the end: the share of the stated frames and seconds that was not reached, the smaller one if the file
+  /// At the end: share of the stated frames and seconds that was not reached; the smaller one if the file
   /// states both. Headers may count frames that are not shown, and round a duration.
   [[nodiscard]] double missingShare() const;
-  [[nodiscard]] bool isCut() const;  ///< the end was not the file's, but data that could not be read
-  /// When the frame is shown, from the beginning of the video; 0 if the file does not say.
+  [[nodiscard]] bool isCut() const;  ///< reading ended at unreadable data, not at the end of the file
+  /// Display time of the frame, from the beginning of the video; 0 if the file does not state it.
   [[nodiscard]] double seconds() const;
 
  private:
@@ -65,10 +65,10 @@ class VideoReader {
   std::unique_ptr<State> state_;
 };
 
-/// @throws Error (kInput) if the file is missing, empty, or no ordinary file. A pipe is not waited for.
+/// @throws Error (kInput) if the file is missing, empty, or not a regular file. Does not wait for a pipe.
 void checkVideoFile(const std::string& path);
 
-/// The versions of the libraries that pixels come from.
+/// Versions of the libraries that decode the pixels.
 [[nodiscard]] std::string videoDecoderVersion();
 
 /// True for a name with the extension of a video file, in upper or lower case.

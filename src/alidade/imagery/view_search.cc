@@ -20,19 +20,19 @@ using Eigen::Vector2d;
 
 const double kMaxTangent = std::tan(kMaxTangentAngleRad);
 
-// How far from the axis an image may be laid out on the plane of a view that is not rectilinear.
+// Farthest place from the axis that a view which is not rectilinear may show.
 Vector2d limitsOf(ViewProjection projection) {
   return {std::numbers::pi, projection == ViewProjection::kCylindrical ? kMaxTangent : std::numbers::pi / 2};
 }
 
-// What becomes of a source pixel; its place on the plane if it is shown.
+// A source pixel, and its place on the plane if it is shown.
 struct SourceNode {
   bool has_ray = false;
   std::optional<Vector2d> plane;
 };
 
-// True if pixels between these may lie farther out than these: where rays end or are cut, and where angles
-// jump from half a turn on one side to half a turn on the other.
+// True if pixels between these four may lie farther out than they do: where rays end or are cut, and where
+// angles jump by a full turn.
 bool needsAllPixels(const std::array<const SourceNode*, 4>& corners) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
@@ -43,7 +43,7 @@ bool needsAllPixels(const std::array<const SourceNode*, 4>& corners) {
     low = std::min(low, node->plane->x());
     high = std::max(high, node->plane->x());
   }
-  constexpr double kJump = 1;  // radians, or tangents, which differ by less between neighbours but at the rim
+  constexpr double kJump = 1;  // radians, or tangents; neighbours differ by less, except at the rim
   return num_shown > 0 && (num_shown < 4 || high - low > kJump);
 }
 
@@ -137,7 +137,7 @@ PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, const PlaneOfRay& pla
 double largestWindow(ImageSize size, double limit, const std::function<bool(const Vector2d&)>& has_source) {
   double best = limit;
   for (const Vector2d& offset : borderOffsets(size)) {
-    constexpr int kNumSteps = 64;  // a lens that loses a line for less than a step of it is none
+    constexpr int kNumSteps = 64;  // assumes that no lens lacks rays for less than one step of a line
     for (int i = 1; i <= kNumSteps; ++i) {
       const double step = best / kNumSteps;
       if (has_source(i * step * offset)) continue;

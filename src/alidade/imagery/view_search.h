@@ -10,19 +10,20 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/imagery/output_view.h"
 
-// How views are laid out on the plane of a projection.
+// Search for the extent of views on the plane of a projection.
 namespace alidade::detail {
 
-/// True for a place that is not farther from the axis than views are laid out (kMaxTangentAngleRad).
+/// True for a place within the limits of views (kMaxTangentAngleRad).
 [[nodiscard]] bool isLaidOut(ViewProjection projection, const Eigen::Vector2d& plane);
-/// The largest multiple of `offset` that is laid out.
+/// The largest multiple of `offset` within the limits of views.
 [[nodiscard]] double farthestMultiple(ViewProjection projection, const Eigen::Vector2d& offset);
 
-/// Offsets of the border pixels' centres from the middle of an image.
+/// Offsets of the centres of the border pixels from the centre of an image.
 [[nodiscard]] std::vector<Eigen::Vector2d> borderOffsets(ImageSize size);
 [[nodiscard]] Eigen::Vector2d middleOf(ImageSize size);
 
-/// @throws Error (kUsage) for an output that remap() cannot make, Error (kInput) for such a source
+/// @throws Error (kUsage) for an output that remap() cannot make; Error (kInput) for a source that it cannot
+/// read
 void checkViewSizes(ImageSize source_size, ImageSize size);
 
 /// The part of the plane that source pixels fill.
@@ -31,18 +32,18 @@ struct PlaneBox {
   int num_shown = 0;
   int num_cut = 0;
 };
-/// The place on the plane of a ray in the camera frame; nothing if it is not laid out.
+/// The place on the plane of a ray in the camera frame; nothing beyond the limits of views.
 using PlaneOfRay = std::function<std::optional<Eigen::Vector2d>(const Eigen::Vector3d&)>;
-/// Looks at all border pixels, at every 16th pixel inside, and at all pixels where that is not enough.
-/// Elsewhere it is: a place with shown pixels all around is not an extreme one.
+/// Examines all border pixels, every 16th pixel inside, and all pixels in cells where that is not enough.
+/// Elsewhere it is, because a place with shown pixels all around is never an extreme.
 [[nodiscard]] PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, const PlaneOfRay& plane_of);
 
-/// The largest units of the plane per pixel, up to `limit`, at which all border pixels of a window have a
-/// source, and so have all places on the lines to them. `has_source` gets the place relative to the middle.
+/// The largest units of the plane per pixel, up to `limit`, at which all border pixels of a window, and all
+/// places on the lines to them, have a source. `has_source` takes a place relative to the centre.
 [[nodiscard]] double largestWindow(ImageSize size, double limit,
                                    const std::function<bool(const Eigen::Vector2d&)>& has_source);
 
-/// True where all four pixels around a place exist.
+/// True if all four pixels around a place exist.
 [[nodiscard]] bool isBetweenPixelCentres(const Eigen::Vector2d& pixel, ImageSize size);
 
 }  // namespace alidade::detail

@@ -52,7 +52,7 @@ Vector2d extentMm(const BoardInk& ink) {
   return 1000 * ink.extent.sizes();
 }
 
-// All lengths are millimetres from the drawing's top left corner.
+// All lengths are in millimetres from the top left corner of the drawing.
 class SheetPen {
  public:
   SheetPen(cairo_t* context, const BoardSheet& sheet) : context_(context), sheet_(sheet) {}
@@ -76,7 +76,7 @@ class SheetPen {
   }
 
  private:
-  // The place of the pattern's top left corner.
+  // Top left corner of the pattern.
   [[nodiscard]] Vector2d origin() const {
     return {0.5 * (sheet_.drawing_mm.x() - extentMm(sheet_.ink).x()), kWhiteMm};
   }
@@ -96,7 +96,7 @@ class SheetPen {
     cairo_fill(context_);
   }
 
-  // The axes show which corner the ids start from.
+  // Draws the axes, which show the corner where ids start.
   void drawAxes() const {
     constexpr double kLength = 8;
     const Vector2d corner = origin() - Vector2d(2.5, 2.5);
@@ -128,7 +128,7 @@ class SheetPen {
   const BoardSheet& sheet_;
 };
 
-// Marks where to cut, and says where the piece belongs. Its top left corner is at (0, 0).
+// Draws cut marks and the position of the piece. The top left corner of the piece is at (0, 0).
 void drawCutMarks(cairo_t* context, const BoardSheet& sheet, int column, int row) {
   const SheetPen pen(context, sheet);
   const Vector2d size = sheet.piece_mm;
@@ -164,7 +164,7 @@ void drawPage(cairo_t* context, const BoardSheet& sheet, int column, int row) {
   cairo_restore(context);
 }
 
-// On a surface whose unit is `per_mm` of a millimetre.
+// Context of a surface with `per_mm` units per millimetre.
 Context makeContext(cairo_surface_t* surface, double per_mm) {
   Context context(cairo_create(surface));
   checkStatus(cairo_status(context.get()));
@@ -173,7 +173,7 @@ Context makeContext(cairo_surface_t* surface, double per_mm) {
   return context;
 }
 
-// PDF and SVG count in points.
+// PDF and SVG measure in points.
 template <class MakeSurface>
 std::string vectorFile(const BoardSheet& sheet, const MakeSurface& make_surface) {
   std::string file;
@@ -197,7 +197,8 @@ std::string vectorFile(const BoardSheet& sheet, const MakeSurface& make_surface)
 
 cairo_surface_t* makePdf(cairo_write_func_t write, void* file, double width, double height) {
   cairo_surface_t* surface = cairo_pdf_surface_create_for_stream(write, file, width, height);
-  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATE_DATE, "");  // same board, same bytes
+  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATE_DATE, "");  // so that the same board
+                                                                                // gives the same bytes
   return surface;
 }
 
@@ -211,7 +212,7 @@ std::string bigEndian(std::uint32_t value) {
   return bytes;
 }
 
-// Behind the header chunk, which a PNG file starts with (PNG specification, 11.3.5.3).
+// Inserts the resolution after the header chunk, with which a PNG file starts (PNG specification, 11.3.5.3).
 void stateResolution(std::string& png, double dpi) {
   constexpr std::size_t kBehindHeader = 33;
   const std::string per_metre = bigEndian(static_cast<std::uint32_t>(std::lround(1000 * dpi / kMmPerInch)));
@@ -274,13 +275,13 @@ const std::vector<Paper>& knownPapers() {
 BoardSheet layOutBoard(const BoardInk& ink, const std::string& spec, const std::optional<Paper>& paper) {
   std::vector<BoardSheet> sheets;
   for (const Paper& candidate : paper ? std::vector<Paper>{*paper} : knownPapers()) {
-    if (!paper && candidate.name == "letter") continue;  // A4 is as large
+    if (!paper && candidate.name == "letter") continue;  // A4 is equally large
     for (const bool is_turned : {false, true}) {
       sheets.push_back(onPaper(ink, spec, candidate, is_turned));
       if (sheets.back().numPages() == 1) return sheets.back();
     }
   }
-  // The sheet on the largest paper.
+  // The better orientation on the largest paper.
   const BoardSheet& best =
       *std::min_element(sheets.end() - 2, sheets.end(),
                         [](const BoardSheet& a, const BoardSheet& b) { return a.numPages() < b.numPages(); });

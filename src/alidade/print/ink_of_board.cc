@@ -14,7 +14,7 @@ void addSquare(std::vector<Eigen::AlignedBox2d>& boxes, double x, double y, doub
   boxes.emplace_back(Vector2d(x, y), Vector2d(x + side, y + side));
 }
 
-// A marker with its border, a box for each run of dark cells in a row.
+// Adds a marker with its border, one box for each run of dark cells in a row.
 void addMarker(std::vector<Eigen::AlignedBox2d>& boxes, std::string_view dictionary_name, int id,
                const Vector2d& low, double side, int border, bool is_upside_down) {
   const MarkerDictionary of = findMarkerDictionary(dictionary_name).value();

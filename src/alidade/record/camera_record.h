@@ -24,21 +24,20 @@ struct WarpRecord {
   Eigen::Vector2d std_m = Eigen::Vector2d::Zero();  ///< standard deviation of bend_x and bend_y
 };
 
-/// How the parameters were estimated. This is for documentation and later checks; projection does not need
-/// it.
+/// How the parameters were estimated. For documentation and later checks; not needed for projection.
 struct CalibrationRecord {
-  Verdict verdict = Verdict::kTrustworthy;  ///< kNo if the file was written anyway
-  /// Where boards were seen, the largest pixel error that a point does not exceed with a probability of 95 %;
-  /// NaN = unknown.
+  Verdict verdict = Verdict::kTrustworthy;  ///< kNo if the file was written despite failures
+  /// The largest error of a pixel where boards were seen that is not exceeded with a probability of 95 %; NaN
+  /// = unknown.
   double accuracy_px = std::numeric_limits<double>::quiet_NaN();
   double accuracy_distance_m = std::numeric_limits<double>::infinity();  ///< of the point
-  double covered_share = std::numeric_limits<double>::quiet_NaN();  ///< of the image: where boards were seen
+  double covered_share = std::numeric_limits<double>::quiet_NaN();  ///< of the image, where boards were seen
   double rms_px = 0;
   double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< NaN = unknown
   int num_views = 0;
   int num_corners = 0;
   std::vector<std::string> boards;     ///< SPECs of the boards that the views show
-  std::vector<WarpRecord> warps = {};  ///< in the order of the boards; those without one were assumed flat
+  std::vector<WarpRecord> warps = {};  ///< in the order of the boards; boards without one were assumed flat
   std::vector<std::string> findings = {};  ///< ids of the findings behind the verdict
   std::vector<double> parameter_std = {};  ///< standard deviations, in parameter order; empty = unknown
   std::vector<double> covariance = {};     ///< lower triangle row by row, in parameter order; empty = unknown
@@ -49,7 +48,7 @@ struct CalibrationRecord {
   static constexpr std::size_t kMaxViewCenters = 40;
 };
 
-/// What the user calls a camera. All may be empty.
+/// Names that the user gives a camera. All may be empty.
 struct CameraName {
   std::string name;
   std::string serial;

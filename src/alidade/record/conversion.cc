@@ -16,13 +16,13 @@ std::string rectText(const PixelRect& rect) {
          std::to_string(rect.height);
 }
 
-// A covariance's lower triangle after a change of the parameters; empty if it was.
+// The lower triangle of a covariance after a change of the parameters; empty stays empty.
 std::vector<double> carried(const std::vector<double>& triangle, const Eigen::MatrixXd& J_new_old) {
   if (triangle.empty()) return {};
   return lowerTriangle(J_new_old * fullMatrix(triangle, J_new_old.cols()).view() * J_new_old.transpose());
 }
 
-// One sigma each. Every new parameter is one old one times a factor, so that no covariance is needed.
+// One sigma each. Every new parameter is an old one times a factor, so no covariance is needed.
 std::vector<double> carriedStd(const std::vector<double>& std, const Eigen::MatrixXd& J_new_old) {
   if (std.empty()) return {};
   const Eigen::VectorXd result =
@@ -30,9 +30,9 @@ std::vector<double> carriedStd(const std::vector<double>& std, const Eigen::Matr
   return {result.begin(), result.end()};
 }
 
-// The calibration of the camera of an edited image. Covariances follow the edit exactly; lengths in
-// pixels are of the new size, and where the axes were resized unequally take the geometric mean of both
-// scales. Counts, board and findings stay. The images are others.
+// The calibration of the camera of an edited image. Covariances follow the edit exactly. Lengths in pixels
+// refer to the new size; if the axes were resized unequally, they are scaled by the geometric mean. Counts,
+// board and findings stay. The images differ from those of the calibration, so their centres are left out.
 // @param edit  from the calibrated camera to the new one, all steps in one
 CalibrationRecord editedRecord(const CalibrationRecord& record, const AnyCamera& calibrated,
                                const EditedCamera& edit) {
@@ -50,8 +50,8 @@ CalibrationRecord editedRecord(const CalibrationRecord& record, const AnyCamera&
   return edited;
 }
 
-// What it says of a camera of another model in its place, off by `fit_rms_px`. The covariance of the old
-// parameters is left out; the errors are those of both models together.
+// The record for a camera of a different model that replaces the old one with an error of `fit_rms_px`. The
+// covariance of the old parameters is left out; the errors of both models are combined.
 CalibrationRecord refittedRecord(CalibrationRecord record, double fit_rms_px) {
   record.rms_px = std::hypot(record.rms_px, fit_rms_px);
   record.accuracy_px += fit_rms_px;
@@ -134,7 +134,7 @@ CameraRecord convertedRecord(const CameraRecord& source, const Conversion& conve
       .self_check = makeSelfCheck(camera, size),
       .created_by = std::move(created_by),
       .user_keys = source.user_keys};
-  // A model that reaches no pixel has no error. A file needs a number, and has the finding that says it.
+  // A model that reaches no pixel has no error. The file still needs a number, and its finding explains it.
   const double fit_rms_px =
       conversion.fit && std::isfinite(conversion.fit->rms_px) ? conversion.fit->rms_px : 0.0;
   if (source.calibration) {
@@ -143,7 +143,7 @@ CameraRecord convertedRecord(const CameraRecord& source, const Conversion& conve
       record.calibration = refittedRecord(*std::move(record.calibration), fit_rms_px);
   }
   if (!conversion.problems.empty()) {
-    // A file that was kept all the same says so, even one without a calibration of its own.
+    // A file kept despite a problem states it, even if it has no calibration.
     if (!record.calibration) {
       record.calibration.emplace();
       record.calibration->rms_px = fit_rms_px;

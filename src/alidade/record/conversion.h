@@ -12,20 +12,20 @@
 
 namespace alidade {
 
-/// What a camera is to be converted to; nothing or empty = not asked for.
+/// Requested conversions of a camera; nothing or empty = not requested.
 struct ConversionRequest {
   std::optional<PixelRect> crop;
-  std::optional<int> bin;  ///< N x N pixels become one
+  std::optional<int> bin;  ///< merges N x N pixels into one
   std::optional<ImageSize> resize;
   std::optional<int> rotate_deg;              ///< clockwise, a multiple of 90
   std::string model;                          ///< id
-  std::vector<std::string_view> absent = {};  ///< parameters of the model that have to be 0
+  std::vector<std::string_view> absent = {};  ///< parameters of the model that must be 0
   double max_error_px = 0.1;                  ///< accepted RMS error of the new model
 };
 
-/// Why a converted camera is not to be trusted.
+/// Reasons not to trust a converted camera.
 enum class ConversionProblem {
-  kSourceUntrustworthy,  ///< the source says so of itself
+  kSourceUntrustworthy,  ///< the source file is marked as untrustworthy
   kUnreachedPixels,      ///< the new model does not reach more than kMaxUnreachedShare of the pixels
   kModelRms,             ///< its RMS error is above `max_error_px`
   kModelError,           ///< its error at one pixel is above kMaxErrorFactor times that
@@ -37,7 +37,7 @@ inline constexpr double kMaxErrorFactor = 10;
 [[nodiscard]] std::string_view problemId(ConversionProblem problem);
 
 struct Conversion {
-  /// What was asked for, in the order in which it is done.
+  /// The requested steps in the order of execution.
   struct Step {
     std::string name;   ///< "crop"
     std::string value;  ///< "10,20,600,400"
@@ -47,19 +47,19 @@ struct Conversion {
   EditedCamera edit;  ///< all edits in one
   std::vector<Step> steps;
   std::optional<ModelFit> fit;
-  double max_error_px = 0;                  ///< as accepted
+  double max_error_px = 0;                  ///< as requested
   std::vector<ConversionProblem> problems;  ///< empty = the result can be used
 
   [[nodiscard]] const AnyCamera& camera() const { return fit ? fit->camera : edit.camera; }
 };
 
 /// Crops, bins, resizes and rotates, in this order, and replaces the model last.
-/// @throws Error (kUsage) for a size that no camera file could state; Error (kInput) where an edit does not
-/// go with the image
+/// @throws Error (kUsage) for a size that no camera file could state; Error (kInput) if an edit does not fit
+/// the image
 [[nodiscard]] Conversion convertCamera(const CameraRecord& source, const ConversionRequest& request);
 
-/// The converted camera with what its source says of itself, as far as it still holds.
-/// @param created_by  what made it, and from what
+/// The converted camera with those parts of its source's record that still hold.
+/// @param created_by  program and source of the record
 [[nodiscard]] CameraRecord convertedRecord(const CameraRecord& source, const Conversion& conversion,
                                            std::string created_by);
 

@@ -11,8 +11,8 @@
 
 namespace alidade {
 
-/// A lower triangle row by row as a matrix of correlations, and the standard deviations: the units of the
-/// parameters span ten orders of magnitude.
+/// A lower triangle, row by row, as correlations and standard deviations, because the units of the parameters
+/// span ten orders of magnitude.
 struct Correlations {
   Eigen::MatrixXd matrix;
   Eigen::VectorXd std;
@@ -32,7 +32,7 @@ struct Correlations {
     }
   }
 
-  // One focal length for both axes makes it singular, so that rounding may leave an eigenvalue below zero.
+  // One focal length for both axes makes it singular; rounding may then leave an eigenvalue below zero.
   [[nodiscard]] bool isSemidefinite() const {
     constexpr double kRounding = 1e-10;
     if (!matrix.allFinite()) return false;

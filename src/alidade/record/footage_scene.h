@@ -10,10 +10,10 @@
 
 namespace alidade {
 
-/// What the camera sees that does not move.
+/// The static surroundings that the camera sees.
 enum class FootageSurroundings {
   kRoom,   ///< a closed room with boxes and pillars at several depths: parallax everywhere
-  kPlane,  ///< one plane without end: ahead of the camera, or for straight paths the ground
+  kPlane,  ///< one infinite plane: ahead of the camera, or the ground for straight paths
   kFar,    ///< everything is so far away that translations have no effect
 };
 
@@ -25,11 +25,11 @@ enum class FootagePath {
   kStraight,  ///< drives along its optical axis at a constant speed
 };
 
-/// What makes footage differ from sharp pictures of a rigid scene by a camera with a global shutter.
+/// Differences between footage and sharp pictures of a rigid scene by a camera with a global shutter.
 struct FootageEffects {
-  double shake_px = 0;     ///< RMS displacement at the image centre by a shaking hand, per axis of rotation
+  double shake_px = 0;     ///< RMS displacement at the image centre by camera shake, per axis of rotation
   int moving_objects = 0;  ///< textured boxes that move on their own
-  /// Share of the image that they cover on average; 0 = whatever they happen to cover.
+  /// Share of the image that they cover on average; 0 = unspecified.
   double moving_share = 0;
   /// Time from the first row to the last one, relative to the time between frames; 0 = global shutter. The
   /// middle of the image is taken at the time of the frame.
@@ -50,15 +50,15 @@ struct FootageScene {
   FootagePath path = FootagePath::kWalk;
   int num_frames = 60;
   double frame_rate_hz = 30;
-  /// Mean displacement from frame to frame of what does not move, over image and footage; sets the speed of
-  /// the path. It does not include `shake_px`. 0 = an eightieth of the image's width.
+  /// Mean displacement of static points per frame, over image and footage; sets the speed of the path. It
+  /// does not include `shake_px`. 0 = an eightieth of the image's width.
   double flow_px = 0;
   FootageEffects effects = {};
   std::uint64_t seed = 1;  ///< of surfaces, path, objects and noise
-  int num_jobs = 0;        ///< threads; 0: one a processor. The pictures do not depend on it.
-  /// What was passed over or assumed in reading the camera's file, a sentence each.
+  int num_jobs = 0;        ///< threads; 0: one per processor. The pictures do not depend on it.
+  /// Skipped or assumed parts of the camera's file, one sentence each.
   std::vector<std::string> camera_remarks = {};
-  std::vector<std::string> files = {};  ///< that the scene's file names: the camera's
+  std::vector<std::string> files = {};  ///< named in the scene's file: the camera's
 
   /// @throws Error (kInput) naming the first value that is out of its range.
   void validate() const;

@@ -22,7 +22,7 @@ struct RigCameraRecord {
   Eigen::Vector3d rotation_std_rad = Eigen::Vector3d::Zero();
 };
 
-/// The content of a rig file: several cameras and where they are.
+/// The content of a rig file: several cameras and their poses.
 struct RigRecord {
   std::vector<RigCameraRecord> cameras;
   Verdict verdict = Verdict::kTrustworthy;
@@ -35,15 +35,15 @@ struct RigRecord {
   /// camera_from_rig of each camera but the first; empty = unknown.
   std::vector<double> covariance = {};
 
-  /// Is it known how the poses were estimated? Otherwise verdict, rms_px and findings mean nothing.
+  /// True if it is known how the poses were estimated. Otherwise verdict, rms_px and findings mean nothing.
   [[nodiscard]] bool isCalibrated() const { return num_frames > 0 || !findings.empty(); }
 };
 
-/// The cameras of the record at their places. @throws Error as AnyRig's constructor
+/// The cameras of the record at their poses. @throws Error as AnyRig's constructor
 [[nodiscard]] AnyRig rigOf(const RigRecord& record);
 
-/// Brings the cameras of `rig` into the order of those of `other` with the same names. The joint covariance
-/// is left out if the order changes. @returns false, with nothing changed, if they have other names
+/// Sorts the cameras of `rig` into the order of those of `other` with the same names. The joint covariance is
+/// dropped if the order changes. @returns false, with nothing changed, if the names differ
 bool orderCamerasAs(const RigRecord& other, RigRecord& rig);
 
 }  // namespace alidade

@@ -31,7 +31,7 @@ void RandomViewOptions::validate() const {
 }
 
 void RenderOptions::validate() const {
-  constexpr double kMaxBlurPx = 10;  // beyond, the ray's expansion would be used too far from its pixel
+  constexpr double kMaxBlurPx = 10;  // beyond it, the ray's expansion is used too far from its pixel
   constexpr double kMaxSamples = 1e6;
   detail::checkOption("blur_px", blur_px, 0, kMaxBlurPx);
   detail::checkOption("dark_level", dark_level, 0, kMaxLevel);

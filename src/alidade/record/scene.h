@@ -13,18 +13,18 @@
 namespace alidade {
 
 /// Checks an option of a simulation, which may come from a scene file.
-/// @throws Error (kInput) naming the option when `value` is not in [low, high]; NaN never is.
+/// @throws Error (kInput) naming the option when `value` is not in [low, high], or NaN.
 namespace detail {
 void checkOption(const char* name, double value, double low, double high);
 }
 
-/// Which views randomViews() draws.
+/// Distribution of the views that randomViews() draws.
 struct RandomViewOptions {
-  static constexpr double kSmallestFill = 0.01;  ///< the least that `min_fill` may be
+  static constexpr double kSmallestFill = 0.01;  ///< smallest allowed `min_fill`
 
   double max_tilt_deg = 45;  ///< largest angle between the board's normal and the ray to its centre
   double max_roll_deg = 30;  ///< largest turn of the board about its normal, either way; 180 = any
-  /// The larger of the shares of the image's width and height that the squares span is drawn between these.
+  /// The larger of the shares of the image's width and height that the squares span: min_fill to max_fill.
   double min_fill = 0.35;
   double max_fill = 0.8;
   double margin_px = 4;    ///< all squares stay this far inside the image's border
@@ -34,7 +34,7 @@ struct RandomViewOptions {
   void validate() const;
 };
 
-/// How a rendered image looks. Grey levels are those of the 8-bit image, 0 to 255, proportional to light.
+/// Appearance of a rendered image. Grey levels are those of the 8-bit image, 0 to 255, proportional to light.
 struct RenderOptions {
   double blur_px = 0.8;  ///< standard deviation of the lens' Gaussian blur, besides the pixel's own square
   double dark_level = 30;
@@ -44,20 +44,20 @@ struct RenderOptions {
   double falloff = 0;        ///< share of the light lost, linearly, from the left border to the right one
   double vignetting_exponent = 0;  ///< light falls by cos^n of the angle to the optical axis; 4 is natural
   double read_noise = 1.5;         ///< standard deviation of the noise without light, grey levels
-  /// Electrons at level 255, which decide the shot noise: its variance in electrons is their number. 0: no
+  /// Electrons at level 255, which set the shot noise: its variance in electrons equals their number. 0: no
   /// shot noise.
   double full_well_electrons = 10000;
-  std::uint64_t seed = 1;  ///< of the noise; give each image its own
-  /// Places a pixel's light is averaged over, see makePointSpread(). At edges between the default levels 987
-  /// err by 0.3 grey levels (root mean square; 377 by 0.6).
+  std::uint64_t seed = 1;  ///< of the noise; use a different one for each image
+  /// Sample positions over which a pixel's light is averaged, see makePointSpread(). At edges between the
+  /// default levels 987 err by 0.3 grey levels (RMS; 377 by 0.6).
   int samples = 987;
-  int num_jobs = 0;  ///< threads; 0: one a processor. The image does not depend on it.
+  int num_jobs = 0;  ///< threads; 0: one per processor. The image does not depend on it.
 
   /// @throws Error (kInput) naming the first option that is out of its range.
   void validate() const;
 };
 
-/// What to simulate: a camera, a board, and the poses of the board, given or drawn at random.
+/// A simulation: a camera, a board, and the poses of the board, given or drawn at random.
 struct Scene {
   AnyCamera camera;
   ImageSize image_size;
@@ -68,9 +68,9 @@ struct Scene {
   RandomViewOptions random_views = {};
   RenderOptions render = {};
   double corner_noise_px = 0;  ///< added to the corners file; 0 = exact
-  /// What was passed over or assumed in reading the camera's file, a sentence each.
+  /// Skipped or assumed parts of the camera's file, one sentence each.
   std::vector<std::string> camera_remarks = {};
-  std::vector<std::string> files = {};  ///< that the scene's file names: the camera's, the board's
+  std::vector<std::string> files = {};  ///< named in the scene's file: the camera's, the board's
 };
 
 }  // namespace alidade

@@ -15,14 +15,14 @@ namespace alidade {
 namespace {
 
 constexpr int kPose = 6;
-constexpr std::size_t kFewest = 3;  // views on either side of a motion
+constexpr std::size_t kFewest = 3;  // views on each side of a motion
 
-// A view of a board that another camera saw at the same time.
+// A view of a board that a second camera saw at the same time.
 struct CommonView {
   std::size_t view = 0;
   std::size_t frame = 0;
   bool is_linked = true;
-  SE3 rig_from_rig = {};  // from where the camera is in the fit to where this view has it, in the rig's frame
+  SE3 rig_from_rig = {};  // from the camera's pose in the fit to its pose by this view, in the rig's frame
 };
 
 // The common views of each camera, in the order of frames.
@@ -34,7 +34,7 @@ std::vector<std::vector<CommonView>> commonViews(const JointViews& views, const 
   std::vector<std::vector<CommonView>> common(views.sigma_px.size());
   for (const auto& [place, of_place] : of_board) {
     for (const std::size_t v : of_place) {
-      // Preferably a view that agrees with the rig, of many corners.
+      // Prefer a view that agrees with the rig and has many corners.
       std::optional<std::size_t> other;
       const auto worth = [&](std::size_t w) {
         return std::pair(isLinked(w), views.views[w]->corners.size());
@@ -53,8 +53,8 @@ std::vector<std::vector<CommonView>> commonViews(const JointViews& views, const 
   return common;
 }
 
-// By how much points at the middle of the board move in the images of the views, median, px; by the image's
-// diagonal where they leave what the lens sees.
+// Median displacement in the images of the views of points at the middle of the board, px; the image's
+// diagonal if they leave the camera's domain.
 double effectOf(const SE3& rig_from_rig, const JointFit& joint, std::size_t camera,
                 const std::vector<std::size_t>& of_camera) {
   const FitCamera& of = joint.fit.cameras[camera];
@@ -75,7 +75,7 @@ double effectOf(const SE3& rig_from_rig, const JointFit& joint, std::size_t came
 
 SE3 meanOf(const std::vector<const CommonView*>& views) {
   SE3 mean = views[views.size() / 2]->rig_from_rig;
-  constexpr int kRounds = 3;  // of a mean of nearby poses
+  constexpr int kRounds = 3;  // for a mean of nearby poses
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Matrix<double, kPose, 1> sum = Eigen::Matrix<double, kPose, 1>::Zero();
     for (const CommonView* view : views) sum += (mean.inverse() * view->rig_from_rig).log();
@@ -84,16 +84,16 @@ SE3 meanOf(const std::vector<const CommonView*>& views) {
   return mean;
 }
 
-// A motion that unlinked the camera's views before or after it.
+// A motion that unlinked all the camera's views before or after it.
 std::optional<CameraMotion> largeMotion(const JointFit& joint, std::size_t camera,
                                         const std::vector<CommonView>& common,
                                         const std::vector<std::string>& frames) {
-  constexpr double kShare = 0.8;  // of the views on that side, and of all that are unlinked
+  constexpr double kShare = 0.8;  // of the views on that side, and of all unlinked views
   constexpr double kSure = 4;     // standard errors of the mean pose
   const auto num_unlinked =
       static_cast<std::size_t>(std::ranges::count(common, false, &CommonView::is_linked));
   if (num_unlinked < kFewest || common.size() - num_unlinked < kFewest) return std::nullopt;
-  // The split that most views agree with, on either side of it.
+  // The split that most views on both sides agree with.
   std::size_t best = 0;
   std::size_t at = 0;
   bool is_late = true;
@@ -128,7 +128,7 @@ std::optional<CameraMotion> largeMotion(const JointFit& joint, std::size_t camer
   const double effect_px = effectOf(mean, joint, camera, of_camera);
   if (kSure * medianOf(std::move(spreads_px)) > std::sqrt(num_moved) * effect_px) return std::nullopt;
   const SE3 camera_from_rig = joint.fit.cameras[camera].camera_from_rig;
-  // Before a late motion the camera is where the fit has it; after an early one, it is.
+  // The fit has the camera's pose before a late motion, or after an early one.
   const SE3 change = is_late ? mean : mean.inverse();
   return CameraMotion{.camera = camera,
                       .from_frame = frames[common[at].frame],

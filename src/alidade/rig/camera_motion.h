@@ -9,14 +9,14 @@
 
 namespace alidade {
 
-/// Cameras that stand elsewhere from some frame on. Frames are in the order of their names. Two cases:
+/// Finds cameras whose pose changes at some frame. Frames are in the order of their names. Two cases:
 ///
-/// - A motion of more than the noise unlinks all of the camera's views before or after it. These agree on
-///   another pose.
+/// - A motion larger than the noise unlinks all of the camera's views before or after it. These agree on a
+/// different pose.
 /// - A smaller motion leaves the views linked. For each camera and each frame, a score test compares one pose
-///   of the camera with two, all unknowns of the rig being free (Rao 1948).
+/// of the camera with two, with all unknowns of the rig free (Rao 1948).
 ///
-/// @param frames      their names, by FitPlacement::frame
+/// @param frames      frame names, by FitPlacement::frame
 /// @param covariance  of `joint`
 [[nodiscard]] std::vector<CameraMotion> cameraMotions(const JointViews& views, const JointFit& joint,
                                                       const std::vector<std::string>& frames,

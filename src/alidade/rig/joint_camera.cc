@@ -12,7 +12,7 @@
 namespace alidade {
 namespace {
 
-// The camera's views and boards in the rig's fit, in units of its own fit, whose weights are relative.
+// Sets the camera's views and boards from the rig's fit, in units of its own fit, whose weights are relative.
 void setFit(const Fit& rig, std::size_t camera, double variance, Fit& fit) {
   onlyCamera(fit).params = rig.cameras[camera].params;
   fit.boards = rig.boards;
@@ -30,7 +30,7 @@ void setFit(const Fit& rig, std::size_t camera, double variance, Fit& fit) {
   }
 }
 
-// Some corners of a camera, spread evenly over all.
+// Some corners of a camera, evenly spread over all.
 std::vector<Eigen::Vector2d> someCorners(const Fit& fit, std::size_t camera) {
   constexpr std::size_t kMost = 2000;
   std::vector<Eigen::Vector2d> all;
@@ -56,13 +56,13 @@ Calibration jointCamera(Calibration joint, const Fit& rig, const RigCovariance& 
     const Eigen::Index at = jointColumns(rig).params[camera];
     const auto size = static_cast<Eigen::Index>(onlyCamera(joint.fit).params.size());
     known.covariance = covariance.matrix.view().block(at, at, size, size);
-    known.coordinate_sigma_px = sigma_px;  // that the joint covariance is for
+    known.coordinate_sigma_px = sigma_px;  // noise level of the joint covariance
     known.by_views.reset();
     known.ignored_bend.reset();
     const std::vector<AnyCamera> others = mapped(known.other_optima, [&](const OtherOptimum& other) {
       return AnyCamera::make(onlyCamera(joint.fit).model, other.params);
     });
-    // A lens that its own views leave open has no grid of pixels yet.
+    // A lens that its own views do not determine has no pixel grid yet.
     if (known.accuracy) known.accuracy = accuracyOf(joint.fit, known, others, distance_m);
   }
   joint.diagnoses = judge(joint, tolerance_px);

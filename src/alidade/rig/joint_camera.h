@@ -10,15 +10,15 @@
 
 namespace alidade {
 
-/// A camera of a solved rig by itself, as the joint fit has it: lens, poses, boards and errors, the
-/// covariance by all cameras, and the accuracy and the diagnoses that follow. How it was found (Choice), what
-/// was dropped, and what tests of its own views say are those of the camera alone.
+/// One camera of a solved rig as the joint fit has it: lens, poses, boards and errors, the covariance from
+/// all cameras, and the resulting accuracy and diagnoses. Choice, dropped corners and tests of its own views
+/// remain those of the camera alone.
 /// @param alone       the camera's own calibration
-/// @param covariance  of the rig; without one only the fit and what follows from it are the joint one's
+/// @param covariance  of the rig; without it only the fit and what follows from it come from the joint fit
 [[nodiscard]] Calibration jointCamera(Calibration alone, const Fit& rig, const RigCovariance& covariance,
                                       std::size_t camera, double tolerance_px, double distance_m);
 
-/// Compares a lens that was given with the one that a rig's images give, at their corners.
+/// Compares a given lens with the one from a rig's images, at their corners.
 /// @param rig  with all lenses freed
 /// @returns nothing if the two differ by no more than their covariances explain
 [[nodiscard]] std::optional<LensMisfit> givenLensMisfit(const CameraRecord& given, const RigCalibration& rig,

@@ -20,7 +20,7 @@
 namespace alidade {
 namespace {
 
-// Corners of a board that is turned, with weights in units of 1 / px^2.
+// Corners of a turned board, with weights in units of 1 / px^2.
 std::vector<Observation> renumbered(const std::vector<Observation>& corners, const Board& board,
                                     const BoardTurn& turn, double sigma_px) {
   std::vector<Observation> result = corners;
@@ -33,7 +33,7 @@ std::vector<Observation> renumbered(const std::vector<Observation>& corners, con
   return result;
 }
 
-// A camera in units of 1 / px^2, at its place.
+// A camera with weights in units of 1 / px^2, at its pose in the rig.
 FitCamera placed(const Calibration& alone, double sigma_px, const SE3& camera_from_rig, bool is_first) {
   FitCamera joint = onlyCamera(alone.fit);
   for (double& precision : joint.weak_prior.prior.precision) precision /= sigma_px * sigma_px;
@@ -42,7 +42,7 @@ FitCamera placed(const Calibration& alone, double sigma_px, const SE3& camera_fr
   return joint;
 }
 
-// All cameras together, at the start.
+// Initial fit of all cameras together.
 Fit startOf(const JointViews& views) {
   Fit fit{.boards = views.alone.front().fit.boards, .loss = {.threshold_px = kLossSigmas}};
   for (std::size_t c = 0; c < views.alone.size(); ++c) {
@@ -52,9 +52,9 @@ Fit startOf(const JointViews& views) {
       if (fit.boards[b].is_shape_fixed && !board.is_shape_fixed) fit.boards[b] = board;
     }
   }
-  // Each camera estimates the points differently, and may number them otherwise.
+  // Each camera estimates the points differently and may number them differently.
   for (FitBoard& board : fit.boards) makeEven(board);
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // of frame and board
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // by frame and board
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     const PosedView& pose = views.poses[v];
     const BoardTurn& turn = views.turnOf(v);
@@ -75,8 +75,8 @@ Fit startOf(const JointViews& views) {
   return fit;
 }
 
-// Estimates the places of these boards' points with all else. Views that contradict each other may leave none
-// to find; without them there may be some, so each solve begins anew.
+// Estimates the positions of these boards' points with everything else. Contradicting views may make this
+// fail and unlinking them may make it succeed, so each solve starts from scratch.
 void solveUneven(std::span<const std::size_t> boards, JointFit& joint, const CancelFlag* cancel) {
   Fit& fit = joint.fit;
   std::vector<std::size_t> even;
@@ -111,7 +111,7 @@ std::vector<SE3> placedByEach(const Fit& fit, const JointViews& views) {
   return rig_from_board;
 }
 
-// Root mean square of a view's errors with the board where another view has it, px.
+// RMS of a view's errors, with the board's pose from a second view, px.
 double transferRms(const Fit& fit, const FitView& view, const SE3& rig_from_board) {
   const FitCamera& camera = fit.cameras[view.camera];
   double sum = 0;
@@ -122,8 +122,7 @@ double transferRms(const Fit& fit, const FitView& view, const SE3& rig_from_boar
   return std::isfinite(square) ? std::sqrt(square) : std::numeric_limits<double>::max();
 }
 
-// The error of each view by that other view of its placement which makes it least; 0 where it is the only
-// one.
+// Smallest error of each view over the other views of its placement; 0 if it is the only one.
 using Transfers = std::vector<double>;
 
 void updateTransfers(const Fit& fit, const std::vector<std::size_t>& of_placement,
@@ -136,13 +135,13 @@ void updateTransfers(const Fit& fit, const std::vector<std::size_t>& of_placemen
   }
 }
 
-// The fit without the placements that all views have left.
+// The fit without placements that no view uses any more.
 Fit withoutEmptyPlacements(const Fit& fit) {
   return withoutViews(fit, std::vector<bool>(fit.views.size(), false));
 }
 
-// Gives a view a placement of its own, where it alone has the board. So does a view that is left by itself:
-// where both had the board may be far from where it has it.
+// Gives a view its own placement with its own board pose. A view that remains alone also gets its own pose,
+// because the shared one may be far from it.
 void unlink(std::size_t v, JointFit& joint) {
   Fit& fit = joint.fit;
   const std::size_t left = fit.views[v].placement;
@@ -157,11 +156,11 @@ void unlink(std::size_t v, JointFit& joint) {
   fit.placements[left].rig_from_board = joint.rig_from_board[last];
 }
 
-// The error that each camera's views may have where poses are those of single views: far more than most have.
+// Error limit of each camera's views when poses come from single views: far above most errors.
 std::vector<double> transferLimits(const Fit& fit, const Transfers& transfers) {
   constexpr double kFactor = 4;
   constexpr double kLeastPx = 2;
-  constexpr std::size_t kQuarter = 4;  // of a camera that moved, half of the views may be wrong
+  constexpr std::size_t kQuarter = 4;  // if a camera moved, half of its views may be wrong
   std::vector<std::vector<double>> of_camera(fit.cameras.size());
   for (std::size_t v = 0; v < transfers.size(); ++v) {
     if (transfers[v] > 0) of_camera[fit.views[v].camera].push_back(transfers[v]);
@@ -175,7 +174,7 @@ std::vector<double> transferLimits(const Fit& fit, const Transfers& transfers) {
   return limits;
 }
 
-// Contradictions of many pixels would lead the solve astray.
+// Unlinks contradictions of many pixels, which would mislead the solver.
 void unlinkGrossContradictions(const JointViews& views, JointFit& joint) {
   joint.rig_from_board = placedByEach(joint.fit, views);
   std::vector<std::vector<std::size_t>> placements = viewsOfPlacements(joint.fit);
@@ -186,7 +185,7 @@ void unlinkGrossContradictions(const JointViews& views, JointFit& joint) {
   const auto excess = [&](std::size_t v) { return transfers[v] / limits[joint.fit.views[v].camera]; };
   for (std::vector<std::size_t>& of_placement : placements) {
     while (of_placement.size() > 1) {
-      // The later one of two that are alike.
+      // The later of two equal ones.
       const auto worst =
           std::ranges::max_element(of_placement, {}, [&](std::size_t v) { return std::pair(excess(v), v); });
       if (excess(*worst) <= 1) break;
@@ -197,7 +196,7 @@ void unlinkGrossContradictions(const JointViews& views, JointFit& joint) {
   }
 }
 
-// The view whose own pose is farthest from those of the others; of two, the second.
+// The view whose own pose is farthest from those of the others; of two, the second one.
 std::size_t oddOne(const std::vector<std::size_t>& of_placement, const JointViews& views,
                    const std::vector<SE3>& rig_from_board) {
   const auto distanceOf = [&](std::size_t v) { return views.poses[v].camera_from_board.translation.norm(); };
@@ -214,7 +213,7 @@ std::size_t oddOne(const std::vector<std::size_t>& of_placement, const JointView
   return odd;
 }
 
-// Root mean square of the errors that contradict, in units of the noise.
+// RMS of errors, in units of the noise, that counts as a contradiction.
 constexpr double kContradiction = 3;
 
 bool isContradictory(const Fit& fit, const std::vector<std::size_t>& of_placement,
@@ -224,7 +223,7 @@ bool isContradictory(const Fit& fit, const std::vector<std::size_t>& of_placemen
          });
 }
 
-// Gives views that contradict the others of their frame a pose of their own. Returns whether there were any.
+// Gives views that contradict the others of their frame their own poses. Returns true if there were any.
 bool unlinkContradictions(const JointViews& views, const std::vector<double>& alone, JointFit& joint) {
   Fit& fit = joint.fit;
   bool is_any = false;
@@ -237,8 +236,8 @@ bool unlinkContradictions(const JointViews& views, const std::vector<double>& al
   return is_any;
 }
 
-// Unlinks the views of a camera whose pose takes a step that explains contradictions, on the side of the step
-// that has fewer. Returns whether there were any.
+// Unlinks the views of a camera with a pose step that explains contradictions, on the side of the step with
+// fewer views. Returns true if there were any.
 bool unlinkMovedViews(const JointViews& views, const std::vector<double>& alone, JointFit& joint,
                       std::vector<std::size_t>& moved) {
   if (std::ranges::none_of(viewsOfPlacements(joint.fit), [&](const std::vector<std::size_t>& of_placement) {
@@ -261,15 +260,15 @@ bool unlinkMovedViews(const JointViews& views, const std::vector<double>& alone,
   return !side.empty();
 }
 
-// Links views again, but those in `moved`, that agree with the others now that the cameras are known. Returns
-// whether there were any.
+// Links views again, except those in `moved`, that agree with the others now that the cameras are known.
+// Returns true if there were any.
 bool relink(const JointViews& views, const std::vector<std::size_t>& moved, JointFit& joint) {
   joint.rig_from_board = placedByEach(joint.fit, views);
   Transfers transfers(joint.fit.views.size());
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(joint.fit))
     updateTransfers(joint.fit, of_placement, joint.rig_from_board, transfers);
   const std::vector<double> limits = transferLimits(joint.fit, transfers);
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // of the linked views
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // placements of the linked views
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     if (std::ranges::find(joint.unlinked, v) == joint.unlinked.end())
       placement_of[{views.poses[v].frame, views.poses[v].board}] = joint.fit.views[v].placement;
@@ -338,7 +337,7 @@ JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, 
     if (joint.fit.summary.termination == Termination::kFailed) return;
     solveUneven(uneven, joint, cancel);
   };
-  // Each camera may have moved.
+  // Any camera may have moved.
   std::vector<std::size_t> moved;
   std::size_t num_motions = 0;
   do {

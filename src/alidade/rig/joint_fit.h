@@ -14,7 +14,7 @@
 
 namespace alidade {
 
-/// The views of a rig's cameras, each calibrated alone, and how they hang together.
+/// The views of a rig's cameras, each calibrated alone, and the links between them.
 struct JointViews {
   std::vector<Calibration> alone;  ///< of each camera
   std::vector<PosedView> poses;
@@ -33,21 +33,21 @@ struct JointViews {
 [[nodiscard]] JointViews jointViews(std::span<const Board> boards, const RigFrames& frames,
                                     std::span<const RigViews> given, std::vector<Calibration> alone);
 
-/// The boards that are uneven in any of these fits, which have the same boards.
+/// The boards that are uneven in any of these fits; all fits have the same boards.
 [[nodiscard]] std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits);
 
 /// The fit of all cameras, solved. View v of it is view v of the JointViews.
 struct JointFit {
   Fit fit;
   std::vector<std::size_t> unlinked = {};  ///< views that contradict their frame, ascending
-  /// Where the board is by each view alone, its camera being where the fit has it.
+  /// Pose of the board from each view alone, with the camera at its pose in the fit.
   std::vector<SE3> rig_from_board = {};
-  bool are_points_lost = false;  ///< no places of the points of uneven boards fit all cameras
+  bool are_points_lost = false;  ///< no point positions of uneven boards fit all cameras
 };
 
 /// Solves all intrinsics, poses and board shapes together. Views whose errors exceed three times the noise
-/// contradict the others of their frame: they get a placement of their own.
-/// @param uneven  boards, the places of whose points are estimated
+/// contradict the others of their frame and get their own placement.
+/// @param uneven  boards whose point positions are estimated
 [[nodiscard]] JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven,
                                 const CancelFlag* cancel);
 

@@ -13,15 +13,15 @@ namespace alidade {
 namespace {
 
 constexpr int kTangent = 6;
-constexpr std::size_t kFewestFrames = 3;  // on either side of a step
+constexpr std::size_t kFewestFrames = 3;  // on each side of a step
 
-// The unknowns of a rig with the first camera's pose among them.
+// The unknowns of a rig, including the first camera's pose.
 Fit withAllPosesFree(Fit fit) {
   for (FitCamera& camera : fit.cameras) camera.is_rig_pose_fixed = false;
   return fit;
 }
 
-// first_frame is a rank among the frames here.
+// In the result, first_frame is a rank among the frames.
 PoseStep likeliestStep(const std::vector<Reduced>& frames, const JointColumns& columns,
                        const Eigen::MatrixXd& free, const Eigen::MatrixXd& inverse, double variance) {
   PoseStep best;
@@ -50,7 +50,7 @@ PoseStep likeliestStep(const std::vector<Reduced>& frames, const JointColumns& c
 }  // namespace
 
 std::optional<PoseStep> likeliestPoseStep(const Fit& given, double variance) {
-  constexpr double kSure = 4.5;  // by chance in one of 300000 tests; a rig has some hundreds
+  constexpr double kSure = 4.5;  // by chance once in 300000 tests; a rig needs a few hundred
   const Fit fit = withAllPosesFree(given);
   const JointColumns columns = jointColumns(fit);
   const std::vector<Reduced> frames = jointInformation(fit, columns);
@@ -58,7 +58,7 @@ std::optional<PoseStep> likeliestPoseStep(const Fit& given, double variance) {
   for (const FitPlacement& placement : fit.placements) in_order.insert(placement.frame);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.count, columns.count);
   for (const Reduced& frame : frames) information += frame.information;
-  // All unknowns are free but the pose of the first camera.
+  // All unknowns are free except the pose of the first camera.
   const Eigen::MatrixXd all = jointDirections(fit, columns, information);
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < all.cols(); ++i) {

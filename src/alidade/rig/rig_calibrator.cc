@@ -24,7 +24,7 @@
 namespace alidade {
 namespace {
 
-// A camera that was calibrated before keeps its lens; its views give their poses.
+// A camera that was calibrated before keeps its lens; its views determine only their poses.
 CalibratorOptions optionsOf(std::size_t camera, const RigOptions& options) {
   CalibratorOptions of_camera = options.camera;
   if (!options.models.empty()) of_camera.model = options.models[camera];
@@ -40,7 +40,7 @@ bool isAnyGiven(const RigOptions& options) {
   return std::ranges::any_of(options.given, [](const auto& given) { return given.has_value(); });
 }
 
-// Errors name their camera.
+// Adds the camera's name to errors.
 std::vector<Calibration> calibratedAlone(std::span<const Board> boards, const std::vector<RigViews>& cameras,
                                          const RigOptions& options) {
   std::vector<Calibration> result(cameras.size());
@@ -82,7 +82,7 @@ void requireCounts(std::size_t num_cameras, const RigOptions& options) {
   expect(isOneEach(options.models.size()) && isOneEach(options.given.size()), "one option for each camera");
 }
 
-// The cameras calibrated alone, all of them linked.
+// Cameras calibrated alone; throws unless all of them are linked.
 JointViews linkedViews(std::span<const Board> boards, const std::vector<RigViews>& cameras,
                        const RigFrames& frames, const RigOptions& options) {
   JointViews views = jointViews(boards, frames, cameras, calibratedAlone(boards, cameras, options));
@@ -111,7 +111,7 @@ RigLinks linksOf(const JointViews& views, const JointFit& joint, const std::vect
 }
 
 // Solves a rig of linked cameras.
-// @param freed  the same rig with the given lenses freed, to compare them with; null: there is none
+// @param freed  the same rig with the given lenses freed, for comparison; may be null
 RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigViews>& cameras,
                       const RigOptions& options, const RigCalibration* freed) {
   std::vector<const Fit*> fits = mapped(views.alone, [](const Calibration& alone) { return &alone.fit; });
@@ -143,7 +143,7 @@ RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigV
   return rig;
 }
 
-// The rig with the given lenses freed; nothing where its images alone give no rig.
+// The rig with the given lenses freed; nothing if its images alone do not determine a rig.
 std::optional<RigCalibration> freedRig(std::span<const Board> boards, const std::vector<RigViews>& cameras,
                                        const RigFrames& frames, const RigOptions& options) {
   RigOptions freed = options;

@@ -17,17 +17,18 @@ namespace alidade {
 
 struct RigOptions {
   CalibratorOptions camera = {};         ///< of each camera
-  std::vector<std::string> models = {};  ///< one per camera instead of CalibratorOptions::model; or none
-  /// One per camera, or none: cameras calibrated before, whose lenses are kept.
+  std::vector<std::string> models = {};  ///< one per camera instead of CalibratorOptions::model; or empty
+  /// One per camera, or empty: cameras calibrated before, whose lenses are kept.
   std::vector<std::optional<CameraRecord>> given = {};
-  FrameTable frames = {};  ///< which images belong together; empty: matched by their names
+  FrameTable frames = {};  ///< images taken together; empty: matched by their names
 };
 
-/// Calibrates each camera alone, links them by boards that two of them see at the same time, and solves all
-/// intrinsics, poses and board shapes together. Cameras need not see the same board; two that never do are
-/// linked through others. Views of boards that look the same after a turn are numbered alike. A view that
-/// contradicts the others of its frame keeps a pose of its own. Frames between which a board stood still
-/// count as one for it. Given lenses are compared with those of a second calibration in which they are free.
+/// Calibrates each camera alone, links cameras by boards that two of them see at the same time, and solves
+/// all intrinsics, poses and board shapes together. Cameras need not see the same board; two that never share
+/// one are linked through others. Views of boards that look the same after a turn are numbered consistently.
+/// A view that contradicts the others of its frame keeps its own pose. Frames between which a board did not
+/// move count as one frame for this board. Given lenses are compared with those of a second calibration that
+/// frees them.
 /// @param cameras  two or more, in the order of the result
 /// @throws Error as calibrate(), with the camera's name; Error (kInput) for cameras that nothing links, and
 /// for images that cannot be matched
@@ -39,8 +40,8 @@ struct RigOptions {
 /// The number of frames with a board that two or more cameras saw.
 [[nodiscard]] int numLinkedFrames(const RigCalibration& rig);
 
-/// What a rig file contains. The cameras have parameters, covariance, verdict and accuracy of the joint fit.
-/// A given camera is as it was given.
+/// Content of a rig file. The cameras have parameters, covariance, verdict and accuracy of the joint fit. A
+/// given camera is stored as given.
 [[nodiscard]] RigRecord recordOf(const RigCalibration& rig, const std::string& created_by);
 
 }  // namespace alidade

@@ -19,7 +19,7 @@
 namespace alidade {
 namespace {
 
-// One for each image of each camera.
+// One key per image of each camera.
 using Keys = std::vector<std::vector<std::string>>;
 
 std::string stemOf(const std::string& image) {
@@ -31,7 +31,7 @@ std::string withoutExtension(const std::string& image) {
   return std::filesystem::path(image).replace_extension().string();
 }
 
-// All images of a camera that are known, each once.
+// All known images of a camera, each once.
 std::vector<std::string> imagesOf(const RigViews& camera) {
   std::set<std::string> all(camera.images.begin(), camera.images.end());
   for (const View& view : camera.views) all.insert(view.image);
@@ -66,7 +66,7 @@ bool areUnique(const Keys& keys) {
   });
 }
 
-// How many images of each camera have a key that an image of another camera has.
+// For each camera, the number of images whose key also occurs in a different camera.
 std::vector<std::size_t> numSharedByCamera(const Keys& keys) {
   std::map<std::string, std::set<std::size_t>> cameras_of;
   for (std::size_t c = 0; c < keys.size(); ++c) {
@@ -80,14 +80,14 @@ std::vector<std::size_t> numSharedByCamera(const Keys& keys) {
   return counts;
 }
 
-// The same of all cameras; none where a key does not tell the images of a camera apart.
+// The sum over all cameras; 0 if keys are not unique within a camera.
 std::size_t numShared(const Keys& keys) {
   if (!areUnique(keys)) return 0;
   const std::vector<std::size_t> counts = numSharedByCamera(keys);
   return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
 }
 
-// Tells whether fewer than half of the images of some camera have an equal key elsewhere.
+// True if fewer than half of the images of some camera have an equal key elsewhere.
 bool isAnyMostlyAlone(const Keys& keys) {
   const std::vector<std::size_t> counts = numSharedByCamera(keys);
   for (std::size_t c = 0; c < keys.size(); ++c) {
@@ -96,10 +96,10 @@ bool isAnyMostlyAlone(const Keys& keys) {
   return false;
 }
 
-// The last number of the names that differs between all images of each camera, and relates most images. An
-// image without one has a key of its own.
+// The last number of the names that is unique among all images of each camera and relates most images. An
+// image without one has its own key.
 std::optional<Keys> numberKeys(const std::vector<std::vector<std::string>>& images) {
-  constexpr std::size_t kMost = 4;  // a date and a time have more, of which one number says nothing
+  constexpr std::size_t kMost = 4;  // a date and time have more, of which a single number is meaningless
   std::optional<Keys> best;
   for (std::size_t k = 0; k < kMost; ++k) {
     Keys keys;
@@ -119,7 +119,7 @@ std::optional<Keys> numberKeys(const std::vector<std::vector<std::string>>& imag
 
 bool isTime(const std::string& key) {
   constexpr std::size_t kDigits = 9;
-  constexpr std::size_t kMostDigits = 30;  // more are no time
+  constexpr std::size_t kMostDigits = 30;  // longer numbers are not times
   if (key.size() > kMostDigits) return false;
   if (key.find_first_not_of("0123456789.") != std::string::npos) return false;
   return key.size() >= kDigits || key.find('.') != std::string::npos;
@@ -136,7 +136,7 @@ struct Shot {
   std::size_t image;
 };
 
-// A quarter of the shortest of the cameras' usual intervals: how far apart the times of one frame may be.
+// Largest time difference within one frame: a quarter of the shortest of the cameras' usual intervals.
 double farthestApart(const std::vector<Shot>& shots, std::size_t num_cameras) {
   constexpr double kNear = 0.25;
   std::vector<std::vector<double>> steps(num_cameras);
@@ -155,7 +155,7 @@ double farthestApart(const std::vector<Shot>& shots, std::size_t num_cameras) {
   return kNear * interval.value_or(0);
 }
 
-// Two shots of different cameras, by their places in the order of time.
+// Two shots of different cameras, as indices into the order of time.
 struct NearShots {
   std::size_t earlier;
   std::size_t later;
@@ -163,7 +163,7 @@ struct NearShots {
   bool is_same_text;
 };
 
-// Those at most so far apart, the nearest first.
+// Pairs of shots within this time difference, the nearest first.
 std::vector<NearShots> nearShots(const std::vector<Shot>& shots, const Keys& times, double most) {
   std::vector<NearShots> pairs;
   for (std::size_t i = 0; i < shots.size(); ++i) {
@@ -181,8 +181,8 @@ std::vector<NearShots> nearShots(const std::vector<Shot>& shots, const Keys& tim
   return pairs;
 }
 
-// Times near each other as one key, the first of them. The nearest shots are joined first, as long as a frame
-// has one shot of each camera and is short enough.
+// Replaces times near each other by one key, the first of them. The nearest shots are joined first, as long
+// as a frame has one shot per camera and is short enough.
 TimedKeys byNearestTime(const Keys& times) {
   std::vector<Shot> shots;
   for (std::size_t c = 0; c < times.size(); ++c) {
@@ -222,14 +222,14 @@ TimedKeys byNearestTime(const Keys& times) {
   return result;
 }
 
-// Tells whether all images are known, those without a board too.
+// True if all images are known, including those without a board.
 bool areKnown(std::span<const RigViews> cameras) {
   return std::ranges::none_of(cameras, [](const RigViews& camera) { return camera.images.empty(); });
 }
 
 RigFrames framesByKeys(std::span<const RigViews> cameras, const std::vector<std::vector<std::string>>& images,
                        const Keys& keys) {
-  std::map<std::string, std::size_t> num_of;  // images of a key
+  std::map<std::string, std::size_t> num_of;  // number of images per key
   for (const std::vector<std::string>& of_camera : keys) {
     for (const std::string& key : of_camera) ++num_of[key];
   }
@@ -286,7 +286,7 @@ std::string repeatedName(std::span<const RigViews> cameras,
                     .next_step = next_step});
 }
 
-// A path or its last parts.
+// True if `tail` is the path or its last parts.
 bool isTail(const std::string& whole, const std::string& tail) {
   return whole == tail || whole.ends_with("/" + tail);
 }
@@ -312,7 +312,7 @@ std::size_t columnOf(const FrameTable& table, const std::string& camera) {
   return static_cast<std::size_t>(column - table.cameras.begin());
 }
 
-// "line 8" of its file; "row 7" of a table from no file.
+// "line 8" of the table's file; "row 7" if it has none.
 std::string nameOfRow(const FrameTable& table, std::size_t row) {
   return table.lines.empty() ? "row " + std::to_string(row + 1) : "line " + std::to_string(table.lines[row]);
 }
@@ -323,7 +323,7 @@ std::string placeOfRow(const FrameTable& table, std::size_t row) {
                              : table.path + ":" + std::to_string(table.lines[row]);
 }
 
-// For each image of a camera, the row that names it; and the rows that name an image that is not there.
+// The row that names each image of a camera, and the rows that name missing images.
 struct ColumnMatch {
   std::vector<std::optional<std::size_t>> row_of;
   std::vector<std::size_t> absent;
@@ -343,7 +343,7 @@ ColumnMatch matchColumn(const FrameTable& table, const RigViews& camera,
     const std::string& place = places.at(image);
     for (std::size_t r = 0; r < table.rows.size(); ++r) {
       const std::string& named = table.rows[r][at];
-      // Folders that the table adds to a name have to be those in which the image is.
+      // Folders in the table must match those of the image.
       if (named.empty() || (!isTail(image, named) && !isTail(place, named_places[r]))) continue;
       if (row || image_of.contains(r)) {
         throw inputError({.where = placeOfRow(table, r),
@@ -364,7 +364,8 @@ ColumnMatch matchColumn(const FrameTable& table, const RigViews& camera,
   return match;
 }
 
-// A table may name no other images of a camera whose images are all known, and not only others of the rest.
+// A table must not name unknown images of a camera whose images are all known, and must name some known ones
+// of the others.
 void requireImages(const FrameTable& table, const RigViews& camera, const std::vector<std::string>& images,
                    const ColumnMatch& match) {
   if (match.absent.empty()) return;
@@ -426,7 +427,7 @@ RigFrames framesOf(const FrameTable& table, std::span<const RigViews> cameras) {
     for (std::size_t i = 0; i < images[c].size(); ++i) {
       const std::optional<std::size_t> row = match.row_of[i];
       own.push_back(row ? nameOfRow(table, *row) : cameras[c].name + "/" + images[c][i]);
-      // The table knows of the partner, even if that shows no board.
+      // The table lists a partner, even if that shows no board.
       if (row && num_named[*row] > 1) continue;
       unmatched.push_back({.camera = c, .image = images[c][i], .frame = own.back()});
     }

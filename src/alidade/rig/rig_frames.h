@@ -23,16 +23,16 @@ struct RigImage {
 struct RigViews {
   std::string name;                      ///< of the camera
   std::vector<View> views;               ///< of one image size
-  std::vector<std::string> images = {};  ///< all that were searched for boards; empty: unknown
-  std::vector<std::string> paths = {};   ///< of these images; empty: unknown
+  std::vector<std::string> images = {};  ///< all that were searched for boards; empty if unknown
+  std::vector<std::string> paths = {};   ///< of these images; empty if unknown
 };
 
 /// The instants at which a rig took images.
 struct RigFrames {
   std::vector<std::string> names;                  ///< in natural order
   std::vector<std::vector<std::size_t>> frame_of;  ///< of each view of each camera, an index into `names`
-  /// Images without one of the same instant by another camera; without a table, none if RigViews::images is
-  /// unknown for any.
+  /// Images without a simultaneous image by a second camera; without a table, empty if RigViews::images is
+  /// unknown for any camera.
   std::vector<RigImage> unmatched;
   /// The largest difference between the times of one frame, in the unit of the names; 0 if names match
   /// exactly.
@@ -50,14 +50,14 @@ struct RigFrames {
 /// @throws Error (kInput) if names have no such number
 [[nodiscard]] RigFrames matchFrames(std::span<const RigViews> cameras);
 
-/// The same by a table, which names images as they were given or by the last parts of their paths. An image
-/// that is in no row is a frame of its own.
+/// Matches images by a table, which names them as given or by the last parts of their paths. An image that is
+/// in no row is its own frame.
 /// @throws Error (kInput) for a camera without a column or with a column that names none of its images, an
 /// image in two rows, or one that was not given
 [[nodiscard]] RigFrames framesOf(const FrameTable& table, std::span<const RigViews> cameras);
 
-/// What the table names and no view shows, of cameras whose images are not all known: these images may have
-/// had no board, or be misspelt. RigImage::frame says where the table names them.
+/// Images that the table names without a view, of cameras whose images are not all known: they may have had
+/// no board, or be misspelt. RigImage::frame says where the table names them.
 [[nodiscard]] std::vector<RigImage> namedWithoutViews(const FrameTable& table,
                                                       std::span<const RigViews> cameras);
 

@@ -46,7 +46,7 @@ std::vector<Observation> halfOf(const Board& board, const std::vector<Observatio
   return mapped(halvesOf(board, corners)[half], [&](std::size_t i) { return corners[i]; });
 }
 
-// With the cameras as they are, only placements are estimated.
+// Holds all cameras, so that only placements are estimated.
 void holdCameras(Fit& fit, const Fit& from) {
   for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
     FitCamera& camera = fit.cameras[c];

@@ -21,8 +21,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kRadius95 =
-    1.7308;  // of a normal variable in the plane, over the root mean square of a distance
+constexpr double kRadius95 = 1.7308;  // 95 % radius of a normal variable in the plane, over its RMS
 constexpr double kMillimetres = 1000;
 
 // "left/1.png, left/2.png and 7 more".
@@ -67,14 +66,14 @@ void judgeMotions(const RigCalibration& rig, double tolerance_px, std::vector<Di
 }
 
 void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
-  std::vector<RigImage> unlinked;  // by no motion
+  std::vector<RigImage> unlinked;  // not explained by a motion
   std::ranges::copy_if(rig.links.unlinked, std::back_inserter(unlinked), [&](const RigImage& image) {
     return std::ranges::none_of(rig.motions, [&](const CameraMotion& motion) {
       return motion.camera == image.camera && motion.effect_px > tolerance_px;
     });
   });
   if (!unlinked.empty()) {
-    // Of two views that contradict each other, either may be the wrong one.
+    // If two views contradict each other, either may be wrong.
     const bool are_many = 5 * rig.links.num_lone_views > rig.links.num_common_views;
     diagnoses.push_back(
         {.id = "not_simultaneous",
@@ -136,7 +135,7 @@ void judgeLinks(const RigCalibration& rig, double tolerance_px, std::vector<Diag
   }
 }
 
-// Errors of the images that were used do not tell how the rig does on others.
+// Errors of the images in use do not predict those of the rig on others.
 void judgeHoldout(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
   if (rig.holdout.num_corners == 0) {
     diagnoses.push_back({.id = "no_holdout",
@@ -251,7 +250,7 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
     for (Diagnosis diagnosis : camera.calibration.diagnoses) {
       if (camera.given && diagnosis.id.kind().subject == Subject::kLens) continue;
       diagnosis.cause = camera.name + ": " + diagnosis.cause;
-      // A rig suggests no view.
+      // A rig has no suggestion for the next view.
       if (diagnosis.id == DiagnosisId("poor_coverage"))
         diagnosis.next_step = "run alidade calibrate on the images of this camera to see which view to add";
       diagnoses.push_back(std::move(diagnosis));

@@ -8,7 +8,7 @@
 
 namespace alidade {
 
-/// Judges everything of a rig except `diagnoses`, and repeats what its cameras' own calibrations say;
+/// Judges everything in a rig except `diagnoses`, and repeats the diagnoses of its cameras' own calibrations;
 /// failures first.
 [[nodiscard]] std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px);
 

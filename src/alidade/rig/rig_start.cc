@@ -18,23 +18,23 @@ struct PoseDistance {
   double rotation_rad = 0;
   double translation = 0;  // m
 
-  // The translation of a limit is a share of the distance to the board.
+  // In a limit, the translation is a share of the distance to the board.
   [[nodiscard]] bool isWithin(const PoseDistance& limit, double distance_m) const {
     return rotation_rad < limit.rotation_rad && translation < limit.translation * distance_m;
   }
   [[nodiscard]] double cost(double distance_m) const { return rotation_rad + translation / distance_m; }
 };
 
-// How far apart two poses may be: views alone know a pose roughly, grazing ones very roughly.
+// Largest difference of poses that count as the same: single views are rough, grazing ones very rough.
 constexpr PoseDistance kSame = {0.05, 0.05};
-constexpr PoseDistance kPossible = {0.4, 0.3};  // the joint fit tells whether they are the same
+constexpr PoseDistance kPossible = {0.4, 0.3};  // the joint fit decides whether they are the same
 
 PoseDistance between(const SE3& a, const SE3& b) {
   const SE3 difference = a.inverse() * b;
   return {.rotation_rad = difference.rotation.log().norm(), .translation = difference.translation.norm()};
 }
 
-// The poses of camera b from a by one frame: a candidate for each turn of the board.
+// Poses of camera b relative to a by one frame: a candidate for each turn of the board.
 struct FramePoses {
   std::vector<SE3> b_from_a;
   double distance_m = 0;  // to the board
@@ -45,15 +45,15 @@ struct Link {
   std::size_t num_frames = 0;
 };
 
-// The candidate of a frame next to a pose.
+// The candidate of a frame nearest to a pose.
 const SE3& nearest(const FramePoses& frame, const SE3& pose) {
   return *std::ranges::min_element(frame.b_from_a, {}, [&](const SE3& candidate) {
     return between(pose, candidate).cost(frame.distance_m);
   });
 }
 
-// A mean of the candidates, by weights that fall with their distance from it in units of what the nearest
-// quarter has: where the camera moved, candidates of one of its places do not draw the other.
+// A mean of the candidates, with weights that fall with their distance from it in units of the nearest
+// quarter's distance: if the camera moved, candidates from before and after do not bias each other.
 SE3 meanAround(SE3 pose, const std::vector<FramePoses>& frames) {
   constexpr int kRounds = 5;
   constexpr std::size_t kQuarter = 4;
@@ -79,7 +79,7 @@ SE3 meanAround(SE3 pose, const std::vector<FramePoses>& frames) {
 }
 
 Link agreedPose(const std::vector<FramePoses>& frames) {
-  constexpr std::size_t kMostTried = 60;  // of many frames, some spread over all
+  constexpr std::size_t kMostTried = 60;  // if there are many frames, an even selection
   const std::size_t step = (frames.size() + kMostTried - 1) / kMostTried;
   Link best;
   double best_cost = std::numeric_limits<double>::max();
@@ -138,7 +138,7 @@ Links linksOf(std::span<const PosedView> views, const Placements& placements,
   return links;
 }
 
-// Reaches each part from its first camera, by the links of most frames.
+// Reaches each camera of a part from the first one, along the links with most frames.
 void placeCameras(std::size_t num_cameras, const Links& links, RigStart& start) {
   constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   start.part_of.assign(num_cameras, kNone);
@@ -170,7 +170,7 @@ void placeCameras(std::size_t num_cameras, const Links& links, RigStart& start) 
   }
 }
 
-// Numbers all views of a placement as its first one. With more than two, those that agree with most count.
+// Numbers all views of a placement like its first one. With more than two, the majority decides.
 void numberViews(std::span<const PosedView> views, const std::vector<std::size_t>& of_place,
                  const std::vector<BoardTurn>& turns, RigStart& start) {
   const auto rigFromBoard = [&](std::size_t v, const BoardTurn& turn) {

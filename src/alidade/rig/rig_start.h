@@ -19,31 +19,31 @@ struct PosedView {
   SE3 camera_from_board = {};
 };
 
-/// How far apart two poses are for points at a distance: the angle between them, rad, plus their translation
-/// as a share of the distance.
+/// Difference of two poses for points at a distance: the angle between them, rad, plus their translation as a
+/// share of the distance.
 [[nodiscard]] double poseCost(const SE3& a, const SE3& b, double distance_m);
 
-/// How a board that looks the same after a turn is renumbered.
+/// Renumbering of a board that looks the same after a turn.
 struct BoardTurn {
-  SE3 turned_from_board = {};   ///< takes a point of the board to the point that looks the same
-  std::vector<int> id_of = {};  ///< of each corner, the id of the point that it looks like
+  SE3 turned_from_board = {};   ///< maps a point of the board to the point that looks the same
+  std::vector<int> id_of = {};  ///< of each corner, the id of its equivalent after the turn
 };
 
-/// The turns after which a board looks the same, the first being none.
+/// The turns after which a board looks the same; the first is the identity.
 [[nodiscard]] std::vector<BoardTurn> boardTurns(const Board& board);
 
-/// Where the cameras of a rig are, and how ambiguous boards are to be numbered.
+/// Initial camera poses of a rig, and the numbering of ambiguous boards.
 struct RigStart {
-  std::vector<std::size_t> part_of;  ///< of each camera: cameras of one part are linked by common boards
+  std::vector<std::size_t> part_of;  ///< of each camera; cameras of one part are linked by common boards
   std::size_t num_parts = 0;
   std::vector<SE3> camera_from_rig;  ///< of each camera; a part's first camera is at the origin
   std::vector<std::size_t> turn_of;  ///< of each view, an index into boardTurns() of its board
-  std::vector<bool> agrees;          ///< of each view: its pose fits those of its frame
+  std::vector<bool> agrees;          ///< of each view: its pose matches those of its frame
 };
 
-/// Finds the poses of cameras from frames in which two of them see the same board, by the pose on which most
-/// of these frames agree, over all turns of ambiguous boards. Cameras that never see a board together are
-/// linked through others.
+/// Finds the poses of cameras from frames in which two of them see the same board: the pose on which most of
+/// these frames agree, over all turns of ambiguous boards. Cameras that never see a board together are linked
+/// through others.
 /// @param turns  boardTurns() of each board
 [[nodiscard]] RigStart findRigStart(std::size_t num_cameras, const std::vector<std::vector<BoardTurn>>& turns,
                                     std::span<const PosedView> views);

@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// The camera that sees the most boards together with this one.
+// The camera that shares the most boards with this one.
 std::size_t partnerOf(const Fit& fit, std::size_t camera) {
   std::vector<std::size_t> counts(fit.cameras.size());
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
@@ -34,8 +34,7 @@ std::size_t partnerOf(const Fit& fit, std::size_t camera) {
   return static_cast<std::size_t>(std::ranges::max_element(counts) - counts.begin());
 }
 
-// A pixel of one camera, seen at a fixed distance, as a pixel of a second one: its derivative by all
-// unknowns.
+// Derivative by all unknowns of transferring a pixel of one camera, at a fixed distance, to a second one.
 class Transfer {
  public:
   Transfer(const Fit& fit, const JointColumns& columns, std::size_t from, std::size_t to)
@@ -47,7 +46,7 @@ class Transfer {
         source_from_rig_(fit.cameras[from].camera_from_rig),
         target_from_rig_(fit.cameras[to].camera_from_rig) {}
 
-  // 2 x columns; nothing where one of the cameras does not see the point.
+  // 2 x columns; nothing if one of the cameras does not see the point.
   [[nodiscard]] std::optional<Eigen::MatrixXd> jacobian(const Eigen::Vector3d& p_rig) const {
     const Eigen::Vector3d p_source = source_from_rig_ * p_rig;
     Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_source_params(2, source_.parameters().size());
@@ -100,7 +99,7 @@ double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t 
   return errors.empty() ? kNan : medianOf(std::move(errors));
 }
 
-// Counts the views of each camera that are linked with others.
+// Counts the views of each camera with links.
 void countLinkedViews(const Fit& fit, std::vector<CameraLink>& links) {
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
     if (of_placement.size() < 2) continue;
@@ -116,7 +115,7 @@ void countLinkedViews(const Fit& fit, std::vector<CameraLink>& links) {
   }
 }
 
-// The information of all frames, with what is known of the lenses beforehand.
+// The information of all frames, plus prior knowledge of the lenses.
 Eigen::MatrixXd informationOf(const Fit& fit, const JointColumns& columns,
                               const std::vector<Reduced>& frames) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns.count, columns.count);
@@ -169,7 +168,7 @@ RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<Camera
                            .frame_variance = variance * std::max(1.0, by_frames->excess)};
   if (covariance.is_by_frames) covariance.matrix = by_frames->larger;
   covariance.matrix = covariance.matrix.view() + covariance.frame_variance * *offsets;
-  // An error of a given lens moves all that is estimated.
+  // An error of a given lens affects all estimates.
   for (std::size_t c = 0; c < given.size(); ++c) {
     const auto stated = given[c] ? statedCovariance(*given[c]) : std::nullopt;
     if (!stated) continue;

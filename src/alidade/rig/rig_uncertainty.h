@@ -9,11 +9,11 @@
 
 namespace alidade {
 
-/// The covariance of a solved rig: by the corners' noise, or by frames where these disagree by more.
+/// The covariance of a solved rig: by corner noise, or by frames if these disagree by more than noise.
 /// @param given  the cameras whose lenses were kept, or nothing for each that was calibrated; may be empty
 [[nodiscard]] RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<CameraRecord>> given);
 
-/// The links of each camera of a solved rig, and how well its pose is known.
+/// The links of each camera of a solved rig, and the accuracy of its pose.
 [[nodiscard]] std::vector<CameraLink> cameraLinks(const Fit& fit, const RigCovariance& covariance);
 
 }  // namespace alidade

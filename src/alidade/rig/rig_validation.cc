@@ -29,12 +29,12 @@ namespace {
 
 constexpr int kTangent = 6;
 
-// The pose of a camera of the record with the first one at the rig's origin.
+// The pose of a camera of the record, relative to the first one.
 SE3 statedPose(const RigRecord& rig, std::size_t camera) {
   return rig.cameras[camera].camera_from_rig * rig.cameras.front().camera_from_rig.inverse();
 }
 
-// The boards placed anew, with lenses and poses of cameras as stated.
+// Refits the boards, with lenses and camera poses as stated.
 Fit statedFit(const RigRecord& rig, const Fit& freed, const CancelFlag* cancel) {
   Fit stated = freed;
   fixShapes(stated);
@@ -71,7 +71,7 @@ double effectOf(const Fit& freed, const Fit& stated, std::size_t camera) {
   return distances.empty() ? 0 : medianOf(std::move(distances));
 }
 
-// The covariance of statedPose(), as far as it is stated. C Exp(e) F^-1 = C F^-1 Exp(Ad(F) e) for the first
+// The covariance of statedPose(), as far as stated. C Exp(e) F^-1 = C F^-1 Exp(Ad(F) e) for the first
 // camera's pose F.
 Eigen::MatrixXd statedPoseCovariance(const RigRecord& rig, std::size_t camera) {
   const Eigen::Matrix<double, kTangent, kTangent> adjoint = rig.cameras.front().camera_from_rig.adjoint();
@@ -102,9 +102,8 @@ double sigmasOf(const RigRecord& rig, const RigCalibration& freed, std::size_t c
                   normalOfMeanSquare(difference.dot(*inverse.inverse * difference) / kTangent, kTangent));
 }
 
-// Scale of a board as a rig measures it: the least squares fit of measured points by stated ones, turned,
-// moved and scaled (Umeyama 1991, IEEE PAMI 13(4), equation 43). Noise of the measured points does not bias
-// it.
+// Scale of a board as measured by a rig: the least squares similarity from stated to measured points (Umeyama
+// 1991, IEEE PAMI 13(4), equation 43). Noise of the measured points does not bias it.
 double lengthRatio(const std::vector<Eigen::Vector3d>& measured, const std::vector<Eigen::Vector3d>& stated) {
   const auto meanOf = [](const std::vector<Eigen::Vector3d>& points) {
     return Eigen::Vector3d(std::accumulate(points.begin(), points.end(), Eigen::Vector3d(0, 0, 0)) /
@@ -118,8 +117,8 @@ double lengthRatio(const std::vector<Eigen::Vector3d>& measured, const std::vect
     products += (measured[i] - measured_mean) * (stated[i] - stated_mean).transpose();
     squares += (stated[i] - stated_mean).squaredNorm();
   }
-  // The trace of products^T R over the nearest rotation R is the sum of the singular values, of a plane's
-  // points two.
+  // The trace of products^T R over the nearest rotation R is the sum of the singular values, two for the
+  // points of a plane.
   const Eigen::Matrix3d gram = products.transpose() * products;
   const SymmetricEigen eigen(gram);
   return (std::sqrt(std::max(0.0, eigen.eigenvalues()(2))) +
@@ -133,7 +132,7 @@ struct CommonPoint {
   Eigen::Vector3d on_board;
 };
 
-// The common points of each placement; none on boards of discs, whose centroids are no images of points.
+// The common points of each placement; none on boards of discs, whose centroids do not project to centroids.
 std::vector<std::vector<CommonPoint>> commonPoints(const Fit& fit) {
   std::vector<std::vector<CommonPoint>> points;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
@@ -155,7 +154,7 @@ std::vector<std::vector<CommonPoint>> commonPoints(const Fit& fit) {
   return points;
 }
 
-// NaN without enough points.
+// Returns NaN if there are too few points.
 double lengthRatioOf(const AnyRig& rig, const std::vector<CommonPoint>& points) {
   constexpr std::size_t kFewest = 6;
   std::vector<Eigen::Vector3d> measured;
@@ -185,7 +184,7 @@ double meanLengthRatio(const AnyRig& rig, const std::vector<std::vector<CommonPo
   return sum / count;
 }
 
-// A rig with its unknowns, see RigRecord::covariance, changed by a step.
+// A rig after a step of its unknowns, see RigRecord::covariance.
 AnyRig stepped(const AnyRig& rig, const Eigen::VectorXd& step) {
   std::vector<MountedCamera> cameras = rig.cameras();
   Eigen::Index at = 0;
@@ -201,8 +200,8 @@ AnyRig stepped(const AnyRig& rig, const Eigen::VectorXd& step) {
   return AnyRig(std::move(cameras));
 }
 
-// The part of the variance of the mean ratio that comes from the rig's stated covariance: the squares of what
-// steps of one standard deviation along its axes change.
+// The part of the variance of the mean ratio due to the rig's stated covariance: squared changes for steps of
+// one standard deviation along its axes.
 double ratioVarianceOfRig(const RigRecord& record, const std::vector<std::vector<CommonPoint>>& points) {
   if (record.covariance.empty()) return 0;
   const AnyRig rig = rigOf(record);
@@ -212,7 +211,7 @@ double ratioVarianceOfRig(const RigRecord& record, const std::vector<std::vector
   const Eigen::VectorXd inverse = scale.cwiseInverse();
   const SymmetricEigen axes(inverse.asDiagonal() * covariance.view() * inverse.asDiagonal());
   constexpr double kNothing = 1e-9;  // of the largest axis
-  constexpr double kSmall = 0.1;     // of a standard deviation: the ratio is linear there
+  constexpr double kSmall = 0.1;     // of a standard deviation; the ratio is linear there
   const double as_stated = meanLengthRatio(rig, points);
   double variance = 0;
   for (Eigen::Index k = 0; k < count; ++k) {

@@ -21,34 +21,35 @@ struct TestedRigCamera {
   double rms_px = 0;        ///< with lenses and poses as stated
   double freed_rms_px = 0;  ///< with the poses of the cameras freed
   SE3 freed_from_stated;    ///< of camera frames; none for the first camera
-  /// By which points at the boards' distance, seen by another camera, move in this one's image: median.
+  /// Median displacement in this camera's image of points at the boards' distance that a second camera sees.
   double effect_px = 0;
-  /// The standard normal variable that is exceeded as often as this difference of poses by chance.
+  /// Standard normal variable that chance exceeds as often as this difference of poses.
   double sigmas = 0;
   std::optional<LensMisfit> misfit;
 };
 
-/// How a rig agrees with images that it was perhaps not made from.
+/// Agreement of a rig with images that it may not have been made from.
 struct RigValidation {
   std::vector<TestedRigCamera> cameras;
   double rms_px = 0;  ///< with lenses and poses as stated
   double freed_rms_px = 0;
-  /// sqrt(mean of dx^2 + dy^2) between pixels of two or more cameras and the point that they give, px.
+  /// sqrt(mean of dx^2 + dy^2) between pixels of two or more cameras and the point triangulated from them,
+  /// px.
   double epipolar_px = std::numeric_limits<double>::quiet_NaN();
   std::size_t num_points = 0;  ///< corners that two or more cameras see
-  std::size_t num_failed = 0;  ///< of these, without a point
-  /// Lengths on the boards as the rig measures them, over those that the boards state; NaN if unknown.
+  std::size_t num_failed = 0;  ///< of these, without a triangulated point
+  /// Lengths on the boards as measured by the rig, over the stated ones; NaN if unknown.
   double length_ratio = std::numeric_limits<double>::quiet_NaN();
-  /// From the scatter over frames and the covariance that the rig states.
+  /// From the scatter between frames and the stated covariance of the rig.
   double length_ratio_std = std::numeric_limits<double>::quiet_NaN();
-  RigCalibration freed;              ///< with the lenses kept
+  RigCalibration freed;              ///< with the given lenses kept
   std::vector<Diagnosis> diagnoses;  ///< failures first
 
   [[nodiscard]] Verdict verdict() const { return verdictOf(diagnoses); }
 };
 
-/// Tests a rig on views of boards: its poses against poses that are freed, its lenses likewise, its epipolar
-/// geometry, and the lengths that it measures.
+/// Tests a rig on views of boards: its poses and lenses against freed ones, its epipolar geometry, and the
+/// lengths that it measures.
 /// @param cameras  in the order of the record
 /// @param options  `given` and `models` are not used
 /// @throws Error as calibrate()

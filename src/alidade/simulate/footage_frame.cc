@@ -85,8 +85,8 @@ SurfaceHit FootageFrame::look(const Vector2d& picture) const {
 }
 
 std::optional<FootageFrame::Sighting> FootageFrame::sight(int body, const Vector3d& in_body) const {
-  // The row decides the time, which decides the row: a contraction unless points move by about as many rows
-  // from frame to frame as there are.
+  // The row determines the time, which determines the row. The iteration is a contraction unless points move
+  // by about the height of the image per frame.
   constexpr int kMaxIterations = 60;
   constexpr double kTolerancePx = 1e-10;
   const SceneBody& owner = bodies_[static_cast<std::size_t>(body)];
@@ -117,7 +117,7 @@ std::optional<Vector2d> FootageFrame::see(int body, const Vector3d& in_body) con
   if (!sighting) return std::nullopt;
   const Vector2d picture = toPicture(sighting->sensor);
   if (!picture.allFinite() || !isInPicture(picture, scene_.image_size)) return std::nullopt;
-  // The point is on a surface: what its own ray meets first is it, up to rounding, or hides it.
+  // The point is on a surface, so the first hit of its ray is the point itself, up to rounding, or hides it.
   constexpr double kRounding = 1e-7;
   const double distance = sighting->in_camera.norm();
   const Vector3d ray = sighting->in_camera / distance;

@@ -13,16 +13,16 @@
 
 namespace alidade {
 
-/// The geometry of one frame of footage: which row is taken when, and how pixels of the sensor are moved to
+/// The geometry of one frame of footage: the time of each row, and the way pixels of the sensor move to
 /// pixels of the picture. It refers to the scene, the motion and the bodies, which must outlive it.
 class FootageFrame {
  public:
-  /// `camera`: of this frame.
+  /// @param camera  of this frame
   FootageFrame(const FootageScene& scene, const AnyCamera& camera, const FootageMotion& motion,
                const std::vector<SceneBody>& bodies, int index);
 
   [[nodiscard]] const AnyCamera& camera() const { return camera_; }
-  /// In frames; `sensor_row` may lie outside the image.
+  /// Time of a row in frames; `sensor_row` may lie outside the image.
   [[nodiscard]] double timeOfRow(double sensor_row) const;
   [[nodiscard]] bool hasRollingShutter() const { return scene_.effects.rolling_shutter > 0; }
   /// The place on the sensor of a place in the picture; not finite if there is none.
@@ -30,13 +30,13 @@ class FootageFrame {
   /// The rotation virtual_from_camera by which the picture is stabilised.
   [[nodiscard]] const SO3& correction() const { return correction_; }
 
-  /// What all bodies look like at a time.
+  /// All bodies as seen at a time.
   [[nodiscard]] std::vector<BodyView> viewsAt(double time_frames) const;
-  /// What the ray of a place in the picture meets first; body -1 if it has none or meets nothing.
+  /// The first hit of the ray of a place in the picture; body -1 if there is no ray or no hit.
   [[nodiscard]] SurfaceHit look(const Eigen::Vector2d& picture) const;
-  /// The place in the picture of a point of a body, whether hidden or not. Nothing if there is none.
+  /// The place in the picture of a point of a body, even if it is hidden. Nothing if there is none.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(int body, const Eigen::Vector3d& in_body) const;
-  /// The same; nothing also if it is hidden or outside the image.
+  /// The same, but nothing if it is hidden or outside the image.
   [[nodiscard]] std::optional<Eigen::Vector2d> see(int body, const Eigen::Vector3d& in_body) const;
 
  private:

@@ -49,7 +49,7 @@ FootageMotion::FootageMotion(const FootageScene& scene, double focal_px) : path_
   } else if (path_ == FootagePath::kRotation) {
     turn_ = randomCurve(Vector3d(0.3, 0.8, 0.25) * (is_before_plane ? 0.4 : 1), 0.7, random);
   }
-  // An RMS of `shake_px` per axis: a sinusoid of amplitude a has a^2 / 2.
+  // The shake has an RMS of `shake_px` per axis; a sinusoid of amplitude a has a mean square of a^2 / 2.
   constexpr double kSlowestShake = 0.35;  // radians per frame, a period of 18 frames
   shake_ = randomCurve(Vector3d::Ones(), kSlowestShake, random);
   double variance = 0;
@@ -73,7 +73,7 @@ SE3 FootageMotion::pose(double time_frames) const {
 
 SO3 FootageMotion::smoothRotation(double time_frames, double sigma_frames) const {
   constexpr double kStepsPerSigma = 4;
-  constexpr int kNumSteps = 12;  // to three standard deviations
+  constexpr int kNumSteps = 12;  // up to three standard deviations
   const SO3 middle = pose(time_frames).rotation;
   Vector3d sum = Vector3d::Zero();
   double sum_of_weights = 0;

@@ -20,27 +20,27 @@ struct SmoothCurve {
   [[nodiscard]] Eigen::Vector3d at(double parameter) const;
 };
 
-/// Where the camera of a footage is over time, which is counted in frames. The world frame is the camera's at
-/// the middle of its path, or for straight paths at time 0.
+/// Motion of a camera over time, which is counted in frames. The world frame is that of the camera in the
+/// middle of its path, or at time 0 for straight paths.
 class FootageMotion {
  public:
   /// `focal_px`: pixels per radian at the image centre.
   FootageMotion(const FootageScene& scene, double focal_px);
 
-  /// Of straight paths, metres per frame; of others, how far the curves' parameter runs per frame.
+  /// Metres per frame for straight paths; for others, the change of the curve parameter per frame.
   [[nodiscard]] double speed() const { return speed_; }
   void setSpeed(double speed) { speed_ = speed; }
 
-  /// camera_from_world without the shaking hand.
+  /// camera_from_world without hand shake.
   [[nodiscard]] SE3 steadyPose(double time_frames) const;
   /// camera_from_world.
   [[nodiscard]] SE3 pose(double time_frames) const;
   /// The rotation of pose() smoothed by a Gaussian over time of this standard deviation, in frames.
   [[nodiscard]] SO3 smoothRotation(double time_frames, double sigma_frames) const;
 
-  /// No position is farther from the origin, metres; straight paths, which have no limit: 0.
+  /// Largest distance of any position from the origin, metres; 0 for straight paths, which have no limit.
   [[nodiscard]] double reach() const;
-  /// Translation per frame that does not end, metres.
+  /// Constant part of the translation per frame, metres.
   [[nodiscard]] Eigen::Vector3d velocity() const;
 
  private:

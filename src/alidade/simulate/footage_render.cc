@@ -28,7 +28,7 @@ class RowViews {
       rows_.push_back(frame.viewsAt(frame.timeOfRow(0.5 * (size.height - 1))));
       return;
     }
-    // A little beyond the picture, for the blur.
+    // Extends a little beyond the picture, for the blur.
     constexpr double kMarginPx = 50;
     double low = std::numeric_limits<double>::infinity();
     double high = -low;
@@ -40,7 +40,8 @@ class RowViews {
         high = std::max(high, corner.y());
       }
     }
-    // Stabilisation moves rows by less than the image's height unless the camera turns too far to be useful.
+    // Limited, because stabilisation moves rows by less than the image's height unless the camera turns too
+    // far for a useful result.
     first_row_ = std::floor(std::max(low, -2.0 * size.height));
     const double last_row = std::ceil(std::min(high, 3.0 * size.height));
     for (double row = first_row_; row <= last_row; ++row)
@@ -62,26 +63,26 @@ class RowViews {
   std::vector<std::vector<BodyView>> rows_;
 };
 
-// Numbers of the rays of one row.
+// Values for the rays of one row.
 struct RowBuffers {
   std::vector<double> u, v, x, y, z;
   std::vector<ProjectStatus> status;
-  std::vector<double> pixel_rad;  // how many radians a pixel spans
+  std::vector<double> pixel_rad;  // angle that each pixel spans
   std::vector<double> light;
 
   explicit RowBuffers(std::size_t num)
       : u(num), v(num), x(num), y(num), z(num), status(num), pixel_rad(num), light(num) {}
 };
 
-// The light of rays, half a pixel apart along both axes; the outermost lie beyond the picture by what the
-// blur needs.
+// Light of rays half a pixel apart along both axes; the outermost ones lie beyond the picture by the extent
+// of the blur.
 class FineRows {
  public:
   FineRows(const FootageScene& scene, const std::vector<SceneBody>& bodies, const FootageFrame& frame)
       : size_(scene.image_size), bodies_(bodies), frame_(frame), views_(frame, size_) {
     constexpr double kNumSigmas = 4;
     const int half = static_cast<int>(std::ceil(2 * (0.5 + kNumSigmas * scene.effects.blur_px)));
-    // Sample k covers [k / 2, (k + 1) / 2] pixels from a pixel's centre.
+    // Sample k covers [k / 2, (k + 1) / 2] pixels from the centre of a pixel.
     for (int k = -half; k < half; ++k)
       kernel_.push_back(pointSpreadShare(0.5 * (k + 1), scene.effects.blur_px) -
                         pointSpreadShare(0.5 * k, scene.effects.blur_px));
@@ -100,7 +101,7 @@ class FineRows {
 
   [[nodiscard]] RowBuffers makeBuffers() const { return RowBuffers(numFine(size_.width)); }
 
-  // The light of a row of rays, blurred along the row and taken at the pixels.
+  // The light of a row of rays, blurred along the row and sampled at the pixels.
   void render(std::size_t fine_row, RowBuffers& row, float* out) const {
     const double v = coordinate(fine_row);
     for (std::size_t i = 0; i < row.u.size(); ++i) {
@@ -130,7 +131,8 @@ class FineRows {
     return 0.5 * (static_cast<double>(fine) - margin_ + 0.5) - 0.5;
   }
 
-  // The longest side of a pixel's parallelogram of rays, exactly at some nodes and the same around each.
+  // Sets the longest side of each pixel's parallelogram of rays: exact at some nodes, and constant around
+  // each.
   void measurePixels(RowBuffers& row) const {
     double last = 0;
     for (std::size_t i = 0; i < row.u.size(); ++i) {
@@ -153,8 +155,7 @@ class FineRows {
     if (hit.body < 0) return kMiddleLevel;
     constexpr double kLeastPixelRad = 1e-9;
     constexpr double kLeastCosine = 1e-3;
-    // Where the surface is seen at a slant, rays are dense enough along the direction in which it looks
-    // shorter.
+    // On a slanted surface, rays are dense enough along the foreshortened direction.
     constexpr double kRaysPerPixel = 2;
     const auto body = static_cast<std::size_t>(hit.body);
     const double scale = 1 / bodies_[body].texture_scale;
@@ -187,7 +188,7 @@ GrayImage renderFootageFrame(const FootageScene& scene, const std::vector<SceneB
   const auto width = static_cast<std::size_t>(scene.image_size.width);
   const auto height = static_cast<std::size_t>(scene.image_size.height);
   std::vector<float> light(rows.numRows() * width);
-  // A thread's piece of work is some rows, so that its buffers are not allocated too often.
+  // Threads take several rows at a time, so that buffers are allocated less often.
   constexpr std::size_t kRowsAtOnce = 16;
   const auto inPieces = [&](std::size_t num_rows, const auto& work) {
     parallelFor(
@@ -208,7 +209,8 @@ GrayImage renderFootageFrame(const FootageScene& scene, const std::vector<SceneB
         const float* row = light.data() + (2 * y + k) * width;
         for (std::size_t x = 0; x < width; ++x) sums[x] += rows.kernel()[k] * row[x];
       }
-      Random random(streamSeed(noise_seed, y));  // noise belongs to a row, not to a thread
+      Random random(streamSeed(noise_seed, y));  // seeded by row, so that noise does not depend on the
+                                                 // threads
       for (std::size_t x = 0; x < width; ++x)
         image.pixels[y * width + x] = noisyLevel(sums[x], scene.effects.read_noise, random);
     }

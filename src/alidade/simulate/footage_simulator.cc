@@ -28,7 +28,7 @@ FootageScene checked(FootageScene scene) {
   return scene;
 }
 
-// What tells measured numbers apart from the scene's: nothing but motion and bodies.
+// The scene with only motion and bodies, without the effects that change measured pixels.
 FootageScene withoutEffects(FootageScene scene) {
   scene.effects.shake_px = 0;
   scene.effects.rolling_shutter = 0;
@@ -37,7 +37,7 @@ FootageScene withoutEffects(FootageScene scene) {
   return scene;
 }
 
-// Cameras of all frames of footage with zoom, or the one of all frames.
+// Cameras of all frames of footage with zoom, or one camera for all frames.
 std::vector<AnyCamera> zoomedCameras(const FootageScene& scene) {
   if (scene.effects.zoom == 1 || scene.num_frames == 1) return {scene.camera};
   std::vector<AnyCamera> cameras;
@@ -67,7 +67,7 @@ Vector3d inBodyOf(const SceneBody& body, const SurfaceHit& hit) {
   return p;
 }
 
-// Frames at which something is measured, spread over the footage.
+// Frames at which a quantity is measured, spread over the footage.
 std::vector<int> sampleFrames(int num_frames, int count) {
   std::vector<int> frames;
   for (int i = 0; i < std::min(count, num_frames); ++i)
@@ -119,11 +119,12 @@ double FootageSimulator::meanFlow() const {
 void FootageSimulator::findSpeed() {
   bodies_ = stillBodies(scene_, 0);
   if (scene_.path == FootagePath::kStatic) return;
-  // The first crossing from slow to fast. Flow is continuous, but only nearly proportional to speed: another
-  // speed shows other parts of the path and, on a straight one, more of the surroundings.
+  // Searches the first crossing from slow to fast. Flow is continuous, but only roughly proportional to
+  // speed: at a different speed, the camera passes different parts of the path and, on a straight one, more
+  // of the surroundings.
   const bool is_straight = scene_.path == FootagePath::kStraight;
   constexpr double kMaxMetres = 5;       // per frame
-  constexpr double kMaxParameter = 0.5;  // per frame; the curves' shortest period is about three
+  constexpr double kMaxParameter = 0.5;  // per frame; the shortest period of the curves is about three
   const double most = is_straight ? kMaxMetres : kMaxParameter;
   const auto flowAt = [&](double speed) {
     setSpeed(speed);
@@ -131,7 +132,7 @@ void FootageSimulator::findSpeed() {
   };
   constexpr double kStep = 1.4;
   double low = 0;
-  double high = std::min(most, 0.25 * scene_.flow_px / focal_px_);  // the flow is about 0.7 focal lengths
+  double high = std::min(most, 0.25 * scene_.flow_px / focal_px_);  // at speed 1, about 0.7 focal lengths
   double flow = flowAt(high);
   while (flow < scene_.flow_px && high < most) {
     low = high;
@@ -279,7 +280,7 @@ std::vector<TrueTrack> FootageSimulator::trackPoints(const TrackOptions& options
         const ScenePoint point{
             .body = hit.body, .face = hit.face, .in_body = inBodyOf(body, hit), .is_moving = body.is_moving};
         const auto pixel = now.see(point.body, point.in_body);
-        if (!pixel) continue;  // at the very border, by rounding
+        if (!pixel) continue;  // exactly on the border, by rounding
         active.push_back(tracks.size());
         tracks.push_back({static_cast<int>(tracks.size()), point, index, {*pixel}});
       }

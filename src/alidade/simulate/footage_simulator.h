@@ -28,39 +28,39 @@ struct ScenePoint {
 
 /// A point and its exact pixels in frames that follow one another.
 struct TrueTrack {
-  int id = 0;  ///< the index in the list of tracks
+  int id = 0;  ///< index in the list of tracks
   ScenePoint point;
   int first_frame = 0;
   std::vector<Eigen::Vector2d> pixels;  ///< in first_frame, first_frame + 1, ...
 };
 
-/// Where trackPoints() puts points.
+/// Options of trackPoints().
 struct TrackOptions {
-  /// In each frame, a cell of this grid over the image without a point gets one at a random place.
+  /// Cells of a grid over the image. In each frame, an empty cell gets a point at a random place.
   int columns = 16;
   int rows = 12;
   bool on_moving_objects = true;  ///< false: only points that do not move
 };
 
-/// Renders footage and knows the truth about it. Frames are numbered from 0; frame i is taken at
-/// i / frame_rate_hz seconds. Poses are camera_from_world.
+/// Renders footage and gives its ground truth. Frames are numbered from 0; frame i is taken at i /
+/// frame_rate_hz seconds. Poses are camera_from_world.
 ///
-/// Rolling shutter: row v of frame i is taken at
-/// (i + rolling_shutter * (v - (height - 1) / 2) / height) / frame_rate_hz seconds.
+/// Rolling shutter: row v of frame i is taken at (i + rolling_shutter * (v - (height - 1) / 2) / height) /
+/// frame_rate_hz seconds.
 ///
-/// Stabilisation imitates what telephones do: pixels p of the camera are moved to H p, where H = K R K^-1
-/// with the focal lengths at the image centre and the principal point in K. R takes the true orientation at
-/// the time of the frame to the smoothed one. H would be exact for a lens without distortion. For any other
-/// one, and with a rolling shutter, the pictures are no longer exactly those of the camera model. The sensor
-/// is larger than the picture, so that the picture has no empty margins where the lens has rays.
+/// Stabilisation imitates telephones: pixels p of the camera are moved to H p, where H = K R K^-1 with the
+/// focal lengths at the image centre and the principal point in K. R takes the true orientation at the time
+/// of the frame to the smoothed one. H would be exact for a lens without distortion. For other lenses, and
+/// with a rolling shutter, the pictures no longer match the camera model exactly. The sensor is larger than
+/// the picture, so that the picture has no empty margins where the lens has rays.
 class FootageSimulator {
  public:
-  /// Builds the surroundings and finds the speed that gives the wanted flow; takes some milliseconds.
-  /// @throws Error (kInput) for values out of range, if no speed gives the wanted flow, and if the
-  /// moving objects cannot cover `moving_share`
+  /// Builds the surroundings and finds the speed for the required flow, which takes some milliseconds.
+  /// @throws Error (kInput) for values out of range, if no speed gives the required flow, and if the moving
+  /// objects cannot cover `moving_share`
   explicit FootageSimulator(FootageScene scene);
 
-  /// The scene, with the flow that is its default.
+  /// The scene, with the default flow filled in.
   [[nodiscard]] const FootageScene& scene() const { return scene_; }
   [[nodiscard]] int numFrames() const { return scene_.num_frames; }
   [[nodiscard]] double timeOf(int frame) const { return frame / scene_.frame_rate_hz; }
@@ -71,25 +71,25 @@ class FootageSimulator {
   }
   /// The true pose of the camera at any time, camera_from_world.
   [[nodiscard]] SE3 poseAt(double time_s) const;
-  /// The pose of a picture, camera_from_world: the true one at the time of the frame, with stabilisation that
-  /// of the camera with the smoothed orientation.
+  /// The pose of a picture, camera_from_world: the true pose at the time of the frame or, with stabilisation,
+  /// that of the camera with the smoothed orientation.
   [[nodiscard]] SE3 poseOf(int frame) const;
 
-  /// The same bytes for the same scene and frame, whatever the number of threads. Pixels without a ray get no
-  /// light.
-  /// @throws Cancelled once `cancel` is raised.
+  /// The same bytes for the same scene and frame, regardless of the number of threads. Pixels without a ray
+  /// get no light.
+  /// @throws Cancelled once `cancel` is set.
   [[nodiscard]] GrayImage renderFrame(int frame, const CancelFlag* cancel = nullptr) const;
 
-  /// The point that is seen at a pixel; nothing where the pixel has no ray, or looks past the plane.
+  /// The point that is seen at a pixel; nothing if the pixel has no ray, or looks past the plane.
   [[nodiscard]] std::optional<ScenePoint> pointAt(int frame, const Eigen::Vector2d& pixel) const;
   /// The exact pixel of a point; nothing if it is hidden, outside the image or without projection. With a
   /// rolling shutter, it is the one at the time of its own row.
   [[nodiscard]] std::optional<Eigen::Vector2d> pixelOf(const ScenePoint& point, int frame) const;
-  /// Where a point is at a time, in the world, metres.
+  /// Position of a point at a time, in the world frame, metres.
   [[nodiscard]] Eigen::Vector3d positionOf(const ScenePoint& point, double time_s) const;
 
-  /// Exact tracks over the whole footage, all parts of the image in each frame, without rendering. A track
-  /// ends when its point is hidden or leaves the image. The same tracks for the same scene.
+  /// Exact tracks over the whole footage, covering all parts of the image in each frame, without rendering. A
+  /// track ends when its point is hidden or leaves the image. The same scene gives the same tracks.
   [[nodiscard]] std::vector<TrueTrack> trackPoints(const TrackOptions& options = {}) const;
 
  private:

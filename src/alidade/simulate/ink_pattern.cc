@@ -31,7 +31,7 @@ InkPattern::InkPattern(const BoardInk& ink) : extent_(ink.extent), paper_(ink.ex
   const Vector2d margin = Vector2d::Constant(kMarginShare * extent_.sizes().maxCoeff());
   paper_.min() -= margin;
   paper_.max() += margin;
-  // About a box in each cell, so that few are looked at and edges are seen from afar.
+  // Cells of about one box each, so that few boxes are tested and edges are known from a distance.
   const double num_boxes = static_cast<double>(std::max<std::size_t>(1, ink.boxes.size() + ink.discs.size()));
   cell_m_ = std::sqrt(extent_.volume() / num_boxes);
   num_cells_ = (extent_.sizes() / cell_m_).array().ceil().cast<int>().max(1);
@@ -49,7 +49,7 @@ void InkPattern::add(const Mark& mark) {
   }
 }
 
-// The nearest one to a place outside.
+// The cell of a place, or the nearest one for a place outside.
 Vector2i InkPattern::cellAt(const Vector2d& p) const {
   const Vector2d at = ((p - extent_.min()) / cell_m_).array().floor();
   const Vector2d last = (num_cells_.array() - 1).cast<double>();
@@ -69,7 +69,8 @@ double InkPattern::edgeDistance(const Vector2d& p) const {
   if (!extent_.contains(p)) return std::min(toSide(paper_, p), toSide(extent_, p));
   const Vector2i cell = cellAt(p);
   const Vector2d low = extent_.min() + cell_m_ * cell.cast<double>();
-  double distance = toSide({low, low + Vector2d(cell_m_, cell_m_)}, p);  // beyond the cell anything may be
+  double distance = toSide({low, low + Vector2d(cell_m_, cell_m_)}, p);  // the content beyond the cell is
+                                                                         // unknown
   for (const Mark& mark : marksIn(cell)) distance = std::min(distance, mark.edgeDistance(p));
   return distance;
 }

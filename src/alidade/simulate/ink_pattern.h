@@ -10,29 +10,29 @@
 
 namespace alidade {
 
-/// What is seen at a place of the board's plane.
+/// Tones of places on the plane of the board.
 enum class BoardTone {
   kDark,        ///< a dark square
-  kBright,      ///< a bright square or the paper's margin, one square wide, around the squares
+  kBright,      ///< a bright square, or the paper's margin around the squares, one square wide
   kBackground,  ///< beyond the paper
 };
 
-/// The tones of anything printed, with a white margin around it as wide as a tenth of its longer side. What
-/// is printed is found by the cell of a grid that a place is in.
+/// The tones of any print, with a white margin a tenth of its longer side wide. Marks are found through the
+/// cells of a grid.
 class InkPattern {
  public:
   explicit InkPattern(const BoardInk& ink);
 
   [[nodiscard]] double unit() const { return 1; }  ///< metres
   [[nodiscard]] BoardTone tone(const Eigen::Vector2d& p) const;
-  /// A lower bound of the distance to the next place of another tone, metres.
+  /// A lower bound of the distance to the nearest place with a different tone, metres.
   [[nodiscard]] double edgeDistance(const Eigen::Vector2d& p) const;
 
  private:
   [[nodiscard]] Eigen::Vector2i cellAt(const Eigen::Vector2d& p) const;
   struct Mark {
     Eigen::AlignedBox2d box;
-    bool is_disc = false;  // that fills the box
+    bool is_disc = false;  // a disc that fills the box
 
     [[nodiscard]] bool contains(const Eigen::Vector2d& p) const;
     [[nodiscard]] double edgeDistance(const Eigen::Vector2d& p) const;
@@ -46,7 +46,7 @@ class InkPattern {
   Eigen::AlignedBox2d paper_;
   Eigen::Vector2i num_cells_;
   double cell_m_ = 0;
-  std::vector<std::vector<Mark>> cells_;  // what touches each
+  std::vector<std::vector<Mark>> cells_;  // marks that touch each cell
 };
 
 }  // namespace alidade

@@ -19,7 +19,7 @@ bool isInside(const Projection& p, ImageSize size) {
          p.pixel.y() < size.height - 0.5;
 }
 
-// The centroid of a disc's image; nothing if a part of it is not seen.
+// The centroid of the image of a disc; nothing if a part of the disc is not visible.
 std::optional<Eigen::Vector2d> discCentroid(const AnyCamera& camera, ImageSize size, const Board& board,
                                             const SE3& camera_from_board, int id) {
   constexpr int kPoints = 32;
@@ -63,7 +63,8 @@ View exactView(const AnyCamera& camera, ImageSize size, const Board& board, cons
 void addCornerNoise(View& view, double sigma_px, Random& random) {
   detail::checkOption("sigma_px", sigma_px, 0, std::numeric_limits<double>::max());
   for (Corner& corner : view.corners) {
-    // Two statements: the order of evaluation of a call's arguments is not fixed, the order of draws must be.
+    // Two statements, because the order of draws must be fixed and arguments of a call are evaluated in any
+    // order.
     corner.pixel.x() += sigma_px * random.normal();
     corner.pixel.y() += sigma_px * random.normal();
     corner.sigma_px = sigma_px;

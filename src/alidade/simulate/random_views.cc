@@ -36,7 +36,7 @@ class ViewSampler {
     projections_.resize(points_board_.size());
   }
 
-  // One placement with the given fill, or nothing if it does not fit into the image.
+  // One placement with the given fill; nothing if it does not fit into the image.
   [[nodiscard]] std::optional<SE3> tryView(double fill, Random& random) {
     const double x = random.uniform(-0.5, size_.width - 0.5);
     const double y = random.uniform(-0.5, size_.height - 0.5);
@@ -63,7 +63,7 @@ class ViewSampler {
     return SO3::exp(tilt * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0)) * SO3::exp({0, 0, roll});
   }
 
-  // The smallest box around all corners of squares in the image; nothing if one has no pixel.
+  // The smallest box around all corners of squares in the image; nothing if one of them has no pixel.
   [[nodiscard]] std::optional<Eigen::AlignedBox2d> project(const SE3& camera_from_middle) {
     for (std::size_t i = 0; i < points_board_.size(); ++i) {
       points_camera_[i] = camera_from_middle * points_board_[i];
@@ -77,7 +77,7 @@ class ViewSampler {
     return extent;
   }
 
-  // The distance along `ray` at which the board spans `fill`: it spans more nearer by, or does not project.
+  // The distance along `ray` at which the board spans `fill`. Closer boards span more or do not project.
   [[nodiscard]] std::optional<double> nearestDistance(const SO3& camera_from_board,
                                                       const Eigen::Vector3d& ray, double fill) {
     const auto isFarEnough = [&](double distance) {
@@ -107,7 +107,7 @@ class ViewSampler {
   RandomViewOptions options_;
   Eigen::Vector3d middle_;                      // of the squares, in the board frame
   std::vector<Eigen::Vector3d> points_board_;   // all corners of squares, relative to the middle
-  std::vector<Eigen::Vector3d> points_camera_;  // of the last projection, as the next
+  std::vector<Eigen::Vector3d> points_camera_;  // of the last projection, like the next member
   std::vector<Projection> projections_;
 };
 

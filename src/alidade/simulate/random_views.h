@@ -12,16 +12,16 @@
 
 namespace alidade {
 
-/// Poses (camera_from_board) of a board that is seen as a whole: all its squares, the outermost too, project
-/// into the image.
+/// Poses (camera_from_board) of a board that is fully visible: all its squares, including the outermost,
+/// project into the image.
 ///
-/// The centre of the squares appears at a pixel drawn evenly over the image. From the pose that faces the
-/// camera along the ray through that pixel, the board is tilted about a random axis of its plane and turned
-/// about its normal. Tilts count from that ray and not from the optical axis, so that foreshortening is
-/// limited all over a wide image while the board's normal still takes more directions there; they are drawn
-/// evenly over the disc of tilts (two thirds of the largest on average), since views without tilt say little
-/// about the focal length. A fill at which `max_attempts` placements fail is reduced by a fifth, if need be
-/// below `min_fill`.
+/// The centre of the squares appears at a pixel that is uniformly distributed over the image. From the pose
+/// that faces the camera along the ray through that pixel, the board is tilted about a random axis of its
+/// plane and turned about its normal. Tilts count from that ray and not from the optical axis, so that
+/// foreshortening is limited all over a wide image. They are uniformly distributed over the disc of tilts
+/// (two thirds of the largest on average), since views without tilt say little about the focal length. A fill
+/// at which `max_attempts` placements fail is reduced by a fifth, even below `min_fill`.
+///
 ///
 /// @throws Error (kInput) if an option is out of range, or no view fits even with a fill of a hundredth.
 [[nodiscard]] std::vector<SE3> randomViews(const AnyCamera& camera, ImageSize size, const Board& board,

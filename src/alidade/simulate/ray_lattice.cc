@@ -15,15 +15,15 @@
 namespace alidade {
 namespace {
 
-// The corners of a block, by the ends of its sides along x and y; in turn, so that neighbours are the ends of
-// a side.
+// The corners of a block, by the ends of its sides along x and y, in order around the block, so that
+// neighbours are the ends of a side.
 constexpr std::array<std::array<int, 2>, 4> kCorners = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
 
 int divideUp(int a, int b) {
   return (a + b - 1) / b;
 }
 
-// From the rays at(dx, dy) of a pixel and its neighbours, dx and dy in {-1, 0, 1}.
+// Expansion from the rays at(dx, dy) of a pixel and its neighbours, dx and dy in {-1, 0, 1}.
 template <class RayAt>
 RayExpansion expandByDifferences(const RayAt& at) {
   RayExpansion pixel;
@@ -46,14 +46,14 @@ RayExpansion expandByDifferences(const RayAt& at) {
 }  // namespace
 
 RayLattice::Basis::Basis() {
-  // Chebyshev nodes keep the interpolation error even over the block.
+  // Chebyshev nodes keep the interpolation error uniform over the block.
   Eigen::MatrixXd vandermonde(kNumNodes, kNumNodes);
   for (int k = 0; k < kNumNodes; ++k) {
     nodes[k] = -std::cos((2 * k + 1) * std::numbers::pi / (2 * kNumNodes));
     for (int m = 0; m < kNumNodes; ++m) vandermonde(k, m) = std::pow(nodes[k], m);
   }
   const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(kNumNodes, kNumNodes);
-  // Row k: coefficients of t^m for node k's weight.
+  // Row k: coefficients of t^m for the weight of node k.
   const Eigen::Matrix<double, kNumNodes, kNumNodes> powers = leastSquares(vandermonde, one).transpose();
   constexpr double kPixel = 2.0 / kBlock;  // in t
   const auto weightsAt = [&](double t) -> Eigen::Matrix<double, kNumNodes, 3> {
@@ -104,8 +104,9 @@ RayLattice::Block RayLattice::makeBlock(int block_x, int block_y) const {
     corner_rays[i] = *ray;
     ++num_rays;
   }
-  // Nodes are 0.4 pixels from the block's sides and 5 pixels apart at most: a domain that passes between them
-  // to the outermost pixels' centres at 0.5 would have to bend with a radius of less than 25 pixels.
+  // Nodes are 0.4 pixels from the sides of the block and at most 5 pixels apart. To pass between them and
+  // reach the centres of the outermost pixels (0.5 pixels inside), the edge of a domain would need a radius
+  // of curvature below 25 pixels.
   if (num_rays == 0) return block;
   if (num_rays == kNumNodes * kNumNodes + 4 && matchesAt(block, corner_rays)) {
     block.kind = Block::Kind::kSmooth;
@@ -149,7 +150,8 @@ void RayLattice::expandRow(int y, std::vector<RayExpansion>& out) const {
 }
 
 void RayLattice::expandSmooth(const Block& block, int first_x, int y, std::vector<RayExpansion>& out) const {
-  // First along y for the whole row: the rays at the nodes' columns and their derivatives by y.
+  // Interpolates along y for the whole row first: the rays at the columns of the nodes and their derivatives
+  // by y.
   const auto& weights_y = basis_.at_pixel[static_cast<std::size_t>(y % kBlock)];
   std::array<Eigen::Matrix<double, 3, kNumNodes>, 3> by_y;
   for (int d = 0; d < 3; ++d) {
@@ -174,7 +176,7 @@ void RayLattice::expandSmooth(const Block& block, int first_x, int y, std::vecto
 }
 
 std::vector<RayExpansion> RayLattice::expandAtRim(int first_x, int first_y) const {
-  constexpr int kSide = kBlock + 2;  // with the neighbours
+  constexpr int kSide = kBlock + 2;  // including the neighbours
   std::vector<std::optional<Eigen::Vector3d>> rays;
   rays.reserve(static_cast<std::size_t>(kSide) * kSide);
   for (int j = 0; j < kSide; ++j) {

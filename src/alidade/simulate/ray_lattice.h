@@ -11,26 +11,26 @@
 
 namespace alidade {
 
-/// The ray through the surroundings of a pixel, to second order: at (x, y) pixels from the pixel's centre it
-/// is terms * [1, x, y, x^2, x y, y^2], in the camera frame and of nearly unit length.
+/// The rays around a pixel to second order: at (x, y) pixels from its centre, the ray is terms * [1, x, y,
+/// x^2, x y, y^2], in the camera frame and of nearly unit length.
 struct RayExpansion {
   Eigen::Matrix<double, 3, 6> terms = Eigen::Matrix<double, 3, 6>::Zero();
-  bool has_ray = false;  ///< the pixel's centre lies in the image of the camera's domain
+  bool has_ray = false;  ///< the pixel's centre is in the image of the camera's domain
 };
 
 /// The rays of all pixels of an image, from exact rays at 25 nodes of each block of 16 x 16 pixels.
 ///
-/// Rays of pixel centres are within 1e-5 pixels of exact: where the polynomial through the nodes is worse at
-/// a corner of the block, or the domain's rim cuts the block, each pixel and its eight neighbours are
-/// unprojected instead. A pixel that lacks one of these neighbours gets the ray of its centre for all of its
-/// surroundings.
+/// Rays of pixel centres are exact to 1e-5 pixels: where the polynomial through the nodes is worse at a
+/// corner of the block, or the domain's rim cuts the block, each pixel and its eight neighbours are
+/// unprojected instead. A pixel that lacks one of these neighbours uses the ray of its centre everywhere
+/// around it.
 ///
-/// Leaving out the third order costs, at a distance of d pixels and a focal length of f pixels, up to about
-/// 1.5 d^3 / f^2 pixels under common distortion: 5e-5 for d = 2, f = 500. It is odd in d, so that it all but
-/// vanishes from means over surroundings that are symmetric.
+/// The omitted third order is, at a distance of d pixels and a focal length of f pixels, up to about 1.5 d^3
+/// / f^2 pixels under common distortion: 5e-5 for d = 2, f = 500. It is odd in d, so that it nearly vanishes
+/// from means over symmetric surroundings.
 class RayLattice {
  public:
-  /// Both sides of `size` are positive. The blocks are spread over `num_jobs` threads (0: one a processor).
+  /// Both sides of `size` are positive. The blocks are spread over `num_jobs` threads (0: one per processor).
   RayLattice(const AnyCamera& camera, ImageSize size, int num_jobs);
 
   [[nodiscard]] ImageSize size() const { return size_; }
@@ -45,15 +45,16 @@ class RayLattice {
   /// Interpolation along one side of a block, on which t runs from -1 to 1.
   struct Basis {
     Eigen::Matrix<double, kNumNodes, 1> nodes;    // their t
-    Eigen::Matrix<double, kNumNodes, 2> at_ends;  // the nodes' weights at t = -1 and 1
-    // At the centres of the block's pixels: value, first and half the second derivative by pixels.
+    Eigen::Matrix<double, kNumNodes, 2> at_ends;  // weights of the nodes at t = -1 and 1
+    // At the centres of the block's pixels: value, first derivative and half the second, per pixel.
     std::array<Eigen::Matrix<double, kNumNodes, 3>, kBlock> at_pixel;
 
     Basis();
   };
   struct Block {
     enum class Kind { kNoRay, kSmooth, kRim } kind = Kind::kNoRay;
-    std::array<Eigen::Matrix<double, 3, kNumNodes>, kNumNodes> rays;  // kSmooth: those of a row of nodes each
+    std::array<Eigen::Matrix<double, 3, kNumNodes>, kNumNodes> rays;  // kSmooth: rays of one row of nodes
+                                                                      // each
     std::vector<RayExpansion> pixels;                                 // kRim: row by row
   };
 

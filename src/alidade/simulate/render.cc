@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kMaxLevel = 255;
 
-// What boardTone() and edgeDistance() say of a checkerboard, in squares.
+// Tones and edge distances of a checkerboard, in squares, by boardTone() and edgeDistance().
 class SquaresPattern {
  public:
   SquaresPattern(const Checkerboard& board, double border_square)
@@ -40,8 +40,8 @@ class SquaresPattern {
   double border_square_;
 };
 
-// The light of one board in one pose, in grey levels. `Pattern` tells a place's tone and a lower bound of its
-// distance to the next edge, in units of unit() metres.
+// The light of one board in one pose, in grey levels. `Pattern` gives the tone of a place and a lower bound
+// of its distance to the nearest edge, in units of unit() metres.
 template <class Pattern>
 class BoardLight {
  public:
@@ -54,7 +54,7 @@ class BoardLight {
     levels_[static_cast<std::size_t>(BoardTone::kBackground)] = options.background_level;
 
     // The ray from the camera centre c along d meets z = 0 at (c_x d_z - c_z d_x, c_y d_z - c_z d_y) / d_z,
-    // and ahead of the camera if d_z > 0, since c_z < 0 on the printed side.
+    // which is in front of the camera if d_z > 0, since c_z < 0 on the printed side.
     const SE3 board_from_camera = camera_from_board.inverse();
     const Eigen::Vector3d c = board_from_camera.translation / pattern_.unit();
     Eigen::Matrix3d plane_from_ray;
@@ -64,10 +64,11 @@ class BoardLight {
     plane_from_camera_ray_ = plane_from_ray * board_from_camera.rotation.matrix();
   }
 
-  // Mean over the point spread around the pixel.
+  // Mean over the point spread around the pixel centre.
   [[nodiscard]] double at(const RayExpansion& pixel) const {
     if (!is_visible_) return level(BoardTone::kBackground);
-    // Homogeneous coordinates on the board, in squares, as quadratic polynomials of the place in the image.
+    // Homogeneous coordinates on the board, in units of the pattern, as quadratic polynomials of the place in
+    // the image.
     const Terms terms = plane_from_camera_ray_ * pixel.terms;
     if (isUniform(terms)) return level(toneAt(terms(0, 0), terms(1, 0), terms(2, 0)));
 
@@ -96,11 +97,11 @@ class BoardLight {
     return w > 0 ? pattern_.tone({x / w, y / w}) : BoardTone::kBackground;
   }
 
-  // True if no edge can come into the point spread. With the centre at p = X / w, a place at offset d is at
-  // p + (dX - p dw) / (w + dw): bounded by the first derivatives and the smallest w within the spread.
+  // True if no edge can be within the point spread. With the centre at p = X / w, a place at offset d is at p
+  // + (dX - p dw) / (w + dw), which is bounded by the first derivatives and the smallest w within the spread.
   [[nodiscard]] bool isUniform(const Terms& terms) const {
-    // For the second order, which is smaller than the first by about the spread's radius over the focal
-    // length.
+    // Allows for the second order, which is smaller than the first by about the radius of the spread over the
+    // focal length.
     constexpr double kSafety = 1.1;
     const double radius = kSafety * spread_.radius_px;
     const double w = terms(2, 0);
@@ -136,13 +137,13 @@ std::uint8_t withNoise(double light, const RenderOptions& options, Random& rando
   return static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0, kMaxLevel)));
 }
 
-// How far a place in squares is outside the squares, along both axes; negative is inside.
+// Distance in squares by which a place is outside the squares, along both axes; negative if inside.
 std::array<double, 2> beyondSquares(const Checkerboard& board, double x, double y, double border_square) {
   return {std::max(-border_square - x, x - (board.columns - 1 + border_square)),
           std::max(-border_square - y, y - (board.rows - 1 + border_square))};
 }
 
-// Where pointSpreadShare() is `share`, by bisection; share in (0, 0.5].
+// The place at which pointSpreadShare() is `share`, by bisection; share in (0, 0.5].
 double leftQuantile(double share, double blur_px) {
   if (blur_px == 0) return share - 0.5;
   double low = -0.5 - 10 * blur_px;  // the share there is below 1e-23
@@ -165,7 +166,7 @@ GrayImage renderPattern(const RayLattice& lattice, Pattern pattern, const SE3& c
   const BoardLight<Pattern> board_light(std::move(pattern), camera_from_board, options);
   GrayImage image{size, std::vector<std::uint8_t>(width * height)};
 
-  // A thread's piece of work is some rows: enough of them that its buffer is not allocated too often.
+  // Threads take several rows at a time, so that buffers are allocated less often.
   constexpr std::size_t kRowsAtOnce = 8;
   parallelFor(
       (height + kRowsAtOnce - 1) / kRowsAtOnce, options.num_jobs,
@@ -173,7 +174,7 @@ GrayImage renderPattern(const RayLattice& lattice, Pattern pattern, const SE3& c
         std::vector<RayExpansion> rays;
         for (std::size_t y = piece * kRowsAtOnce; y < std::min(height, (piece + 1) * kRowsAtOnce); ++y) {
           lattice.expandRow(static_cast<int>(y), rays);
-          // Noise belongs to a row, not to a thread.
+          // Seeded by row, so that noise does not depend on the threads.
           Random random(streamSeed(options.seed, y));
           for (std::size_t x = 0; x < width; ++x) {
             double light = 0;
@@ -194,7 +195,7 @@ BoardTone boardTone(const Checkerboard& board, const Eigen::Vector2d& point_boar
   const double x = point_board.x() / board.square_m;
   const double y = point_board.y() / board.square_m;
   const auto [beyond_x, beyond_y] = beyondSquares(board, x, y, border_square);
-  // Written so that NaN fails, and before the conversion to int, for which the value must be in range.
+  // Rejects NaN too, and comes before the conversion to int, for which the value must be in range.
   if (!(beyond_x < 1 && beyond_y < 1)) return BoardTone::kBackground;
   if (beyond_x >= 0 || beyond_y >= 0) return BoardTone::kBright;
   const int i = static_cast<int>(x + 1);  // from 0 at the outermost square

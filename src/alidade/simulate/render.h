@@ -18,29 +18,29 @@
 
 namespace alidade {
 
-/// Around columns x rows inner corners lie (columns + 1) x (rows + 1) squares. The one between the corners
-/// (0, 0) and (1, 1) is dark, and so is its diagonal neighbour beyond corner 0: that is what tells corner 0.
-/// `point_board`: x and y in the board frame, metres; anything not finite is background. `border_square`: see
-/// RenderOptions.
+/// Tone of a place on a board. The columns x rows inner corners are surrounded by (columns + 1) x (rows + 1)
+/// squares. The square between the corners (0, 0) and (1, 1) is dark, and so is its diagonal neighbour beyond
+/// corner 0, which identifies corner 0. `point_board`: x and y in the board frame, metres; anything not
+/// finite is background. `border_square`: see RenderOptions.
 [[nodiscard]] BoardTone boardTone(const Checkerboard& board, const Eigen::Vector2d& point_board,
                                   double border_square = 1);
 
-/// Distance in metres from `point_board` to the nearest line across which the tone may change: the tone is
-/// the same everywhere nearer than that. All sides of squares count, also those between a bright square and
-/// the margin. NaN for NaN.
+/// Distance in metres from `point_board` to the nearest line across which the tone may change; closer places
+/// all have the same tone. All sides of squares count, also those between a bright square and the margin. NaN
+/// for NaN.
 [[nodiscard]] double edgeDistance(const Checkerboard& board, const Eigen::Vector2d& point_board,
                                   double border_square = 1);
 
-/// How light from one point spreads along an axis of the image: a Gaussian of standard deviation `blur_px`
-/// convolved with the pixel's own width of 1. Returns the share of the light left of `x_px`.
+/// Spread of the light of a point along an axis of the image: a Gaussian of standard deviation `blur_px`
+/// convolved with the pixel's width of 1. Returns the share of the light left of `x_px`.
 [[nodiscard]] double pointSpreadShare(double x_px, double blur_px);
 
-/// Places of equal weight over which a pixel's light is averaged, relative to the pixel's centre, in pixels.
+/// Places of equal weight over which the light of a pixel is averaged, relative to its centre, in pixels.
 ///
 /// A Fibonacci lattice (a rank-1 lattice of F_k points with generator F_{k-1}; Niederreiter 1992, section 5)
-/// carried through the inverse of pointSpreadShare(). Each axis has as many different coordinates as there
-/// are places, so that an edge along an axis is off by at most half a sample; and the lattice is symmetric
-/// about the centre, so that it moves no edge.
+/// mapped by the inverse of pointSpreadShare(). Each axis has as many different coordinates as there are
+/// places, so that an edge along an axis is off by at most half a sample. The lattice is symmetric about the
+/// centre, so that it shifts no edge.
 struct PointSpread {
   std::vector<double> x;
   std::vector<double> y;
@@ -53,22 +53,22 @@ struct PointSpread {
 /// `blur_px` >= 0, `min_samples` in [1, 1e6].
 [[nodiscard]] PointSpread makePointSpread(double blur_px, int min_samples);
 
-/// Renders views of boards by one camera: the board and its margin (see boardTone(), InkPattern) before an
-/// even background. Anything seen from behind is background; pixels without a ray get no light.
+/// Renders views of boards by one camera: the board and its margin (see boardTone(), InkPattern) in front of
+/// a uniform background. A board seen from behind is background; pixels without a ray get no light.
 ///
-/// A pixel's light is the mean over its point spread, each place of which is traced to the board's plane by
-/// the expansion of RayLattice; light that would come across the domain's rim is not modelled. Shading is
-/// evaluated at pixel centres. Noise is normal, which for shot noise needs more than some ten electrons.
+/// The light of a pixel is the mean over its point spread, each place of which is traced to the board's plane
+/// by the expansion of RayLattice; light from across the rim of the domain is not modelled. Shading is
+/// evaluated at pixel centres. Noise is normal, which approximates shot noise above about ten electrons.
 class Renderer {
  public:
-  /// Traces the camera's rays once. Both sides of `size` are positive.
+  /// Traces the camera's rays once. Both sides of `size` must be positive.
   Renderer(const AnyCamera& camera, ImageSize size, int num_jobs = 0) : rays_(camera, size, num_jobs) {}
 
-  /// The same bytes for the same arguments, whatever the number of threads.
-  /// @throws Error (kInput) for options out of range; Cancelled once `cancel` is raised.
+  /// The same bytes for the same arguments, regardless of the number of threads.
+  /// @throws Error (kInput) for options out of range; Cancelled once `cancel` is set.
   [[nodiscard]] GrayImage render(const Checkerboard& board, const SE3& camera_from_board,
                                  const RenderOptions& options, const CancelFlag* cancel = nullptr) const;
-  /// The same of anything printed; border_square does not apply.
+  /// The same for any print; border_square does not apply.
   [[nodiscard]] GrayImage render(const BoardInk& ink, const SE3& camera_from_board,
                                  const RenderOptions& options, const CancelFlag* cancel = nullptr) const;
 

@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kHallHalfHeightM = 3;
 
-// Face 2 i is the one at -half_size of axis i, 2 i + 1 that at +half_size.
+// Face 2 i is at -half_size of axis i, face 2 i + 1 at +half_size.
 void setFace(SurfaceHit& hit, int axis, bool is_high, const Vector3d& at, double cos_incidence) {
   hit.face = 2 * axis + (is_high ? 1 : 0);
   hit.on_face = {at[(axis + 1) % 3], at[(axis + 2) % 3]};
@@ -75,7 +75,7 @@ SO3 aboutVertical(double angle_rad) {
   return SO3::exp({0, angle_rad, 0});
 }
 
-// A box or a pillar around (x, z), of a size along x and z that is at most `width_m`.
+// A box or a pillar around (x, z), at most `width_m` wide along x and z.
 SceneBody standingBox(double x, double z, double width_m, Random& random) {
   SceneBody box{.shape = SceneBody::Shape::kBox};
   const double half_x = 0.5 * width_m * random.uniform(0.6, 1);
@@ -85,7 +85,7 @@ SceneBody standingBox(double x, double z, double width_m, Random& random) {
   double y = 0;
   if (kind > 0.35) {
     half_y = random.uniform(0.25, 0.9);
-    // Some hang, so that there is something at all heights.
+    // Some boxes hang, so that there is something at all heights.
     y = kind > 0.65 ? random.uniform(-1.6, 1.6) : kHallHalfHeightM - half_y;
   }
   box.half_size = {half_x, half_y, half_z};
@@ -93,7 +93,7 @@ SceneBody standingBox(double x, double z, double width_m, Random& random) {
   return box;
 }
 
-// A number of boxes around the path in two rings, so that each direction has something nearer than the wall.
+// Adds two rings of boxes around the path, so that each direction has something nearer than the wall.
 void addRings(std::vector<SceneBody>& bodies, Random& random) {
   constexpr int kNumBoxes = 14;
   for (int i = 0; i < kNumBoxes; ++i) {
@@ -104,12 +104,12 @@ void addRings(std::vector<SceneBody>& bodies, Random& random) {
   }
 }
 
-// A row of boxes on either side of a straight path.
+// Adds a row of boxes on either side of a straight path.
 void addRows(std::vector<SceneBody>& bodies, double last_m, std::uint64_t seed) {
   constexpr double kSpacingM = 1.6;
   constexpr double kFirstM = -4;
   for (int i = 0; kFirstM + kSpacingM * i < last_m; ++i) {
-    // Each has its own numbers, so that a longer path has the same boxes and more.
+    // Each box has its own random stream, so that a longer path only adds boxes.
     Random random(streamSeed(seed, static_cast<std::uint64_t>(i)));
     const double side = i % 2 == 0 ? 1 : -1;
     bodies.push_back(standingBox(side * random.uniform(1.1, 2.2),
@@ -117,7 +117,7 @@ void addRows(std::vector<SceneBody>& bodies, double last_m, std::uint64_t seed) 
   }
 }
 
-// How far from the origin along a direction there is nothing but boxes.
+// Distance from the origin along a direction that is free of everything but boxes.
 double freeDistance(const std::vector<SceneBody>& still, const Vector3d& direction) {
   double distance = kInfinity;
   for (const SceneBody& body : still) {
@@ -129,7 +129,7 @@ double freeDistance(const std::vector<SceneBody>& still, const Vector3d& directi
   return distance;
 }
 
-// The ray of a place in the image; pulled towards the centre while there is none.
+// The ray of a place in the image; moved towards the centre until it exists.
 Vector3d rayNear(const FootageScene& scene, const Vector2d& share) {
   const Vector2d centre(0.5 * (scene.image_size.width - 1), 0.5 * (scene.image_size.height - 1));
   Vector2d offset(scene.image_size.width * (share.x() - 0.5), scene.image_size.height * (share.y() - 0.5));
@@ -141,7 +141,7 @@ Vector3d rayNear(const FootageScene& scene, const Vector2d& share) {
   return Vector3d::UnitZ();
 }
 
-// Sinusoids of one frequency along the three axes, as quick as moves by `flow_px` per frame ask for.
+// Sinusoids of about the same frequency along the three axes.
 SmoothCurve wandering(const Vector3d& amplitude, double frequency, Random& random) {
   SmoothCurve curve;
   curve.amplitudes[0] = amplitude;
@@ -162,7 +162,8 @@ SE3 SceneBody::worldFromBodyAt(double time_frames) const {
 
 std::vector<BodyView> viewBodies(const std::vector<SceneBody>& bodies, const SE3& camera_from_world,
                                  double time_frames) {
-  // Between neighbouring rows, a fast camera may turn by a part of a pixel; a wide pixel is 0.01 rad.
+  // Allows for the turn of a fast camera between neighbouring rows, a part of a pixel; a wide pixel is 0.01
+  // rad.
   constexpr double kSlack = 0.004;
   std::vector<BodyView> views(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -238,7 +239,7 @@ std::vector<SceneBody> stillBodies(const FootageScene& scene, double travel_m) {
     case FootageSurroundings::kPlane: {
       SceneBody plane{.shape = SceneBody::Shape::kPlane};
       if (is_straight) {
-        constexpr double kHeightM = 1.2;  // of the camera above the ground
+        constexpr double kHeightM = 1.2;  // height of the camera above the ground
         plane.world_from_body = {SO3::exp({-0.5 * std::numbers::pi, 0, 0}), {0, kHeightM, 0}};
       } else {
         constexpr double kAheadM = 3.5;
@@ -249,7 +250,7 @@ std::vector<SceneBody> stillBodies(const FootageScene& scene, double travel_m) {
       break;
     }
     case FootageSurroundings::kFar: {
-      constexpr double kFarM = 1e7;  // a metre aside moves it by 1e-7 rad
+      constexpr double kFarM = 1e7;  // a sideways metre moves it by 1e-7 rad
       bodies.push_back({.shape = SceneBody::Shape::kRoom,
                         .half_size = Vector3d::Constant(kFarM),
                         .texture_scale = kFarM / 5});
@@ -265,15 +266,15 @@ std::vector<SceneBody> movingBodies(const FootageScene& scene, const FootageMoti
                                     const std::vector<SceneBody>& still, double focal_px, double scale) {
   constexpr double kClearM = 0.5;           // between the camera's reach and a body
   constexpr double kDistancePerHalf = 1.8;  // more than the half diagonal of a cube
-  constexpr double kFreeShare = 0.85;       // of the distance to the walls
+  constexpr double kFreeShare = 0.85;       // share of the distance to the walls
   constexpr double kMaxFrequency = 0.3;     // radians per frame
-  // A wave of amplitude a and frequency w moves by 2 / pi a w per frame on average along each of two axes.
+  // A wave of amplitude a and frequency w moves by 2 / pi a w per frame on average, along each of two axes.
   const double swing = std::clamp(scene.flow_px / (focal_px * kMaxFrequency), 0.12, 0.5);
   const double frequency = std::min(kMaxFrequency, scene.flow_px / (0.9 * swing * focal_px));
   std::vector<SceneBody> bodies;
   for (int i = 0; i < scene.effects.moving_objects; ++i) {
     Random random(streamSeed(streamSeed(scene.seed, 5), static_cast<std::uint64_t>(i)));
-    // A sequence that fills the image evenly however many of it are used (Roberts 2018, R2).
+    // A sequence that fills the image evenly for any number of points (Roberts 2018, R2).
     const double n = i + 1;
     const Vector2d share(std::fmod(0.5 + 0.7548776662466927 * n, 1),
                          std::fmod(0.5 + 0.5698402909980532 * n, 1));
@@ -287,7 +288,7 @@ std::vector<SceneBody> movingBodies(const FootageScene& scene, const FootageMoti
     const double distance = start + kDistancePerHalf * half;
     const SO3 facing = SO3::fromQuaternion(shortestTurn(Vector3d::UnitZ(), ray));
     body.world_from_body = {facing, distance * ray};
-    // Sideways, so that it comes no nearer.
+    // Sideways, so that it does not come closer.
     body.wander = wandering(distance * Vector3d(swing, swing, 0.03), frequency, random);
     body.turn = wandering(Vector3d(0.3, 0.3, 0.2), 0.5 * frequency, random);
     body.seed =

@@ -18,13 +18,13 @@ struct SceneBody {
   enum class Shape {
     kBox,    ///< seen from outside
     kRoom,   ///< a box seen from inside
-    kPlane,  ///< z = 0 without end, seen from z < 0
+    kPlane,  ///< the infinite plane z = 0, seen from z < 0
   };
   Shape shape = Shape::kBox;
   Eigen::Vector3d half_size = Eigen::Vector3d::Ones();  ///< metres; of boxes and rooms
-  SE3 world_from_body = {};                             ///< at rest, at time 0
+  SE3 world_from_body = {};                             ///< resting pose, at time 0
   std::uint32_t seed = 0;                               ///< of the texture
-  double texture_scale = 1;                             ///< 2: everything on it is twice as large
+  double texture_scale = 1;                             ///< 2: all details are twice as large
   bool is_moving = false;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres per frame, in the world
   SmoothCurve wander = {};  ///< displacement over time, in the body frame at rest, metres
@@ -35,36 +35,36 @@ struct SceneBody {
 
 /// A body as one camera sees it at one time.
 struct BodyView {
-  Eigen::Matrix3d body_from_camera;  ///< the rotation
+  Eigen::Matrix3d body_from_camera;  ///< rotation part
   Eigen::Vector3d camera_in_body;
-  Eigen::Vector3d axis;   ///< the cone around it, in the camera frame, holds the whole body
-  double cos_angle = -1;  ///< of the cone; a little too small, so that neighbouring rows can share it
+  Eigen::Vector3d axis;   ///< of a cone, in the camera frame, that holds the whole body
+  double cos_angle = -1;  ///< of the cone; slightly too small, so that neighbouring rows can share it
 };
 
-/// What all bodies look like from a camera at a time.
+/// All bodies as seen by a camera at a time.
 [[nodiscard]] std::vector<BodyView> viewBodies(const std::vector<SceneBody>& bodies,
                                                const SE3& camera_from_world, double time_frames);
 
-/// Where a ray meets a surface first.
+/// The first hit of a ray on a surface.
 struct SurfaceHit {
   double distance_m = 0;
-  double cos_incidence = 1;  ///< of the angle between the ray and the surface's normal
-  int body = -1;             ///< index; -1: it meets nothing
+  double cos_incidence = 1;  ///< cosine of the angle between the ray and the surface's normal
+  int body = -1;             ///< index; -1: no hit
   int face = 0;              ///< of the body, 0 to 5
   Eigen::Vector2d on_face = Eigen::Vector2d::Zero();  ///< metres
 };
 
 /// `ray` is a unit vector in the camera frame. With a share above 0, the views are interpolated linearly
-/// between `views` and `next_views`, which must be near each other.
+/// between `views` and `next_views`, which must be close to each other.
 [[nodiscard]] SurfaceHit castRay(const std::vector<SceneBody>& bodies, const std::vector<BodyView>& views,
                                  const std::vector<BodyView>& next_views, double share,
                                  const Eigen::Vector3d& ray);
 
-/// Everything that does not move. `travel_m`: how far a straight path goes.
+/// All bodies at rest. `travel_m`: length of a straight path.
 [[nodiscard]] std::vector<SceneBody> stillBodies(const FootageScene& scene, double travel_m);
 
-/// The moving objects: `scale` multiplies their size as far as there is room. They keep clear of the camera,
-/// not of each other and of boxes. `focal_px`: pixels per radian at the image centre.
+/// The moving objects; `scale` multiplies their size as far as there is room. They keep clear of the camera,
+/// but not of each other or of boxes. `focal_px`: pixels per radian at the image centre.
 [[nodiscard]] std::vector<SceneBody> movingBodies(const FootageScene& scene, const FootageMotion& motion,
                                                   const std::vector<SceneBody>& still, double focal_px,
                                                   double scale);

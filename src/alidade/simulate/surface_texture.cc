@@ -14,7 +14,7 @@ using Eigen::Vector2d;
 
 constexpr double kCoarsestM = 2;  // spacing of the coarsest noise
 constexpr double kOctaveRatio = 0.4;
-constexpr double kNoiseLevels = 48;  // of an octave, whose noise has a standard deviation of about a quarter
+constexpr double kNoiseLevels = 48;  // of one octave, whose noise has a standard deviation of about a quarter
 constexpr double kShapeLevels = 48;
 constexpr double kBrickLevels = 36;
 constexpr double kToneLevels = 35;  // of the whole surface
@@ -40,7 +40,7 @@ std::uint32_t cellHash(std::int64_t i, std::int64_t j, std::uint32_t seed) {
   return cellHash(i, rowHash(j, seed));
 }
 
-// std::floor is a call where the instruction set is not known to round. |x| < 1e18.
+// Rounds down. std::floor is a function call unless the instruction set has rounding. |x| < 1e18.
 std::int64_t floorOf(double x) {
   const auto truncated = static_cast<std::int64_t>(x);
   return truncated - (x < static_cast<double>(truncated) ? 1 : 0);
@@ -51,7 +51,7 @@ double share(std::uint32_t hash, int byte) {
   return ((hash >> static_cast<unsigned>(8 * byte)) & 0xffU) / 256.0;
 }
 
-// std::lerp has branches, which take time.
+// Linear interpolation; std::lerp has branches, which take time.
 double mixed(double a, double b, double share_of_b) {
   return a + share_of_b * (b - a);
 }
@@ -61,12 +61,12 @@ double smoothStep(double x) {
   return t * t * (3 - 2 * t);
 }
 
-// How much of something of this size is shown: nothing up to two footprints, all of it from four.
+// Share of a detail of this size that is shown: nothing up to two footprints, everything from four.
 double detailWeight(double size_m, double footprint_m) {
   return std::clamp(0.5 * (size_m / footprint_m - 2), 0.0, 1.0);
 }
 
-// In 256 directions.
+// Unit vectors in 256 directions.
 struct UnitVectors {
   std::array<Vector2d, 256> at;
 
@@ -94,8 +94,7 @@ double gradientNoise(const Vector2d& p, std::uint32_t seed, const UnitVectors& v
   return mixed(mixed(corner(0, 0), corner(1, 0), u), mixed(corner(0, 1), corner(1, 1), u), fade(y));
 }
 
-// The shape of a cell of a grid, which stays within its cell: a disc or a square, brighter or darker. -1 to
-// 1.
+// Tone of a shape within its cell of a grid: a disc or a square, brighter or darker. -1 to 1.
 double shapeTone(const Vector2d& p, double cell_m, double footprint_m, std::uint32_t seed,
                  const UnitVectors& vectors) {
   const std::int64_t i = floorOf(p.x() / cell_m);
@@ -174,7 +173,7 @@ double SurfaceTexture::levelAt(const Vector2d& p, double footprint_m) const {
     const double weight = detailWeight(0.5 * kRowM, footprint_m);
     if (weight > 0) level += weight * kBrickLevels * brickTone(p, kRowM, footprint_m, brick_seed_);
   }
-  // Bounded without kinks.
+  // Limited smoothly.
   constexpr double kMiddle = 128;
   constexpr double kRange = 124;
   return kMiddle + kRange * std::tanh(level / kRange);

@@ -8,16 +8,16 @@
 
 namespace alidade {
 
-/// A grey texture that has detail at all scales, no end and no repetition: gradient noise of many octaves
+/// An unbounded grey texture with detail at all scales and without repetition: gradient noise of many octaves
 /// (Perlin 1985), discs and squares of several sizes, and on some surfaces bricks. Detectors find corners and
-/// blobs everywhere, whatever the distance.
+/// blobs everywhere, at any distance.
 class SurfaceTexture {
  public:
   /// Different seeds give unrelated textures.
   explicit SurfaceTexture(std::uint32_t seed);
 
-  /// The grey level, 4 to 252, at a place on the surface, in metres. What is finer than about two times
-  /// `footprint_m` is left out and what is finer than four times fades, so that samples one footprint apart
+  /// The grey level, 4 to 252, at a place on the surface, in metres. Detail finer than about two times
+  /// `footprint_m` is left out, and detail finer than four times fades, so that samples one footprint apart
   /// show no aliasing. `footprint_m` > 0.
   [[nodiscard]] double levelAt(const Eigen::Vector2d& p, double footprint_m) const;
 

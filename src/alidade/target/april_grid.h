@@ -14,8 +14,8 @@
 namespace alidade {
 
 /// Kalibr's grid of AprilTags of the family 36h11. Columns and rows count tags. Tag ids start at the bottom
-/// left of the print and run to the right, then upwards; small squares fill the gaps between tags. Its
-/// corners are the tags' outer ones, 2 columns x 2 rows points; the frame is that of a Checkerboard, with
+/// left of the print and run to the right, then upwards; small squares fill the gaps between tags. Its points
+/// are the outer corners of the tags, 2 columns x 2 rows of them; the frame is that of a Checkerboard, with
 /// the origin at the top left.
 struct AprilGrid {
   static constexpr std::string_view kName = "aprilgrid";
@@ -28,7 +28,7 @@ struct AprilGrid {
   static constexpr BoardPattern kPattern = BoardPattern::kTags;
   static constexpr std::string_view kDictionary = "DICT_APRILTAG_36h11";
   static constexpr bool kIsUpsideDown = true;  ///< as OpenCV draws its tags
-  /// Of a tag's black border, in cells: that of Kalibr's boards first.
+  /// Widths of the black border of a tag, in cells; Kalibr's first.
   static constexpr std::array kBorders = {2, 1, 3, 4, 5, 6, 7, 8};
 
   int columns = 0;
@@ -55,7 +55,7 @@ struct AprilGrid {
     return MarkerIds{
         .family = std::string(kDictionary), .first = first_id, .last = first_id + columns * rows - 1};
   }
-  /// Of the tag at a column and row, counted from the top left.
+  /// Id of the tag at a column and row, counted from the top left.
   [[nodiscard]] int tagId(int column, int row) const {
     return first_id + (rows - 1 - row) * columns + column;
   }

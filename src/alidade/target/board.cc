@@ -9,7 +9,7 @@
 namespace alidade {
 namespace {
 
-// Millimetres where that is exact in the text's digits, metres otherwise.
+// Millimetres if they represent the length exactly, otherwise metres.
 std::string lengthText(double metres) {
   char text[40];
   std::snprintf(text, sizeof text, "%.12gmm", metres * 1000);

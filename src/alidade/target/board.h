@@ -34,7 +34,7 @@ class Board {
   }
 
   [[nodiscard]] const BoardKind& kind() const { return kind_; }
-  /// Of the points, which a SPEC may count otherwise.
+  /// Columns of points; a SPEC may count other things.
   [[nodiscard]] int columns() const { return columns_; }
   [[nodiscard]] int rows() const { return rows_; }
   [[nodiscard]] int numCorners() const { return static_cast<int>(corners_.size()); }
@@ -44,19 +44,20 @@ class Board {
   /// Width and height of the points' bounding box, whose first corner is the origin.
   [[nodiscard]] const Eigen::Vector2d& span() const { return span_m_; }
   [[nodiscard]] Eigen::Vector3d middle() const { return {0.5 * span_m_.x(), 0.5 * span_m_.y(), 0.0}; }
-  /// What is printed, around the points.
+  /// The printed area, around the points.
   [[nodiscard]] const Eigen::AlignedBox2d& printed() const { return printed_; }
-  /// Between neighbouring points, the shortest.
+  /// Shortest distance between neighbouring points.
   [[nodiscard]] double spacing() const { return spacing_m_; }
-  /// Of the discs whose centroids are seen in place of the points, metres; 0: the points themselves are seen.
+  /// Radius of the discs whose centroids are observed in place of the points, metres; 0: the points
+  /// themselves are observed.
   [[nodiscard]] double discRadius() const { return disc_radius_m_; }
   /// The smallest number of quarter turns after which the board looks the same; 4 if only a full turn does.
   [[nodiscard]] int symmetryStep() const { return symmetry_step_; }
   /// True if the board looks the same in another position, so that ids may differ from view to view.
   [[nodiscard]] bool isAmbiguous() const { return symmetry_step_ < 4; }
-  /// What messages call its parts.
+  /// Words for its parts in messages.
   [[nodiscard]] BoardWords words() const;
-  /// As the SPEC has them: "8x11 squares".
+  /// Columns and rows as in the SPEC: "8x11 squares".
   [[nodiscard]] std::string countsText() const;
   [[nodiscard]] BoardPattern pattern() const;
   /// Nothing for boards without markers.

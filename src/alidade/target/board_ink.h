@@ -8,11 +8,11 @@
 
 namespace alidade {
 
-/// What is printed of a board on white paper, in the board frame, metres.
+/// The printed pattern of a board on white paper, in the board frame, metres.
 struct BoardInk {
   std::vector<Eigen::AlignedBox2d> boxes;       ///< dark; none overlap
-  Eigen::AlignedBox2d extent;                   ///< of the whole pattern, its bright squares too
-  std::vector<Eigen::AlignedBox2d> discs = {};  ///< dark, each by the square around it; none overlap
+  Eigen::AlignedBox2d extent;                   ///< of the whole pattern, including its bright squares
+  std::vector<Eigen::AlignedBox2d> discs = {};  ///< dark, each given by its bounding square; none overlap
 };
 
 }  // namespace alidade

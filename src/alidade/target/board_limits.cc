@@ -16,7 +16,7 @@ std::optional<BoardFault> countsFault(int columns, int rows, int least, int most
 }
 
 std::optional<BoardFault> sideFault(double side_m, std::string_view what) {
-  // A square of a tenth of a millimetre is under a microscope, one of two metres on a hangar's floor.
+  // A board with squares of 0.1 mm is for a microscope, one with squares of 2 m covers the floor of a hangar.
   constexpr double kMinSide = 1e-4;
   constexpr double kMaxSide = 2.0;
   if (side_m >= kMinSide && side_m <= kMaxSide) return std::nullopt;

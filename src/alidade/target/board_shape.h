@@ -9,13 +9,13 @@
 
 namespace alidade {
 
-/// How a nominally flat board is bent: z = bend_x (1 - X^2) + bend_y (1 - Y^2) in the board frame, with X and
-/// Y from -1 to 1 between the outermost corners. Boards of paper on glass, foam or wood bend like this under
-/// their own weight or through moisture. Sheets that are printed or glued unevenly have points that lie
-/// beside the places so given, each by its own offset.
+/// Bend of a nominally flat board: z = bend_x (1 - X^2) + bend_y (1 - Y^2) in the board frame, with X and Y
+/// from -1 to 1 between the outermost corners. Boards of paper on glass, foam or wood bend like this under
+/// their own weight or through moisture. Points of unevenly printed or glued sheets deviate from this
+/// surface, each by its own offset.
 struct BoardShape {
-  double bend_x_m = 0;  ///< how far the centre is behind the left and right edges, metres
-  double bend_y_m = 0;  ///< how far the centre is behind the top and bottom edges, metres
+  double bend_x_m = 0;  ///< distance of the centre behind the left and right edges, metres
+  double bend_y_m = 0;  ///< distance of the centre behind the top and bottom edges, metres
   std::vector<Eigen::Vector3d> offsets_m = {};  ///< of each point, by id, board frame, metres; empty: none
 
   friend bool operator==(const BoardShape&, const BoardShape&) = default;
@@ -35,13 +35,14 @@ struct BoardShape {
   return {p_flat.x(), p_flat.y(), shape.bend_x_m * profile.x() + shape.bend_y_m * profile.y()};
 }
 
-/// Where a point of the board is, by its id.
+/// The position of a point of the board, by its id.
 [[nodiscard]] inline Eigen::Vector3d pointOn(const Board& board, const BoardShape& shape, int id) {
   const Eigen::Vector3d p = onBentBoard(board, shape, board.corner(id));
   return shape.offsets_m.empty() ? p : Eigen::Vector3d(p + shape.offsets_m[static_cast<std::size_t>(id)]);
 }
 
-/// Root mean square of the offsets: of a coordinate in the plane, and across it, metres; zero without.
+/// Root mean square of the offsets, metres: per coordinate in the plane, and normal to it; zero without
+/// offsets.
 [[nodiscard]] inline Eigen::Vector2d offsetRms(const BoardShape& shape) {
   if (shape.offsets_m.empty()) return {0, 0};
   Eigen::Vector2d squares{0, 0};

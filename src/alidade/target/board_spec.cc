@@ -13,7 +13,7 @@
 namespace alidade {
 namespace {
 
-// A SPEC while it is read, for the messages.
+// A SPEC during parsing, for the messages.
 struct SpecText {
   std::string_view text;
   std::string example;
@@ -50,7 +50,7 @@ BoardKindName kindName() {
   return kind;
 }
 
-// One part of a SPEC into the member that it is about.
+// Reads a part of a SPEC into its member.
 struct PartReader {
   const SpecText& spec;
   std::string_view part;

@@ -12,14 +12,14 @@ namespace alidade {
 /// A kind of board as a SPEC names it.
 struct BoardKindName {
   std::string name;
-  std::string example;            ///< with its parts explained
-  std::vector<std::string> keys;  ///< of the parts behind the counts
-  std::size_t num_required = 0;   ///< of the keys; the others may be left out
+  std::string example;            ///< with explanations of its parts
+  std::vector<std::string> keys;  ///< of the parts after the counts
+  std::size_t num_required = 0;   ///< number of keys that are required; the others may be omitted
 };
 [[nodiscard]] const std::vector<BoardKindName>& boardKinds();
 
-/// Reads a board SPEC such as "checkerboard:9x6:25mm": the kind, columns x rows, and what the kind's fields()
-/// list. Lengths carry a unit (mm, cm, m, in); a bare number is metres.
+/// Reads a board SPEC such as "checkerboard:9x6:25mm": the kind, columns x rows, and the fields() of the
+/// kind. Lengths carry a unit (mm, cm, m, in); a bare number is metres.
 /// @throws Error (kUsage) saying which part is wrong, with an example that works.
 [[nodiscard]] Board parseBoardSpec(std::string_view spec);
 

@@ -10,7 +10,7 @@
 namespace alidade {
 namespace {
 
-// In the order of OpenCV's numbers.
+// In the order of OpenCV's enumeration.
 constexpr std::array<MarkerDictionary, 21> kDictionaries = {
     {{"DICT_4X4_50", 50, 4},        {"DICT_4X4_100", 100, 4},         {"DICT_4X4_250", 250, 4},
      {"DICT_4X4_1000", 1000, 4},    {"DICT_5X5_50", 50, 5},           {"DICT_5X5_100", 100, 5},
@@ -20,7 +20,7 @@ constexpr std::array<MarkerDictionary, 21> kDictionaries = {
      {"DICT_7X7_1000", 1000, 7},    {"DICT_ARUCO_ORIGINAL", 1024, 5}, {"DICT_APRILTAG_16h5", 30, 4},
      {"DICT_APRILTAG_25h9", 35, 5}, {"DICT_APRILTAG_36h10", 2320, 6}, {"DICT_APRILTAG_36h11", 587, 6}}};
 
-// In small letters, with the prefix that people leave away.
+// The name in lower case, with the prefix that users often omit.
 std::string plainName(std::string_view name) {
   std::string plain(name);
   for (char& c : plain) {

@@ -18,7 +18,7 @@ struct MarkerDictionary {
   std::string_view name;  ///< as in OpenCV: "DICT_4X4_50"
   int num_markers = 0;
   int num_bits = 0;   ///< along a side, without the border
-  int opencv_id = 0;  ///< its number there
+  int opencv_id = 0;  ///< its value in OpenCV's enumeration
 };
 
 /// Nothing for a name that OpenCV 4.6 does not have.
@@ -27,10 +27,10 @@ struct MarkerDictionary {
 /// Smaller dictionaries are the first markers of larger ones: "DICT_4X4" for "DICT_4X4_50".
 [[nodiscard]] std::string markerFamily(const std::string& dictionary);
 
-/// A checkerboard with a marker in each bright square, so that a part of it tells which part it is. Columns
+/// A checkerboard with a marker in each bright square, so that any visible part can be identified. Columns
 /// and rows count squares; its corners are the (columns - 1) x (rows - 1) inner ones, with the ids and the
-/// frame of a Checkerboard. Markers are numbered row by row from the top left. There are two layouts, with a
-/// dark square first or a bright one; both have the same corners.
+/// frame of a Checkerboard. Markers are numbered row by row from the top left. There are two layouts, whose
+/// first square is dark or bright; both have the same corners.
 struct CharucoBoard {
   static constexpr std::string_view kName = "charuco";
   static constexpr std::string_view kExample =

@@ -10,7 +10,7 @@
 namespace alidade {
 namespace {
 
-// Discs must leave room between them, and be large enough beside it to be seen where their grid is.
+// Discs must not touch, and must be large enough relative to their spacing to be seen.
 std::optional<BoardFault> circlesFault(int columns, int rows, int least_columns, double spacing_m,
                                        double diameter_m, double neighbour_m) {
   if (auto fault = detail::countsFault(columns, rows, least_columns, 100, "circles")) return fault;

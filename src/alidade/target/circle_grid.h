@@ -13,7 +13,7 @@
 namespace alidade {
 
 /// Discs in columns and rows, dark on bright or bright on dark. Columns and rows count discs; ids run along
-/// the columns first, and the frame is that of a Checkerboard, with the origin in the middle of disc 0.
+/// the columns first, and the frame is that of a Checkerboard, with the origin at the centre of disc 0.
 struct CircleGrid {
   static constexpr std::string_view kName = "circles";
   static constexpr std::string_view kExample =
@@ -42,7 +42,7 @@ struct CircleGrid {
             .symmetry_step = symmetryStep()};
   }
   [[nodiscard]] std::optional<MarkerIds> markers() const { return std::nullopt; }
-  /// The middle of a disc on the board, metres.
+  /// The centre of a disc on the board, metres.
   [[nodiscard]] Eigen::Vector3d corner(int id) const {
     return {spacing_m * (id % columns), spacing_m * (id / columns), 0.0};
   }
@@ -54,7 +54,7 @@ struct CircleGrid {
 
 /// OpenCV's asymmetric grid: rows of discs, every other one shifted by half the distance of its discs, which
 /// is twice the spacing; rows are one spacing apart. Columns count the discs of a row. With an odd number of
-/// rows its orientation is certain.
+/// rows, its orientation is unambiguous.
 struct AsymmetricCircleGrid {
   static constexpr std::string_view kName = "acircles";
   static constexpr std::string_view kExample =

@@ -7,12 +7,13 @@
 
 namespace alidade {
 
-/// Which images of a rig's cameras were taken at the same time, as the user says.
+/// Images of a rig's cameras that were taken at the same time, as stated by the user.
 struct FrameTable {
   std::vector<std::string> cameras = {};            ///< names
-  std::vector<std::vector<std::string>> rows = {};  ///< a frame each: the image of each camera; empty: none
-  std::string path = {};                            ///< of the file, for messages; empty: from no file
-  std::vector<std::size_t> lines = {};              ///< where each row stands in the file, from 1; or none
+  std::vector<std::vector<std::string>> rows = {};  ///< one frame each: the image of each camera; empty: none
+  std::string path = {};                            ///< of the file, for messages; empty if there is no file
+  std::vector<std::size_t> lines = {};              ///< line number of each row in the file, from 1; may be
+                                                    ///< empty
 
   [[nodiscard]] bool empty() const { return rows.empty(); }
 };

@@ -16,26 +16,26 @@
 namespace alidade {
 namespace {
 
-// Focal lengths as a share of the image's long side: a perspective field of view of 170 degrees, and of 0.2.
+// Focal lengths as a share of the image's long side, for perspective fields of view of 170 and 0.2 degrees.
 constexpr double kMinFocalShare = 0.04;
 constexpr double kMaxFocalShare = 300;
-// For a file without an image size: focal lengths in mm, or relative to the image, are smaller.
+// For a file without an image size. Smaller focal lengths are in mm or relative to the image.
 constexpr double kMinFocalPx = 5;
 constexpr double kAspectWarn = 1.1;  // analogue video: 1.09
 constexpr double kAspectFail = 1.5;
 // Distances from the image centre, as a share of the side.
-constexpr double kOffCentre = 0.15;  // hardly ever reached by an image that is not cropped
-constexpr double kOffSeen = 0.08;    // enough, where swapped or scaled numbers explain it
+constexpr double kOffCentre = 0.15;  // rarely exceeded by an uncropped image
+constexpr double kOffSeen = 0.08;    // enough if swapped or scaled numbers explain it
 constexpr double kScaleTolerance = 0.1;
-// Decentring moves the image corner by this share of its distance from the centre at most in real lenses:
-// none of the sets in docs/real_data.md exceeds 0.4 %.
+// Real lenses move the image corner by decentring by at most this share of its distance from the centre: no
+// set in docs/real_data.md exceeds 0.4 %.
 constexpr double kTangentialWarn = 0.02;
 constexpr double kTangentialFail = 0.1;
 constexpr double kTangentialUsual = 0.005;
-// Share of the pixels that may lie beyond a fold: the corners of an image where no board was.
+// Share of the pixels that may lie beyond a fold: image corners where no board was.
 constexpr double kMaxFolded = 0.01;
 
-// From the image centre, as shares of the sides.
+// Offset from the image centre, as shares of the sides.
 Eigen::Vector2d offsetOf(double cx, double cy, ImageSize size) {
   return {(cx + 0.5) / size.width - 0.5, (cy + 0.5) / size.height - 0.5};
 }
@@ -50,14 +50,14 @@ bool fitsOnlySwapped(const Eigen::Vector2d& center, ImageSize size) {
   return here > kOffSeen && swapped <= kOffSeen && swapped < 0.5 * here;
 }
 
-// The same share of both sides, but not the half.
+// True if both coordinates are the same share of the sides, but not one half.
 bool fitsOtherSize(const Eigen::Vector2d& offset) {
   if (offset.cwiseAbs().minCoeff() <= kOffSeen || offset.x() * offset.y() < 0) return false;
   const double scale = 1 + offset.sum();
   return std::abs(offset.x() - offset.y()) <= kScaleTolerance * scale;
 }
 
-// By which share of its distance from the centre p1 and p2 move an image corner at most.
+// Largest displacement of an image corner by p1 and p2, as a share of its distance from the centre.
 double decentringShare(std::span<const double> parameters, double p1, double p2, ImageSize size) {
   const double x = std::max(parameters[2] + 0.5, size.width - 0.5 - parameters[2]) / parameters[0];
   const double y = std::max(parameters[3] + 0.5, size.height - 0.5 - parameters[3]) / parameters[1];
@@ -122,8 +122,8 @@ FileCheck checkAspect(const CameraRecord& record) {
               {"fx_over_fy", params[0] / params[1]}, {"warning_limit", kAspectWarn}, {"limit", kAspectFail}}};
 }
 
-// Checks that the principal point fits the image. It does not if it fits only with cx and cy swapped, or only
-// an image of another size, or if it lies outside the image.
+// Checks that the principal point fits the image: it must lie inside, and must not fit only with cx and cy
+// swapped or only an image of a different size.
 FileCheck checkPrincipalPoint(const CameraRecord& record, bool is_proven) {
   const auto params = record.camera.parameters();
   const ImageSize size = record.image_size;
@@ -164,7 +164,7 @@ FileCheck checkPrincipalPoint(const CameraRecord& record, bool is_proven) {
   return check;
 }
 
-// Checks that the principal point fits that of the rectified images, px, which ROS files state too.
+// Compares the principal point with that of the rectified images, px, which ROS files also state.
 FileCheck checkProjectionMatrix(const CameraRecord& record, const Eigen::Vector2d& rectified_center) {
   constexpr double kFarShare = 0.05;  // of the long side
   const auto params = record.camera.parameters();
@@ -199,7 +199,7 @@ std::optional<FileCheck> checkTangential(const CameraRecord& record) {
     return i ? params[*i] : 0.0;
   };
   const double share = decentringShare(params, named("p1"), named("p2"), record.image_size);
-  // As k1 k2 k3 p1 p2 would have it.
+  // For the order k1 k2 k3 p1 p2.
   const bool is_reordered =
       share > kTangentialWarn && named("k3") != 0 &&
       decentringShare(params, named("p2"), named("k3"), record.image_size) <= kTangentialUsual;
@@ -221,7 +221,7 @@ std::optional<FileCheck> checkTangential(const CameraRecord& record) {
           {"corner_shift_share", share}, {"warning_limit", kTangentialWarn}, {"limit", kTangentialFail}}};
 }
 
-// Which share of the image has a ray.
+// Checks what share of the image has a ray.
 FileCheck checkOneToOne(const CameraRecord& record, const DomainCertificate& domain, bool is_size_guessed) {
   const double share = domain.full_image ? 1.0 : rayShare(record.camera, record.image_size);
   const double degrees = domain.cone.max_angle_rad * kDegPerRad;
@@ -244,7 +244,7 @@ FileCheck checkOneToOne(const CameraRecord& record, const DomainCertificate& dom
   }
   check.message = fmt::format("the distortion folds over inside the image: only {}; limit {:.0f} %", percent,
                               100 * (1 - kMaxFolded));
-  // A size that was guessed proves nothing.
+  // A guessed size proves nothing.
   const Severity severity = is_size_guessed ? Severity::kWarning : Severity::kFailure;
   check.severity = 1 - share > kMaxFolded ? severity : Severity::kNote;
   return check;
@@ -323,7 +323,7 @@ FileCheck checkVerdict(const CalibrationRecord& stated) {
                      (is_rejected ? ": the camera must not be used" : "")};
 }
 
-// The record of the camera, with the size to check it by.
+// The record of the camera, with the image size to use in checks.
 CameraRecord recordToCheck(const StatedCamera& stated) {
   if (stated.own) return *stated.own;
   return {.camera = stated.camera, .image_size = stated.image_size.value_or(sizeAround(stated.camera))};
@@ -350,7 +350,7 @@ ImageSize sizeAround(const AnyCamera& camera) {
 std::string calibrationText(const CalibrationRecord& stated) {
   std::string text(verdictName(stated.verdict));
   if (!std::isfinite(stated.accuracy_px)) return text;
-  constexpr double kLeastPx = 1e-4;  // of corners without noise
+  constexpr double kLeastPx = 1e-4;  // for corners without noise
   text += fmt::format(", within {:.3g} px (95 %)", std::max(stated.accuracy_px, kLeastPx));
   if (std::isfinite(stated.accuracy_distance_m))
     text += fmt::format(" at {:g} m", stated.accuracy_distance_m);
@@ -364,8 +364,8 @@ std::vector<FileCheck> checkCamera(const CameraRecord& record, const RecordConte
   const SelfCheckOutcome self_check = runSelfCheck(record.camera, record.image_size, record.self_check);
   std::vector<FileCheck> checks = {checkFocalLength(record, context.is_size_guessed), checkAspect(record)};
   if (!context.is_size_guessed) {
-    // The self-check proves that the numbers are those that Alidade wrote. A principal point far from the
-    // centre is then that of a part of an image.
+    // The self-check proves that Alidade wrote these numbers, so a principal point far from the centre comes
+    // from a cropped image.
     checks.push_back(checkPrincipalPoint(record, !record.self_check.empty() && self_check.isPassed()));
   }
   if (context.rectified_center) checks.push_back(checkProjectionMatrix(record, *context.rectified_center));
@@ -405,7 +405,7 @@ CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file)
                                 .id = "image_size",
                                 .message = "the file does not state the image size; --image-size adds it"});
   }
-  // Every command prints these; only a key that is ignored may be a slip.
+  // Every command prints these, but only an ignored key may be a slip.
   for (const Remark& remark : stated.remarks) {
     judgement.checks.push_back({.severity = remark.id == "unknown_keys" ? Severity::kWarning
                                             : remark.id == "bad_pose"   ? Severity::kFailure

@@ -16,24 +16,23 @@
 
 namespace alidade {
 
-/// The numbers that a check computed or compared with, by name. Names end in the unit: "fx_px"; shares have
-/// none.
+/// Numbers that a check computed or compared with, by name. Names end in the unit: "fx_px"; shares have none.
 using CheckValues = std::vector<std::pair<std::string, double>>;
 
-/// A question that was asked of a camera file, and the answer.
+/// A question about a camera file, and the answer.
 struct FileCheck {
   Severity severity = Severity::kPass;
   DiagnosisId id;
   std::string message;                   ///< the answer, with value and limit
   CheckValues values = {};               ///< of the message
-  std::string slip = {};                 ///< the id of the slip behind a misfit
-  std::optional<AnyCamera> mended = {};  ///< the camera without the slip; nothing: none is known
+  std::string slip = {};                 ///< id of the slip that explains a misfit
+  std::optional<AnyCamera> mended = {};  ///< the camera without the slip; nothing if none is known
 };
 
-/// A diagnosis as a check without numbers. A next step is a line of its own: "\n  next: ...".
+/// A diagnosis as a check without numbers. A next step is on its own line: "\n  next: ...".
 [[nodiscard]] FileCheck fileCheck(const Diagnosis& diagnosis);
 
-/// What to bear in mind about the file that a record comes from.
+/// Facts about the file of a record that affect the checks.
 struct RecordContext {
   bool is_size_guessed = false;  ///< the file does not state `image_size`; see sizeAround()
   /// The principal point of the rectified images, px, if the file states it.
@@ -43,39 +42,39 @@ struct RecordContext {
 /// "trustworthy, within 0.99 px (95 %) over 40 % of the image": the verdict and, if known, the accuracy.
 [[nodiscard]] std::string calibrationText(const CalibrationRecord& stated);
 
-/// Checks the numbers of a camera: focal lengths, aspect, principal point, tangential coefficients, and what
-/// share of the image has a ray. Checks what the record states beside them: the domain, self-check points,
-/// the covariance, the uncertainty of pixels, and the verdict of the calibration. What is not stated is
-/// not checked.
+/// Checks the numbers of a camera: focal lengths, aspect, principal point, tangential coefficients, and the
+/// share of the image that has a ray. Also checks what else the record states: domain, self-check points,
+/// covariance, uncertainty of pixels, and the verdict of the calibration. Values that are not stated are not
+/// checked.
 [[nodiscard]] std::vector<FileCheck> checkCamera(const CameraRecord& record,
                                                  const RecordContext& context = {});
 
-/// The image size, px, for checking a camera whose file states none: its principal point is the
-/// centre.
+/// The image size, px, for checking a camera whose file states none, chosen so that its principal point is
+/// the centre.
 [[nodiscard]] ImageSize sizeAround(const AnyCamera& camera);
 
-/// What was found out about a camera of a file.
+/// Findings on one camera of a file.
 struct CameraJudgement {
   std::string name;                                   ///< selects it after FILE#: its name, or its number
-  std::optional<AnyCamera> camera = {};               ///< nothing: its model is not supported
-  std::optional<ImageSize> image_size = {};           ///< px; nothing: the file does not state it
+  std::optional<AnyCamera> camera = {};               ///< nothing if its model is not supported
+  std::optional<ImageSize> image_size = {};           ///< px; nothing if the file does not state it
   std::optional<CalibrationRecord> calibration = {};  ///< of an Alidade camera file
   std::vector<FileCheck> checks = {};                 ///< at least one
-  std::optional<HeldOutJudgement> held_out = {};      ///< what images say of it, if there are any
-  std::optional<FootageJudgement> footage = {};       ///< what footage says of it, if there is some
-  bool can_show_slips = false;  ///< the file itself, or what it was compared with, can show a wrong number
+  std::optional<HeldOutJudgement> held_out = {};      ///< findings from images, if there are any
+  std::optional<FootageJudgement> footage = {};       ///< findings from footage, if there is any
+  bool can_show_slips = false;  ///< the file itself, or the comparison, can show a wrong number
 
   /// The most severe of its checks.
   [[nodiscard]] Severity severity() const;
 };
 
-/// What was found out about a file.
+/// Findings on a file.
 struct FileJudgement {
   std::string file;                           ///< as given; may end in "#NAME"
-  std::string format = {};                    ///< id; empty: it cannot be read
-  std::string error = {};                     ///< why it cannot be read; empty: it can
+  std::string format = {};                    ///< id; empty if it cannot be read
+  std::string error = {};                     ///< reason why it cannot be read; empty if it can
   std::vector<CameraJudgement> cameras = {};  ///< in the file's order; none if it cannot be read
-  std::vector<FileCheck> rig_checks = {};     ///< of where the cameras are; none if the file does not say it
+  std::vector<FileCheck> rig_checks = {};     ///< of the camera poses; empty if the file states none
 
   /// The most severe of all checks; a failure if the file cannot be read.
   [[nodiscard]] Severity severity() const;

@@ -97,8 +97,8 @@ void testOnFootage(const CameraRecord& record, const std::string& file, const Fi
   judgement.footage = std::move(on_footage);
 }
 
-// Adds the checks on images, on footage and against the other camera, as far as they were asked for.
-// Thread-safe without images and footage.
+// Adds the checks on images, on footage and against the other camera, as requested. Thread-safe without
+// images and footage.
 void addTests(const StatedCamera& camera, const std::string& file, const FileTests& tests,
               CameraJudgement& judgement, bool is_only_camera) {
   const auto attempt = [&](DiagnosisId id, const auto& addChecks) {
@@ -129,8 +129,8 @@ void addTests(const StatedCamera& camera, const std::string& file, const FileTes
   }
 }
 
-// Files of a folder need not be those that --image-size and --read-as are for: what can be read completely
-// without them states it itself.
+// The options --image-size and --read-as may be meant for other files of the folder: a file that can be read
+// completely without them states these values itself.
 CameraSource readListed(const ListedFile& file, const ReadOptions& options) {
   if (file.is_from_folder && (options.image_size || !options.model.empty())) {
     try {
@@ -141,7 +141,7 @@ CameraSource readListed(const ListedFile& file, const ReadOptions& options) {
     } catch (const NotACameraFile&) {
       throw;
     } catch (const Error&) {
-      // The options may be what it lacks.
+      // The options may supply what the file lacks.
     }
   }
   return readCamerasToJudge(file.path, options);

@@ -17,22 +17,22 @@
 
 namespace alidade {
 
-/// What the cameras of files are tested with, besides what the files state.
+/// Tests of cameras of files beyond what the files state.
 struct FileTests {
   std::vector<Board> boards = {};
-  std::vector<View> views = {};            ///< of images that the cameras were not made from; none: no test
-  std::optional<CameraRecord> other = {};  ///< to compare with
-  std::optional<FootageTracks> footage = {};  ///< points followed through pictures of a rigid scene
-  std::size_t num_footage_frames = 0;         ///< of these pictures, keyframes or not
+  std::vector<View> views = {};            ///< of images that the cameras were not made from; empty: no test
+  std::optional<CameraRecord> other = {};  ///< for comparison
+  std::optional<FootageTracks> footage = {};  ///< points tracked through pictures of a rigid scene
+  std::size_t num_footage_frames = 0;         ///< of these pictures, including those that are not keyframes
   double footage_tolerance_px = kFootageTolerancePx;
   double tolerance_px = kDefaultTolerancePx;
   int jobs = 0;  ///< threads for the tests on images and footage; 0: one per processor
   const CancelFlag* cancel = nullptr;
 };
 
-/// Reads a camera file and judges all its cameras; a file that cannot be read is a judgement too. Nothing for
-/// a file of a folder that is not a camera file.
-/// @param known  what the file holds, where it was read before; nothing: it is read
+/// Reads a camera file and judges all its cameras; a file that cannot be read gives a judgement too. Nothing
+/// if a file of a folder is not a camera file.
+/// @param known  content of the file if already read; nothing: it is read
 /// @throws Error (kUsage) for options that do not exist; Cancelled
 [[nodiscard]] std::optional<FileJudgement> judgeFile(const ListedFile& file, const ReadOptions& options,
                                                      const FileTests& tests,

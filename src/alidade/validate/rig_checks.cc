@@ -20,7 +20,7 @@ const std::string& nameOf(const RigRecord& rig, std::size_t camera) {
   return rig.cameras[camera].camera.name.name;
 }
 
-// Lengths in millimetres are the commonest slip: no rig is as large as a street.
+// Detects lengths in millimetres, the commonest slip: no rig is as large as a street.
 FileCheck checkExtent(const RigRecord& rig) {
   constexpr double kLargest = 30;  // m
   double extent_m = 0;
@@ -45,7 +45,7 @@ FileCheck checkExtent(const RigRecord& rig) {
           .values = {{"extent_m", extent_m}}};
 }
 
-// Two cameras that look alike from one place show that a pose was copied, or never filled in.
+// Two cameras with the same view from one place indicate a pose that was copied or never filled in.
 FileCheck checkSamePose(const RigRecord& rig) {
   constexpr double kSame = 1e-9;  // m, rad
   std::vector<std::string> pairs;

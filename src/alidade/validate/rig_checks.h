@@ -8,13 +8,13 @@
 
 namespace alidade {
 
-/// Checks where the cameras of a rig are to each other, its verdict, and its covariance. What is not stated
-/// is not checked.
+/// Checks the poses of a rig's cameras, its verdict, and its covariance. Values that are not stated are not
+/// checked.
 /// @pre two cameras or more
 [[nodiscard]] std::vector<FileCheck> checkRig(const RigRecord& rig);
 
-/// The same for the cameras of a file; nothing for a file that is no rig of supported cameras. A file of
-/// another tool needs no image size.
+/// The same for the cameras of a file; nothing if the file is no rig of supported cameras. Files of other
+/// tools need no image size.
 [[nodiscard]] std::vector<FileCheck> checkRig(const CameraSource& source);
 
 }  // namespace alidade

@@ -25,7 +25,7 @@ namespace {
 constexpr std::array<std::pair<std::string_view, SheetFormat>, 3> kFormats = {
     {{".pdf", SheetFormat::kPdf}, {".svg", SheetFormat::kSvg}, {".png", SheetFormat::kPng}}};
 
-// "A4", or "300x400mm": any unit, behind the second number.
+// "A4", or "300x400mm": any unit, after the second number.
 Paper parsePaper(const std::string& text) {
   const std::vector<std::string> names = mapped(knownPapers(), &Paper::name);
   for (const Paper& paper : knownPapers()) {

@@ -104,7 +104,7 @@ class CalibrateCommand final : public Command {
               kBoardShapes);
   }
 
-  // Where the results go, and what is expected of them.
+  // Flags for result files and the required accuracy.
   void addResultOptions(Flags& flags) {
     flags.under(kOutputGroup);
     flags.add("-o,--output", &output_,
@@ -185,7 +185,7 @@ class CalibrateCommand final : public Command {
                                             : join(given.reasons, "\n        ")});
   }
 
-  // Takes over the flags. Wrong names of parameters are refused before the images are read.
+  // Reads the flags. Wrong parameter names are refused before images are read.
   void readOptions() {
     options_.jobs = common_.jobs;
     options_.tolerance_px = *parsePixels(tolerance_);
@@ -204,7 +204,7 @@ class CalibrateCommand final : public Command {
     static_cast<void>(constraintOf(options_));
   }
 
-  // So that the format can hold the camera that is found.
+  // Restricts models and parameters so that the format can store the camera.
   void restrictTo(const CameraFormat& format) {
     if (format.id == cameraFormats().front()->id) return;
     const bool has_fixed = !options_.held.empty();
@@ -236,7 +236,7 @@ class CalibrateCommand final : public Command {
     return alidade::recordOf(result, {.created_by = programName(), .name = name_});
   }
 
-  // All files that are asked for.
+  // Writes all requested files.
   void write(const Calibration& result, const GivenViews& given, const Advice& advice,
              const Flags& flags) const {
     if (!next_view_.empty())
@@ -271,7 +271,7 @@ class CalibrateCommand final : public Command {
     }
   }
 
-  // Where the results are, and whether the camera may be used. @returns the exit code
+  // Prints the locations of the results, and whether the camera may be used. @returns the exit code
   [[nodiscard]] int tell(const Calibration& result) const {
     if (!report_.empty() && !common_.quiet) printMessage("report written to " + report_);
     if (!result.isUsable()) {

@@ -12,7 +12,7 @@ namespace alidade {
 
 /// The summary of a calibration for people: at most 16 lines of at most 100 columns, the verdict and the
 /// accuracy first.
-/// @param is_coloured  for a terminal
+/// @param is_coloured  true for a terminal
 [[nodiscard]] std::string summaryText(const Calibration& result, const GivenViews& given,
                                       const Advice& advice, double tolerance_px, bool is_coloured);
 

@@ -56,7 +56,7 @@ std::string viewsText(const CoverageReport& coverage) {
 
 constexpr std::size_t kDetailIndent = 9;
 
-// The first line behind a label, the others under it.
+// The first line after a label, the others below it.
 std::string labelled(std::string_view label, const std::string& lines) {
   std::string text;
   for (const std::string_view line : split(lines, '\n')) {
@@ -118,7 +118,7 @@ std::string excessText(const ModelCandidate& candidate) {
   return fmt::format("{:+.1f} +- {:.1f} %", 100 * candidate.excess, 100 * candidate.excess_std);
 }
 
-// The table of models.
+// Table of candidate models.
 std::string modelChoiceText(const ModelChoice& choice) {
   const auto px = [](double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "-"; };
   const std::string field =
@@ -135,7 +135,7 @@ std::string modelChoiceText(const ModelChoice& choice) {
   return text;
 }
 
-// The least known of what a weak prior holds together.
+// The least certain quantity that a weak prior constrains.
 std::string weakPriorText(const Calibration& result) {
   const WeakPrior& held = onlyCamera(result.fit).weak_prior;
   if (held.isNone()) return "";
@@ -197,7 +197,7 @@ std::string startText(const StartReport& start) {
   return text + "\n";
 }
 
-// Without the evidence, where there is no room for it.
+// Without the evidence, to save lines.
 Lines toldShortly(const Diagnosis& diagnosis) {
   return wrapped(severityLabel(diagnosis.severity),
                  diagnosis.cause + (diagnosis.next_step.empty() ? "" : "; " + diagnosis.next_step));
@@ -216,7 +216,7 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
   append(rest, wrapped("Fit", fitText(result, given)));
   Lines last = wrapped("Views", viewsText(advice.coverage));
   append(last, wrapped("Next", shortNextViewText(advice.guidance, result.imageSize())));
-  // Why a camera is rejected is told in any case.
+  // The reason for a rejection is always shown.
   const bool is_rejected =
       !result.diagnoses.empty() && result.diagnoses.front().severity == Severity::kFailure;
   const std::size_t num_others = lines.size() + rest.size() + last.size() + (advice.guidance.target ? 3 : 1) +
@@ -224,7 +224,7 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
   append(rest, boardLines(result.fit, std::clamp<std::size_t>(kMaxLines - std::min(num_others, kMaxLines), 1,
                                                               kMaxBoardLines)));
   append(rest, last);
-  // The diagnoses have the room that is left; what does not fit is counted.
+  // The diagnoses get the remaining lines; those that do not fit are counted.
   const std::size_t num_reserved = lines.size() + rest.size() + (advice.guidance.target ? 3 : 1);
   std::size_t room = kMaxLines - std::min(num_reserved, kMaxLines);
   std::size_t num_untold = 0;

@@ -20,7 +20,7 @@
 namespace alidade {
 namespace {
 
-// One CSV line an image with its reason and measures, after a header line.
+// One CSV line per image with its reason and measures, after a header line.
 std::vector<std::string> imageTable(const BoardSurvey& survey) {
   std::vector<std::string> lines = {
       "image,reason,corners,blur_px,spacing_px,area_share,tilt_deg,columns_seen,rows_seen,detail"};
@@ -66,7 +66,7 @@ json imageJson(const ImageOutcome& outcome) {
   return image;
 }
 
-// One board as it was before there could be several.
+// Documents of one board keep their original form.
 std::string detectionJson(const DetectionStage& stage) {
   json boards = mapped(stage.surveys, [](const BoardSurvey& survey) -> json {
     return {{"board", survey.board.spec()}, {"images", mapped(survey.outcomes, imageJson)}};
@@ -122,7 +122,7 @@ class DetectCommand final : public Command {
       checkVnl(mapped(given_.boards, readBoard), shortNames(listInputs(given_.inputs).all()));
   }
 
-  // Once, if it is asked for. The error that may follow has its reasons on standard output then.
+  // Prints the JSON once, if requested. A later error then has its reasons on standard output.
   void printJson(const DetectionStage& stage) {
     if (!common_.json || has_answered_) return;
     printResult(detectionJson(stage));

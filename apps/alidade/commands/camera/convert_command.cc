@@ -30,7 +30,7 @@ namespace {
 
 constexpr std::string_view kOwnFormat = "alidade";
 
-// One camera of the input and what became of it.
+// One camera of the input and its conversion.
 struct Converted {
   std::string where;  // "rig.yaml#cam1"
   std::string name;
@@ -51,7 +51,7 @@ bool isGood(const std::vector<Converted>& cameras) {
 // "(12.0, 0.0, -1.5) mm from the first camera, turned by 1.234 degrees".
 std::string poseText(const SE3& camera_from_first) {
   constexpr double kMillimetres = 1000;
-  // A sum with 0 has no negative zeros.
+  // Adding 0 avoids negative zeros.
   const Eigen::Vector3d origin =
       Eigen::Vector3d::Zero() + camera_from_first.inverse().translation * kMillimetres;
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm from the first camera, turned by {:.4g} degrees",
@@ -82,7 +82,7 @@ std::string pixelText(const Eigen::Vector2d& pixel) {
   return fmt::format("({:.1f}, {:.1f})", pixel.x(), pixel.y());
 }
 
-// There is a fit for all problems but the first.
+// All problems except the first have a fit.
 std::string problemText(ConversionProblem problem, const Converted& converted) {
   if (problem == ConversionProblem::kSourceUntrustworthy)
     return converted.where + ": its own verdict says that it must not be used";
@@ -104,7 +104,7 @@ std::string problemText(ConversionProblem problem, const Converted& converted) {
   }
 }
 
-// A new axis in terms of the old ones, as "-y".
+// A new axis by the old ones, as "-y".
 std::string axisText(const Eigen::Matrix3d& new_from_old, Eigen::Index row) {
   const Eigen::Index column = new_from_old(row, 0) != 0 ? 0 : 1;
   return std::string(new_from_old(row, column) < 0 ? "-" : "") + (column == 0 ? "x" : "y");
@@ -129,7 +129,7 @@ std::string fitText(const ModelFit& fit) {
   return text;
 }
 
-// The edits and the resulting camera, for people; without an end of line.
+// The edits and the resulting camera, for people; without a final line end.
 std::string summaryText(const Converted& converted) {
   const auto& [where, name, source, conversion, file, pose] = converted;
   std::string text = fmt::format("From     {}: {}, {} px\n", printable(where), source.camera.modelId(),
@@ -251,7 +251,7 @@ class ConvertCommand final : public Command {
     const std::vector<Converted> cameras = convertAll(gathered, format);
     const bool is_good = isGood(cameras);
     const bool is_kept = is_good || keep_untrustworthy_;
-    // A format that cannot hold the camera is refused before anything is printed or written.
+    // A format that cannot store the camera is refused before anything is printed or written.
     const std::vector<std::string> contents =
         is_kept ? contentsOf(gathered, cameras, format) : std::vector<std::string>();
     const std::vector<std::string> notes = notesOn(gathered.source, cameras, format);
@@ -266,7 +266,7 @@ class ConvertCommand final : public Command {
   }
 
  private:
-  // @param contents  none: nothing is written
+  // @param contents  empty: nothing is written
   void print(const std::vector<Converted>& cameras, const std::vector<std::string>& notes,
              const std::vector<std::string>& outputs, const std::vector<std::string>& contents) const {
     if (common_.json) return printResult(document(cameras, notes, outputs, !contents.empty()));
@@ -290,14 +290,14 @@ class ConvertCommand final : public Command {
       const auto n = pixelNumbers("--resize", resize_, 'x', 2, "WIDTHxHEIGHT in pixels, such as 320x180");
       request.resize = {.width = n[0], .height = n[1]};
     }
-    // The fit keeps parameters at 0 that the format cannot hold.
+    // The fit keeps parameters that the format cannot store at 0.
     for (const AbsentParameter& absent : format.absent) {
       if (absent.model == request.model) request.absent.push_back(absent.parameter);
     }
     return request;
   }
 
-  // Whether each camera gets a file of its own, and both tell where the other one is.
+  // True if each camera gets its own file and both state the pose of the other.
   [[nodiscard]] static bool isRectifiedPair(const GatheredCameras& gathered, const CameraFormat& format) {
     const CameraSource& source = gathered.source;
     return format.holds_rectification && source.cameras.size() == 2 && source.refused.empty() &&
@@ -376,7 +376,7 @@ class ConvertCommand final : public Command {
       const std::string& where = gathered.where[i];
       CameraRecord file = recordOf(stated, where);
       Conversion conversion = convertCamera(file, asked);
-      // A problem of a rig is one of each of its cameras.
+      // A problem of a rig affects each of its cameras.
       if (gathered.rig && gathered.rig->isCalibrated() && gathered.rig->verdict == Verdict::kNo &&
           std::count(conversion.problems.begin(), conversion.problems.end(),
                      ConversionProblem::kSourceUntrustworthy) == 0)
@@ -395,8 +395,8 @@ class ConvertCommand final : public Command {
     return all;
   }
 
-  // The rig as it was read, or as far as it is known, with the converted cameras. The standard deviations are
-  // those of motions in the rig's frame, so they outlast a turned camera.
+  // The rig as read, or as far as known, with the converted cameras. The standard deviations are those of
+  // motions in the rig's frame, so they stay valid when a camera is turned.
   [[nodiscard]] static RigRecord rigOf(const GatheredCameras& gathered,
                                        const std::vector<Converted>& cameras) {
     RigRecord rig = gathered.rig.value_or(RigRecord{});
@@ -405,18 +405,18 @@ class ConvertCommand final : public Command {
       if (!gathered.rig) rig.cameras.push_back({.camera = cameras[i].file});
       rig.cameras[i].camera = cameras[i].file;
       rig.cameras[i].camera.name.name = cameraLabel(gathered.source.cameras[i]);
-      rig.cameras[i].camera.created_by = cameras[i].source.created_by;  // the rig says what became of it
+      rig.cameras[i].camera.created_by = cameras[i].source.created_by;  // the rig states its own origin
       rig.cameras[i].camera_from_rig = *cameras[i].camera_from_rig;
       is_edited = is_edited || !cameras[i].conversion.steps.empty();
     }
-    // It belongs to the old parameters.
+    // The covariance belongs to the old parameters.
     if (is_edited) rig.covariance.clear();
     rig.created_by = programName() + " convert of " + join(gathered.where, ", ") +
                      (rig.created_by.empty() ? "" : " (" + rig.created_by + ")");
     return rig;
   }
 
-  // A text for each file.
+  // One text per file.
   [[nodiscard]] std::vector<std::string> contentsOf(const GatheredCameras& gathered,
                                                     const std::vector<Converted>& cameras,
                                                     const CameraFormat& format) const {
@@ -435,7 +435,7 @@ class ConvertCommand final : public Command {
     return rectifiedPairTexts(format, named);
   }
 
-  // A note on poses that are not written as they are; empty if they are.
+  // A note on poses that are changed when written; empty if there are none.
   [[nodiscard]] static std::string poseNote(const std::vector<Converted>& cameras,
                                             const CameraFormat& format) {
     const Converted& first = cameras.front();
@@ -457,7 +457,7 @@ class ConvertCommand final : public Command {
     return "";
   }
 
-  // Remarks that are no reason to refuse.
+  // Remarks that do not prevent the conversion.
   [[nodiscard]] static std::vector<std::string> notesOn(const CameraSource& source,
                                                         const std::vector<Converted>& cameras,
                                                         const CameraFormat& format) {

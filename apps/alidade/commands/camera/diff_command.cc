@@ -29,7 +29,7 @@ namespace {
 
 constexpr double kRoundingPx = 1e-9;  // projecting one camera twice differs by less
 
-// Up to `most` of `count` places, from the first to the last.
+// Up to `most` of `count` positions, from the first to the last.
 std::vector<int> spread(int count, int most) {
   std::vector<int> places;
   const int n = std::min(count, most);
@@ -56,8 +56,7 @@ std::string motionText(const ProjectionDifference& difference) {
   return text;
 }
 
-// The motion that was taken out and the figures, for people; that there are none where the motion was not
-// found.
+// The motion that was removed and the numbers, for people; or a sentence if no motion was found.
 std::string differenceText(const ProjectionDifference& difference) {
   if (!difference.is_converged)
     return "Aligned  no: the best alignment was not found, so no difference can be stated\n";
@@ -84,13 +83,13 @@ std::string differenceText(const ProjectionDifference& difference) {
   return text;
 }
 
-// A note for images whose sizes differ by more than a factor, as where a side was rounded (213x160 of
-// 640x480): how many pixels of the finer one that leaves. Empty for those that have exactly one shape.
+// A note for images whose sizes do not differ by one exact factor, for instance with a rounded side (213x160
+// from 640x480): the resulting error in pixels of the finer one. Empty for identical aspect ratios.
 std::string unevenSizeText(ImageSize a, ImageSize b, int quarter_turns) {
   if (quarter_turns % 2 != 0) std::swap(b.width, b.height);
   if (std::int64_t{a.width} * b.height == std::int64_t{a.height} * b.width) return "";
-  // The factor by which the finer image shrinks differs along x and y. As one factor, that of the mean, it
-  // would be off at the border by this much.
+  // The finer image shrinks by different factors along x and y. Using their mean causes this error at the
+  // border.
   const bool is_a_finer = std::int64_t{a.width} * a.height >= std::int64_t{b.width} * b.height;
   const ImageSize fine = is_a_finer ? a : b;
   const ImageSize coarse = is_a_finer ? b : a;
@@ -130,8 +129,8 @@ std::string differenceTable(const ProjectionDifference& difference) {
   return text;
 }
 
-// Rows of text for people ("Aligned  by a rotation", continued on lines that begin with blanks) as lines for
-// a figure: "Aligned: by a rotation".
+// Converts rows of text for people ("Aligned  by a rotation", continued on lines that begin with blanks) to
+// lines for a figure: "Aligned: by a rotation".
 std::vector<std::string> figureLines(const std::string& text) {
   constexpr std::size_t kLabelColumns = 9;
   std::vector<std::string> lines;
@@ -169,7 +168,7 @@ std::string testText(const LensComparison& lens) {
   return text + "\n";
 }
 
-// All of it; what is not finite is null, and so are all figures where the motion was not found.
+// All results; values that are not finite are null, and so are all numbers if no motion was found.
 json differenceJson(const LensComparison& lens) {
   const ProjectionDifference& difference = lens.difference;
   const auto& significance = lens.significance;
@@ -290,7 +289,7 @@ class DiffCommand final : public Command {
     if (!uneven.empty()) printMessage(uneven);
   }
 
-  // The cameras and the motion that was taken out of their difference.
+  // The cameras and the motion removed from their difference.
   [[nodiscard]] std::string headText(const LensComparison& lens) const {
     return fileText("A", files_[0], lens.a) + fileText("B", files_[1], lens.b) +
            differenceText(lens.difference);
@@ -333,7 +332,7 @@ class DiffCommand final : public Command {
            .next_step = "select a camera of each: " + a.path + "#" + cameraLabel(a.cameras.front())});
     }
     DifferenceOptions options = differenceOptions();
-    // Points at the distance are for the poses; each lens is compared for far ones.
+    // A distance applies only to the poses; each lens is compared for distant points.
     if (options.freed == Freed::kPose) options.freed = Freed::kRotation;
     return diffRigs(a, b, options, distance_m_, tolerance_px_, common_);
   }
@@ -362,7 +361,7 @@ class DiffCommand final : public Command {
     return options;
   }
 
-  // Why the answer is no.
+  // Reason for a negative answer.
   [[nodiscard]] std::optional<std::string> complaint(const LensComparison& lens) const {
     const auto& [a, b, difference, significance] = lens;
     if (difference.num_compared == 0)
@@ -387,7 +386,7 @@ class DiffCommand final : public Command {
                        *tolerance_px_);
   }
 
-  // Images that are upside down have the same size; the note says so.
+  // Images that are upside down have the same size, so a note states it.
   [[nodiscard]] std::string upsideDownText(const LensComparison& lens) const {
     const auto& [a, b, difference, significance] = lens;
     constexpr double kFarLess = 0.1;
@@ -398,7 +397,7 @@ class DiffCommand final : public Command {
     DifferenceOptions options = differenceOptions();
     options.quarter_turns = 2;
     const ProjectionDifference turned = projectionDifference(a, b, options);
-    // Few pixels that suit by chance are no sign of a turned image.
+    // A few pixels that match by chance do not show a turned image.
     if (!turned.is_converged || turned.num_compared < difference.num_compared ||
         !(turned.rms_px < kFarLess * difference.rms_px))
       return "";

@@ -129,11 +129,11 @@ class ReportCommand final : public Command {
     }
   }
 
-  // The camera file has the parameters that the evidence tells about.
+  // Checks that the camera file has the parameters of the evidence.
   void requireSameCamera(const json& evidence) const {
     const CameraRecord record = readCameraTelling(file_, {}, common_.quiet);
     if (!evidence.is_object() || !evidence.contains("parameters"))
-      return;  // refused with its reason when the page is made
+      return;  // the page refuses it with its reason
     const json& values = evidence["parameters"];
     bool is_same = evidence.value("model", json()) == json(record.camera.modelId());
     const auto names = record.camera.parameterNames();

@@ -50,7 +50,7 @@ std::string verdictsText(const Fleet& fleet) {
                             pixels(worst));
 }
 
-// "fx 1002.3 +- 3.5", to two digits of the spread between units.
+// "fx 1002.3 +- 3.5", with two digits of the spread between units.
 Lines spreadLines(const TypicalCamera& typical) {
   constexpr std::size_t kPerLine = 4;
   const auto names = typical.camera.parameterNames();
@@ -184,7 +184,7 @@ class FleetCommand final : public Command {
     return "found '" + text + "', expected a file name that ends in .html or .csv";
   }
 
-  // Outputs must not be among the files that folders are searched for.
+  // Outputs must not be among the files in the searched folders.
   void checkUsage() const {
     std::vector<std::string> sources;
     for (const auto* inputs : {&files_, &previous_}) {

@@ -29,7 +29,7 @@ constexpr const char* kScaleNote =
 // The path that the odometry found, with the times of the frames.
 struct TrackedPath {
   Path path;
-  std::vector<double> seconds;  // of each frame; empty: unknown
+  std::vector<double> seconds;  // of each frame; empty if unknown
   FootagePass pass;
   FrontEndKind front_end = FrontEndKind::kFlow;
 
@@ -38,7 +38,7 @@ struct TrackedPath {
   }
 };
 
-// Frames of a range of numbers: "frame 7", "frames 7 to 9".
+// Text for a range of frame numbers: "frame 7", "frames 7 to 9".
 std::string framesText(std::size_t first, std::size_t last) {
   return first == last ? fmt::format("frame {}", first) : fmt::format("frames {} to {}", first, last);
 }
@@ -169,7 +169,7 @@ class TrackCommand final : public Command {
                       .progress = [&](std::size_t done, std::size_t total) { bar.update(done, total); },
                       .cancel = cancel});
     tracked.path = odometry.finish();
-    // Not every file states times.
+    // Some files do not state times.
     const bool is_timed =
         std::ranges::adjacent_find(tracked.seconds, std::greater_equal<>()) == tracked.seconds.end();
     if (!is_timed) tracked.seconds.clear();
@@ -196,7 +196,7 @@ class TrackCommand final : public Command {
     if (!common_.quiet) printNotes(tracked.pass.notes);
   }
 
-  // "piece 2: frames 7 to 90", and what its scale rests on.
+  // "piece 2: frames 7 to 90", and the basis of its scale.
   static std::vector<std::string> pieceComments(const Path& path, std::size_t index) {
     const PathSegment& segment = path.segments[index];
     std::vector<std::string> comments = {fmt::format(

@@ -87,7 +87,7 @@ void remapAll(std::vector<RemappedImage>& images, const RemapTable& table, const
   const std::string prefix = settings.subfolder.empty() ? "" : settings.subfolder + "/";
   std::mutex mutex;
   std::size_t num_done = 0;
-  // Threads that have no image of their own help with the others' rows.
+  // Idle threads help with the rows of other images.
   const int num_threads = resolveJobs(settings.num_jobs);
   const int num_row_jobs =
       std::max(1, num_threads / static_cast<int>(std::max<std::size_t>(1, images.size())));

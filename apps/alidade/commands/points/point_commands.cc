@@ -57,24 +57,24 @@ std::string namesOf(const std::vector<TableColumn>& columns) {
   return join(mapped(columns, &TableColumn::name), ",");
 }
 
-// Reads rows of two or three numbers from a file or standard input in constant memory, in the forms of
-// TableLines. A header may name the columns in any order and have further ones, which are ignored; without a
-// header (or a comment in its place) the columns come in order and none is extra.
+// Reads rows of two or three numbers from a file or standard input in constant memory, in the notations of
+// TableLines. A header may name the columns in any order and have additional ones, which are ignored; without
+// a header (or a comment that serves as one) the columns are in order and none is additional.
 class PointReader {
  public:
-  // Rows that are handed on at a time.
+  // Rows per block.
   static constexpr std::size_t kMaxRows = 512;
 
   // @param path  a file; "-" or nothing for standard input
-  // @param before_read  called before each read, which may wait for whoever writes the input; all rows read
-  // so far have been handed on by then
+  // @param before_read  called before each read, which may block until the writer of the input continues; all
+  // rows read so far have been passed on by then
   // @throws Error (kInput)
   PointReader(const std::string& path, std::vector<TableColumn> columns, std::function<void()> before_read)
       : lines_(isStandardInput(path) ? "standard input" : path),
         fd_(openInput(path)),
         columns_(std::move(columns)),
         before_read_(std::move(before_read)),
-        buffer_(kReadBytes + 1),  // and the end of a last line that has none
+        buffer_(kReadBytes + 1),  // plus a line end for a last line without one
         begin_(buffer_.data()),
         lines_end_(begin_),
         end_(begin_) {}
@@ -84,8 +84,8 @@ class PointReader {
   PointReader(const PointReader&) = delete;
   PointReader& operator=(const PointReader&) = delete;
 
-  // The next rows' numbers in the order of `columns` (NaN and infinities are numbers here), with zero for a
-  // third column where there are two. False at the end.
+  // The next rows' numbers in the order of `columns` (NaN and infinities are numbers here), with zero as a
+  // third column if there are two. False at the end.
   // @throws Error (kInput) naming file, line and field
   bool next(std::vector<Eigen::Vector3d>& rows) {
     rows.clear();
@@ -150,7 +150,7 @@ class PointReader {
     rows.push_back(row);
   }
 
-  // Looks each column up among the names of a header. @returns why one is missing; empty if none is
+  // Looks each column up among the names of a header. @returns why one is missing; empty otherwise
   std::string findColumns(const std::vector<std::string>& names) {
     std::vector<std::size_t> fields;
     for (const TableColumn& column : columns_) {
@@ -169,7 +169,7 @@ class PointReader {
   std::function<void()> before_read_;
   std::vector<std::size_t> field_of_column_;  // empty until known
   std::vector<char> buffer_;
-  // In the buffer: whole lines up to `lines_end_`, and the start of one more up to `end_`.
+  // Range in the buffer: whole lines up to `lines_end_`, and the start of one more up to `end_`.
   const char* begin_;
   const char* lines_end_;
   const char* end_;
@@ -177,17 +177,16 @@ class PointReader {
 };
 
 // Writes rows of numbers with a status to standard output, as CSV or as one JSON document, in large pieces.
-// Numbers are written in the fewest digits that read back as the same; NaN is "nan", in JSON null.
-// The JSON is written piece by piece and not as a document of nlohmann-json, which would need memory for all
-// rows.
-// @throws Error (kInput), from any method, when it does not arrive
+// Numbers have the fewest digits that read back as the same value; NaN is "nan", in JSON null. The JSON is
+// written in pieces and not as a document of nlohmann-json, which would need memory for all rows.
+// @throws Error (kInput), from any method, if writing fails
 class AnswerWriter {
  public:
   struct Format {
     bool is_json = false;
     bool has_pose = false;             // rows start with the id of a pose
     std::vector<std::string> values;   // columns before the status
-    std::vector<std::string> details;  // columns behind it
+    std::vector<std::string> details;  // columns after the status
   };
 
   explicit AnswerWriter(Format format) : format_(std::move(format)) {
@@ -202,7 +201,7 @@ class AnswerWriter {
     buffer_ += join(names, ",") + "\n";
   }
 
-  // Sets the pose of the rows that follow.
+  // Sets the pose of the following rows.
   void setPose(const std::string& id) {
     pose_ = format_.is_json
                 ? "\"pose\": " + json(id).dump(-1, ' ', false, json::error_handler_t::replace) + ", "
@@ -236,27 +235,27 @@ class AnswerWriter {
     flush();
   }
   void flush() {
-    has_sent_ = has_sent_ || !buffer_.empty();  // even if not all of it arrives
+    has_sent_ = has_sent_ || !buffer_.empty();  // even if only a part arrives
     printResult(buffer_);
     buffer_.clear();
   }
 
-  // A header alone is no answer.
+  // Does not write a header without rows.
   void flushRows() {
     if (has_rows_) flush();
   }
-  // Whether anything has left for standard output, so that what follows there must go on with it.
+  // True if standard output already has a part of the document, which must then be completed.
   [[nodiscard]] bool hasSent() const { return has_sent_; }
 
  private:
-  // In JSON behind its name.
+  // In JSON, the name comes first.
   void addNumber(const std::string& name, double value) {
     if (format_.is_json) buffer_.append("\"").append(name).append("\": ");
     if (std::isnan(value) || (format_.is_json && std::isinf(value))) {
       buffer_ += format_.is_json ? "null" : "nan";
       return;
     }
-    std::array<char, 32> digits{};  // the shortest that reads back as the same has at most 24 characters
+    std::array<char, 32> digits{};  // the shortest exact form has at most 24 characters
     char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
     buffer_.append(digits.data(), end);
   }
@@ -272,7 +271,7 @@ const std::array<std::string_view, 4> kStatusNames = {statusId(ProjectStatus::kO
                                                       statusId(ProjectStatus::kBehind),
                                                       statusId(ProjectStatus::kOutsideDomain)};
 
-// Rows of numbers, one array a column, for the batch functions; memory is kept between blocks.
+// Rows of numbers, one array per column, for the batch functions; memory is reused between blocks.
 using Columns = Eigen::MatrixX3d;
 
 std::span<double> column(Columns& columns, Eigen::Index c) {
@@ -306,7 +305,7 @@ class StreamCommand : public Command {
   [[nodiscard]] bool owesJson() const final { return common_.json && !(out_ && out_->hasSent()); }
 
  protected:
-  // The result of a row, in the order of the counts.
+  // The result of a row; the counts have the same order.
   enum class Status { kOk, kOutOfImage, kBehind, kOutside };
 
   // The options of both; `points` describes the input, which has these columns.
@@ -319,10 +318,10 @@ class StreamCommand : public Command {
     flags.under(nullptr);
   }
 
-  // Reads what the command needs beside the camera.
+  // Reads the command's inputs besides the camera.
   virtual void prepare(const CameraRecord&) {}
   [[nodiscard]] virtual AnswerWriter::Format format(const CameraRecord& file) const = 0;
-  // Answers a block of rows, or keeps it until finish().
+  // Answers a block of rows, or stores it until finish().
   virtual void take(const CameraRecord& file, const std::vector<Eigen::Vector3d>& rows,
                     AnswerWriter& out) = 0;
   virtual void finish(const CameraRecord&, AnswerWriter&) {}
@@ -343,7 +342,7 @@ class StreamCommand : public Command {
     return is_in_image ? Status::kOk : Status::kOutOfImage;
   }
 
-  // Whether a row with this status has a pixel or a ray.
+  // True if a row with this status has a pixel or a ray.
   [[nodiscard]] bool hasNumbers(Status status) const {
     return status == Status::kOk || (status == Status::kOutOfImage && !is_clipped_);
   }
@@ -467,7 +466,7 @@ class ProjectCommand final : public StreamCommand {
     const PointColumns points{column(points_, 0), column(points_, 1), column(points_, 2)};
     const PixelResults pixels{column(pixels_, 0), column(pixels_, 1), statuses_};
     if (has_jacobian_) {
-      // First, as the pixels are to have the same digits with and without.
+      // Computed first, so that the pixels have the same digits with and without Jacobians.
       by_point_.resize(6 * rows.size());
       by_pose_.resize(12 * rows.size());
       by_params_.resize(2 * file.camera.parameters().size() * rows.size());
@@ -489,7 +488,7 @@ class ProjectCommand final : public StreamCommand {
     }
   }
 
-  // du by the point, the pose and the parameters, then dv.
+  // Jacobian of u by the point, the pose and the parameters, then of v.
   void gatherJacobian(std::size_t i, bool has_pixel) {
     if (!has_pixel) return std::fill(jacobian_.begin(), jacobian_.end(), kNone);
     const std::size_t num_inputs = jacobian_.size() / 2;
@@ -508,14 +507,14 @@ class ProjectCommand final : public StreamCommand {
   std::optional<SE3> camera_from_points_;
   PoseList list_;
   std::vector<Eigen::Vector3d> kept_;  // only for many poses
-  // Memory for the block at hand.
+  // Memory for the current block.
   Columns points_;
   Columns pixels_;
   std::vector<ProjectStatus> statuses_;
   std::vector<double> by_point_;
   std::vector<double> by_pose_;
   std::vector<double> by_params_;
-  std::vector<double> jacobian_;  // of the point at hand
+  std::vector<double> jacobian_;  // of the current point
 };
 
 class UnprojectCommand final : public StreamCommand {
@@ -563,7 +562,7 @@ class UnprojectCommand final : public StreamCommand {
     }
   }
 
-  // Memory for the block at hand.
+  // Memory for the current block.
   Columns pixels_;
   Columns rays_;
   std::vector<ProjectStatus> statuses_;

@@ -27,7 +27,7 @@ SE3 secondFromFirst(const SE3& first, const SE3& second) {
   return second * first.inverse();
 }
 
-// Whether files tell the same as the cameras.
+// True if the files state the poses of the cameras.
 bool standEqually(const std::vector<NamedCamera>& pair, const std::vector<std::string>& texts) {
   std::vector<SE3> read;
   for (const std::string& text : texts) {

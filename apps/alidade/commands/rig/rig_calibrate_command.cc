@@ -112,7 +112,7 @@ class RigCalibrateCommand final : public Command {
 
   [[nodiscard]] bool isKept(const RigCalibration& rig) const { return rig.isUsable() || keep_; }
 
-  // All files that are asked for.
+  // Writes all requested files.
   void write(const RigCalibration& rig, const RigRecord& record, double tolerance_px) const {
     if (!output_.empty() && isKept(rig)) saveRig(output_, record);
     if (evidence_.empty() && report_.empty()) return;
@@ -131,7 +131,7 @@ class RigCalibrateCommand final : public Command {
                 (is_verbose_ ? "\n" + rigDetailsText(rig, given) : ""));
   }
 
-  // Where the rig is, and whether it may be used. @returns the exit code
+  // Prints the locations of the results, and whether the rig may be used. @returns the exit code
   [[nodiscard]] int tell(const RigCalibration& rig) const {
     if (!rig.isUsable()) {
       printRefusal("the rig must not be used: " + rig.diagnoses.front().message(), output_, isKept(rig));
@@ -142,7 +142,8 @@ class RigCalibrateCommand final : public Command {
     return 0;
   }
 
-  // The cameras of --fixed, in the order of `names`: by their own names if these are names of the rig's.
+  // The cameras of --fixed, in the order of `names`: matched by their own names if these are names in the
+  // rig.
   std::vector<std::optional<CameraRecord>> givenCameras(const std::vector<std::string>& names) const {
     if (!fixed_.empty() && fixed_.size() != views_.inputs.size()) {
       throw usageError({.where = "--fixed",
@@ -150,7 +151,7 @@ class RigCalibrateCommand final : public Command {
                         .expected = "one for each camera, or '-'"});
     }
     std::vector<std::optional<CameraRecord>> given(fixed_.size());
-    std::vector<std::size_t> places;  // of the files, in the order in which they were given
+    std::vector<std::size_t> places;  // indices of the files, in the order given
     std::vector<std::string> stated;
     for (std::size_t c = 0; c < fixed_.size(); ++c) {
       if (fixed_[c] == "-") continue;
@@ -177,7 +178,7 @@ class RigCalibrateCommand final : public Command {
     return given;
   }
 
-  // A lens that is kept has its model already.
+  // A kept lens already has its model.
   void refuseModelsOfFixed(const std::vector<std::string>& names,
                            const std::vector<std::optional<CameraRecord>>& given) const {
     const auto isFixed = [](const std::optional<CameraRecord>& camera) { return camera.has_value(); };

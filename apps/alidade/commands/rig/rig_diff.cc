@@ -38,8 +38,8 @@ std::vector<std::string> namesOf(const RigRecord& rig) {
   return mapped(rig.cameras, [](const RigCameraRecord& camera) { return camera.camera.name.name; });
 }
 
-// Brings the cameras of `b` into the order of those of `a`, by their names, or else leaves them by number.
-// @returns whether the names are the same
+// Sorts the cameras of `b` into the order of those of `a` by name, or keeps them by number.
+// @returns true if the names match
 bool matchCameras(const RigRecord& a, RigRecord& b, const std::string& path_a, const std::string& path_b) {
   const std::vector<std::string> names = namesOf(a);
   const std::vector<std::string> others = namesOf(b);
@@ -150,7 +150,7 @@ json rigJson(const std::vector<std::string>& names, const std::vector<LensCompar
   return {{"distance_m", difference.distance_m}, {"cameras", std::move(cameras)}};
 }
 
-// Why the answer is no.
+// Reason for a negative answer.
 std::optional<std::string> rigComplaint(const std::vector<std::string>& names,
                                         const std::vector<LensComparison>& pairs,
                                         const RigDifference& difference, std::optional<double> tolerance_px) {

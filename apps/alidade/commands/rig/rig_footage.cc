@@ -28,7 +28,7 @@ namespace alidade {
 namespace {
 
 constexpr std::size_t kMostInstants = 40;
-// Errors along the rows, of depth, from which a note says that the images leave them open.
+// Depth errors (along the rows) above which a note says that the images do not determine them.
 constexpr double kOpenPx = 5;
 
 void requireFootage(const RigRecord& rig, const RigInputs& inputs) {
@@ -51,7 +51,7 @@ void requireFootage(const RigRecord& rig, const RigInputs& inputs) {
   }
 }
 
-// The images of one instant: of each camera the path, or nothing.
+// The images of one instant: one path per camera, or nothing.
 using Instant = std::vector<std::string>;
 
 std::vector<Instant> instantsOf(const RigRecord& rig, const RigInputs& inputs, bool is_quiet) {

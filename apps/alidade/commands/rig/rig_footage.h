@@ -9,7 +9,7 @@
 #include "alidade/record/rig_record.h"
 #include "commands/rig/rig_inputs.h"
 
-// `alidade rig validate --footage`: a rig on ordinary synchronous images.
+// `alidade rig validate --footage`: tests a rig on ordinary synchronous images.
 
 namespace alidade {
 
@@ -19,17 +19,17 @@ struct RigFootage {
   std::vector<RigPairMatches> pairs;
 };
 
-/// Finds which images were taken together and matches key points between them. Of many instants, 40 are taken
-/// evenly. Tells, unless `common.quiet`, which images have no partner.
+/// Finds which images were taken together and matches key points between them. If there are many instants, 40
+/// are selected evenly. Prints, unless `common.quiet`, which images have no partner.
 /// @param inputs  in the order of the rig's cameras: folders, images or patterns
 /// @throws Error (kUsage) for a board or corners files; Error (kInput) for a rig of one camera, for images
-/// that cannot be read or of another size than their camera's, and as matchFrames(); Cancelled
+/// that cannot be read or whose size differs from their camera's, and as matchFrames(); Cancelled
 [[nodiscard]] RigFootage matchRigFootage(const RigRecord& rig, const RigInputs& inputs,
                                          const CommonOptions& common, const CancelFlag* cancel);
 
 /// The result for people.
 [[nodiscard]] std::string rigFootageText(const RigCheck& check, const AnyRig& rig);
-/// All numbers.
+/// All numbers, as JSON.
 [[nodiscard]] std::string rigFootageJson(const RigCheck& check, const RigFootage& footage, const AnyRig& rig);
 /// The finding on the first inconsistent pair, in one sentence.
 [[nodiscard]] std::string rigContradiction(const RigCheck& check, const AnyRig& rig);

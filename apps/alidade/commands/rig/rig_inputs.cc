@@ -22,12 +22,12 @@
 namespace alidade {
 namespace {
 
-// "left" for photos/left/, photos/left*.png and left.csv; the names of folders are whole.
+// "left" for photos/left/, photos/left*.png and left.csv; names of folders are not cut.
 std::string nameOf(const std::string& input) {
   std::filesystem::path path = std::filesystem::absolute(input).lexically_normal();
   if (!path.has_filename()) path = path.parent_path();
   std::string name = path.filename().string();
-  std::error_code ignored;  // of inputs that do not exist, which are told later
+  std::error_code ignored;  // of missing inputs, which are reported later
   if (std::filesystem::is_directory(path, ignored)) return name;
   const std::size_t pattern = name.find_first_of("*?[%");
   name = pattern == std::string::npos ? path.stem().string() : name.substr(0, pattern);
@@ -39,7 +39,7 @@ std::vector<std::string> namesOf(const std::vector<std::string>& inputs) {
   return distinctNames(mapped(inputs, nameOf), inputs);
 }
 
-// Without links and detours. What has no path, as a pipe, stays as it is.
+// Resolves links and detours. An input without a path, such as a pipe, stays unchanged.
 std::filesystem::path withoutLinks(const std::filesystem::path& path) {
   std::error_code error;
   const std::filesystem::path whole = std::filesystem::weakly_canonical(path, error);

@@ -36,17 +36,17 @@ namespace {
 constexpr const char* kRigName = "rig.yaml";
 constexpr const char* kRectificationName = "rectification.yaml";
 
-// A camera of the pair, its images and what became of them.
+// A camera of the pair, its images and their results.
 struct Side {
   MountedCamera camera;
   std::vector<RemappedImage> images = {};
-  double dark_share = 0;  // of the rectified pixels, without a source
+  double dark_share = 0;  // share of the rectified pixels without a source
 
   [[nodiscard]] std::size_t numWritten() const { return images.size() - numSkipped(images); }
 };
 using Sides = std::array<Side, 2>;
 
-// The corners of one board that both cameras saw at one time, by the first and by the second one.
+// The corners of one board that both cameras saw at the same time, in the first and the second camera.
 using SharedBoard = std::pair<const View*, const View*>;
 
 std::vector<SharedBoard> sharedBoards(const std::vector<RigViews>& cameras, const FrameTable& table) {
@@ -65,7 +65,7 @@ std::vector<SharedBoard> sharedBoards(const std::vector<RigViews>& cameras, cons
   return shared;
 }
 
-// Pixels of the same corners, if the second view is numbered by a turn of the board.
+// Pixels of the same corners, with the second view's numbering turned by a symmetry of the board.
 std::vector<EpipolarPair> pairsOf(const SharedBoard& board, const BoardTurn& turn) {
   std::map<int, Eigen::Vector2d> first;
   for (const Corner& corner : board.first->corners) first[corner.id] = corner.pixel;
@@ -82,8 +82,8 @@ struct MeasuredErrors {
   EpipolarErrors errors;
 };
 
-// A board that looks the same after a turn may be numbered differently by the two cameras. The numbers for
-// which the errors are least are the right ones: others are off by whole squares.
+// The cameras may number a board that looks the same after a turn differently. The numbering with the
+// smallest errors is right; others are off by whole squares.
 MeasuredErrors measured(const Rectification& r, const Sides& sides, const RigInputViews& given) {
   MeasuredErrors result;
   std::vector<EpipolarPair> all;
@@ -175,7 +175,7 @@ class RigRectifyCommand final : public Command {
   [[nodiscard]] bool hasCornersFiles() const {
     return !camera_only_ && !views_.inputs.empty() && isCornersFile(views_.inputs.front());
   }
-  // Whether errors can be measured.
+  // True if errors can be measured.
   [[nodiscard]] bool hasBoards() const { return hasCornersFiles() || !views_.boards.empty(); }
 
   void checkUsage(const Flags& flags) const {
@@ -221,7 +221,7 @@ class RigRectifyCommand final : public Command {
     return request;
   }
 
-  // Refuses an output that is among them.
+  // Lists the images; refuses an output that is among them.
   void listImagesOf(Sides& sides) const {
     std::vector<std::string> sources = {cameraFilePath(rig_path_), common_.config, views_.match};
     for (std::size_t i = 0; i < 2 && !camera_only_ && !hasCornersFiles(); ++i) {
@@ -282,7 +282,7 @@ class RigRectifyCommand final : public Command {
     folder.commit();
   }
 
-  // The rectified cameras, with what the rig says of itself.
+  // The rectified cameras, with the rig's statements about itself.
   static RigRecord rectifiedRecord(const RigRecord& source, const Rectification& r, const Sides& sides) {
     RigRecord record = source;
     record.cameras.clear();

@@ -82,7 +82,7 @@ std::string cameraText(const RigCalibration& rig, std::size_t index, const Given
          (std_mm > 0 ? fmt::format(" (standard deviation {:.{}f} mm)", std_mm, decimals) : "");
 }
 
-// Is this about the given images rather than the rig?
+// True if the diagnosis is about the given images and not about the rig.
 bool isOfInput(const Diagnosis& diagnosis) {
   return diagnosis.severity == Severity::kNote && diagnosis.id.kind().subject == Subject::kMatching;
 }
@@ -124,8 +124,8 @@ std::string rigSummaryText(const RigCalibration& rig, const std::vector<GivenVie
   for (const Diagnosis& diagnosis : rig.diagnoses) {
     if (diagnosis.severity == Severity::kFailure) append(lines, diagnosisLines(diagnosis));
   }
-  // Warnings, and notes on what was given, have the room that is left; what does not fit is counted. However
-  // many cameras there are, the first warning is told.
+  // Warnings, and notes on the inputs, get the remaining lines; those that do not fit are counted. The first
+  // warning is always shown, however many cameras there are.
   constexpr std::size_t kLinesOfAWarning = 3;
   const std::size_t num_reserved = lines.size() + rest.size() + 1;
   std::size_t room = std::max(kLinesOfAWarning, kMaxLines - std::min(num_reserved, kMaxLines));

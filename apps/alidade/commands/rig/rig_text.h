@@ -9,9 +9,9 @@
 
 namespace alidade {
 
-/// The summary of a rig's calibration for people, laid out as that of a camera: at most 100 columns; the
-/// verdict, the worst transfer between cameras and all failures first; at most 16 lines unless cameras and
-/// failures need more.
+/// The summary of a rig's calibration for people, in the layout used for a single camera: at most 100
+/// columns; the verdict, the worst transfer between cameras and all failures first; at most 16 lines unless
+/// cameras and failures need more.
 /// @param given  of each camera; the views are not used
 /// @param num_frames  with a board that two or more cameras saw
 [[nodiscard]] std::string rigSummaryText(const RigCalibration& rig, const std::vector<GivenViews>& given,

@@ -26,7 +26,7 @@ namespace {
 
 using detail::TableLines;
 
-// A point to find: its name in the input, and where it is seen.
+// A point to triangulate: its name in the input, and its pixels.
 struct SeenPoint {
   std::string id;
   std::vector<RigPixel> pixels;
@@ -36,7 +36,7 @@ constexpr const char* kColumns = "id,camera,u,v";
 constexpr std::array<const char*, 6> kEntries = {"xx", "xy", "xz", "yy", "yz", "zz"};
 
 // Reads rows id,camera,u,v and optionally sigma_px, under a header that names them in any order. The rows of
-// a point need not follow one another.
+// a point need not be adjacent.
 class PixelTable {
  public:
   PixelTable(const AnyRig& rig, double default_sigma_px) : rig_(rig), default_sigma_px_(default_sigma_px) {}
@@ -119,7 +119,7 @@ std::array<double, 6> entriesOf(const Eigen::Matrix3d& matrix) {
   return {matrix(0, 0), matrix(0, 1), matrix(0, 2), matrix(1, 1), matrix(1, 2), matrix(2, 2)};
 }
 
-// The numbers of a point by name, without its id and its status.
+// Numbers of a point by name, without its id and status.
 using NamedNumbers = std::vector<std::pair<std::string, double>>;
 
 NamedNumbers numbersOf(const Triangulation& point, bool is_rig_known, bool has_covariance) {

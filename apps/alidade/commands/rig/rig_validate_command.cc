@@ -138,7 +138,7 @@ class RigValidateCommand final : public Command {
  private:
   static std::string nameOf(const RigCameraRecord& camera) { return camera.camera.name.name; }
 
-  // Each test prints what it found. @returns what is wrong with the rig; empty: nothing
+  // Each test prints its findings. @returns the errors of the rig; empty: none
   [[nodiscard]] std::string contradictionByBoards(const RigRecord& rig) const {
     RigOptions options;
     options.camera.tolerance_px = *parsePixels(tolerance_);
@@ -164,7 +164,7 @@ class RigValidateCommand final : public Command {
     return check.verdict == FootageVerdict::kInconsistent ? rigContradiction(check, rig) : "";
   }
 
-  // In the order of --names. A rig's frame need not be that of a camera.
+  // Sorts the rig in the order of --names. A rig's frame need not be that of a camera.
   void sortByNames(RigRecord& rig) const {
     const std::vector<std::string> names = views_.cameraNames();
     std::vector<RigCameraRecord> sorted;
@@ -177,7 +177,7 @@ class RigValidateCommand final : public Command {
       }
       sorted.push_back(*found);
     }
-    if (names != mapped(rig.cameras, nameOf)) rig.covariance.clear();  // it is in the order of the file
+    if (names != mapped(rig.cameras, nameOf)) rig.covariance.clear();  // it has the order of the file
     rig.cameras = std::move(sorted);
   }
 

@@ -60,7 +60,7 @@ class SimulateCommand final : public Command {
  private:
   int runFootage(FootageScene scene, const CancelFlag* cancel) const {
     scene.num_jobs = common_.jobs;
-    // Whether objects can cover the wanted share is known only now.
+    // Only the simulator can check whether objects can cover the requested share.
     const FootageSimulator simulator =
         detail::withPlace(scene_path_ + ": footage", [&] { return FootageSimulator(scene); });
     PendingFolder folder(output_, "simulate", overwrite_, common_.quiet);
@@ -158,7 +158,7 @@ class SimulateCommand final : public Command {
     folder.makeSubfolder("images");
     ProgressBar bar("rendering", common_.quiet);
     const Renderer renderer(scene.camera, scene.image_size, common_.jobs);
-    const auto* squares = std::get_if<Checkerboard>(&scene.board.kind());  // whose border may be narrow
+    const auto* squares = std::get_if<Checkerboard>(&scene.board.kind());  // their border may be narrow
     const BoardInk ink = inkOf(scene.board);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       RenderOptions options = scene.render;

@@ -9,7 +9,7 @@
 
 namespace alidade {
 
-/// Writes camera.yaml, poses.yaml, trajectory.txt, tracks.csv and, if they are wanted, images/*.png.
+/// Writes camera.yaml, poses.yaml, trajectory.txt, tracks.csv and, if requested, images/*.png.
 /// @param tracks  of the simulator
 /// @throws Error (kInput) for files that cannot be written; Cancelled once `cancel` is raised
 void writeFootage(const FootageSimulator& simulator, const std::vector<TrueTrack>& tracks,

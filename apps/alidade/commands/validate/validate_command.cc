@@ -112,7 +112,7 @@ class ValidateCommand final : public Command {
   void checkUsage(const std::vector<ListedFile>& listed) const {
     std::vector<std::string> sources;
     for (const ListedFile& file : listed) {
-      // A report of an earlier run in the same folder is replaced.
+      // A report of an earlier run in the same folder may be replaced.
       if (!file.is_from_folder) sources.push_back(cameraFilePath(file.path));
     }
     append(sources, footage_);
@@ -144,7 +144,7 @@ class ValidateCommand final : public Command {
     return sources;
   }
 
-  // Finds the boards and reads the other camera, once for all files that are tested.
+  // Finds the boards and reads the other camera, once for all tested files.
   void prepareComparisons() {
     if (images_.inputs.empty() && !images_.boards.empty()) {
       throw usageError({.where = "validate",
@@ -165,8 +165,8 @@ class ValidateCommand final : public Command {
     printNotes(given_->notes);
   }
 
-  // The content of named files if they are tested on footage, which is of one camera; others are read when
-  // they are judged. @throws Error (kUsage) for a file with several cameras
+  // The content of named files if they are tested on footage, which belongs to one camera; other files are
+  // read when they are judged. @throws Error (kUsage) for a file with several cameras
   [[nodiscard]] std::vector<std::optional<CameraSource>> readForFootage(
       const std::vector<ListedFile>& listed) const {
     std::vector<std::optional<CameraSource>> sources(listed.size());
@@ -175,7 +175,7 @@ class ValidateCommand final : public Command {
       try {
         sources[i] = readCamerasToJudge(listed[i].path, camera_.readOptions());
       } catch (const Error&) {
-        continue;  // its judgement says why
+        continue;  // its judgement states the reason
       }
       std::vector<std::string> names = mapped(sources[i]->cameras, cameraLabel<StatedCamera>);
       append(names, mapped(sources[i]->refused, cameraLabel<RefusedCamera>));
@@ -189,7 +189,7 @@ class ValidateCommand final : public Command {
     return sources;
   }
 
-  // Follows points through the footage, once for all files that are tested.
+  // Tracks points through the footage, once for all tested files.
   void followFootage(bool has_tolerance) {
     if (footage_.empty()) return;
     tests_.cancel = catchInterrupts();
@@ -209,7 +209,7 @@ class ValidateCommand final : public Command {
   [[nodiscard]] ValidationResult judgeAll(const std::vector<ListedFile>& listed,
                                           const std::vector<std::optional<CameraSource>>& known) const {
     std::vector<std::optional<FileJudgement>> judgements(listed.size());
-    // The checks with images and footage share out their own work.
+    // The checks with images and footage are parallel themselves.
     const int num_jobs = tests_.views.empty() && !tests_.footage ? common_.jobs : 1;
     parallelFor(listed.size(), num_jobs, [&](std::size_t i) {
       judgements[i] = judgeFile(listed[i], camera_.readOptions(), tests_, known[i] ? &*known[i] : nullptr);

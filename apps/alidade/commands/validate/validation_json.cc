@@ -53,7 +53,7 @@ json heldOutViewJson(const HeldOutView& view, const std::vector<Board>& boards, 
   return document;
 }
 
-// The camera that the images give by themselves.
+// The camera calibrated from the images alone.
 json freedJson(const Calibration& freed) {
   const AnyCamera camera = freed.camera();
   const Uncertainty& known = freed.uncertainty;

@@ -19,22 +19,21 @@ struct ValidationTotals {
 
 /// "40 files: 38 passed (2 with warnings), 2 failed".
 [[nodiscard]] std::string totalsText(const ValidationTotals& totals);
-/// A line for each file, or only for those that failed.
+/// One line for each file, or only for those that failed.
 [[nodiscard]] std::string filesText(const ValidationResult& result, bool only_failed);
-/// A line for each check of each file.
+/// One line for each check of each file.
 [[nodiscard]] std::string checksText(const ValidationResult& result);
 /// JUnit XML: a test case for each file.
 [[nodiscard]] std::string junitText(const ValidationResult& result);
 
-/// The details of the footage check: what was tried, and what came of it. Lines with an indentation.
+/// The details of the footage check: the changes tried, and their results. Lines are indented.
 [[nodiscard]] std::string footageLines(const FootageJudgement& judgement);
 /// The same for programs.
 [[nodiscard]] nlohmann::json footageJson(const FootageJudgement& judgement);
 
-/// Everything for programs: one JSON document.
+/// All results for programs: one JSON document.
 [[nodiscard]] std::string judgementJson(const ValidationResult& result);
-/// The same with the errors of all corners and the camera that the files were compared with: what the report
-/// page embeds.
+/// The same with the errors of all corners and the comparison camera; the report page embeds it.
 [[nodiscard]] nlohmann::json validationEvidence(const ValidationResult& result);
 
 }  // namespace alidade

@@ -18,7 +18,7 @@
 namespace alidade {
 namespace {
 
-constexpr std::string_view kFootageStart = "footage: ";  // of the reason that the check gives
+constexpr std::string_view kFootageStart = "footage: ";  // prefix of the check's reason
 constexpr std::string_view kNextLine = "\n  next: ";
 
 // "PASS", "NOTE", "WARN" or "FAIL".
@@ -35,7 +35,7 @@ std::string modelText(const CameraJudgement& camera) {
   return camera.camera ? std::string(camera.camera->modelId()) : "-";
 }
 
-// The text of a column for all cameras of a file.
+// The text of a column, for all cameras of a file.
 template <class TextOf>
 std::string commonText(const FileJudgement& file, const TextOf& textOf) {
   if (file.cameras.empty()) return "-";
@@ -45,7 +45,7 @@ std::string commonText(const FileJudgement& file, const TextOf& textOf) {
   return is_common ? first : "several";
 }
 
-// The most severe of what was found, and how much more there is; empty if the file passed.
+// The most severe finding, and the number of others; empty if the file passed.
 std::string reasonText(const FileJudgement& file) {
   const Severity worst = file.severity();
   if (worst < Severity::kWarning) return "";
@@ -54,7 +54,7 @@ std::string reasonText(const FileJudgement& file) {
   for (const CameraJudgement& camera : file.cameras) {
     for (const FileCheck& check : camera.checks) {
       if (check.severity != worst) continue;
-      // A check that names a slip tells more than the others.
+      // A check that names a slip is the most informative.
       reasons.insert(check.mended ? reasons.begin() : reasons.end(),
                      (file.cameras.size() > 1 ? camera.name + ": " : "") + std::string(check.id) + ": " +
                          check.message.substr(0, check.message.find(kNextLine)));
@@ -82,7 +82,7 @@ std::string footageRemark(const FileJudgement& file) {
   return printable(oneLine(std::string(kFootageStart) + check->message));
 }
 
-// A line of its own with what to do, if the reason that a file's line gives comes from footage.
+// A separate line with the next step, if the reason in a file's line comes from footage.
 std::string footageNextStep(const FileJudgement& file) {
   const FileCheck* const check = footageCheckOf(file);
   if (check == nullptr || !reasonText(file).starts_with(kFootageStart)) return "";
@@ -90,7 +90,7 @@ std::string footageNextStep(const FileJudgement& file) {
   return end == std::string::npos ? "" : "\n      " + printable(oneLine(check->message.substr(end + 3)));
 }
 
-// Outcome, file, model, image size, and what the file states of its calibration and what is wrong with it.
+// Outcome, file, model, image size, and the stated calibration with the errors found.
 using Row = std::array<std::string, 5>;
 
 Row rowOf(const ValidationResult& result, const FileJudgement& file) {
@@ -124,7 +124,7 @@ std::string rowsText(const std::vector<Row>& rows) {
   return text;
 }
 
-// Further lines of a message stay in its column.
+// Continuation lines of a message stay in its column.
 std::string indented(const std::string& message) {
   std::string text;
   for (const std::string_view line : split(message, '\n'))
@@ -164,7 +164,7 @@ std::string fileText(const ValidationResult& result, const FileJudgement& file) 
   return text;
 }
 
-// A file without what footage says of it: that is a test case of its own.
+// A file without its footage findings, which are a separate test case.
 FileJudgement withoutFootage(FileJudgement file) {
   for (CameraJudgement& camera : file.cameras) {
     std::erase_if(camera.checks, [](const FileCheck& check) { return check.id.starts_with("footage"); });
@@ -173,7 +173,7 @@ FileJudgement withoutFootage(FileJudgement file) {
   return file;
 }
 
-// Adds a test case. @returns whether it failed
+// Adds a test case. @returns true if it failed
 bool addTestCase(pugi::xml_node suite, const char* class_name, const std::string& file, bool is_failed,
                  const std::string& reason, const std::string& text) {
   pugi::xml_node test = suite.append_child("testcase");
@@ -238,7 +238,7 @@ std::string junitText(const ValidationResult& result) {
   pugi::xml_node suites = document.append_child("testsuites");
   pugi::xml_node suite = suites.append_child("testsuite");
   suite.append_attribute("name") = "alidade validate";
-  // They stand in front of the numbers of test cases, which are known at the end.
+  // The attributes come before the test cases, but their numbers are known only at the end.
   for (pugi::xml_node node : {suites, suite}) {
     for (const char* name : {"tests", "failures", "errors"}) node.append_attribute(name) = 0;
   }

@@ -13,7 +13,7 @@ struct CornerGroup {
   using Column = std::array<double, kNumLanes>;
   Column x, y, z;      ///< of the board point
   Column u, v;         ///< of the pixel
-  Column root_weight;  ///< 0 in what fills up the last group of a view
+  Column root_weight;  ///< 0 in the padding of a view's last group
   double radius_m;     ///< of the discs, the same for all; 0 for points
 };
 
@@ -21,9 +21,9 @@ struct CornerGroup {
 inline constexpr std::size_t kMaxColumns = 40;
 
 /// The columns of a corner's two rows [J r]. Most are in both rows: the pose (its tangent: translation,
-/// rotation), the lens and, last of them, the error. Then follow a row's own, the focal length and the centre
-/// of its axis; those of the other axis are zero in it. A parameter that moves both coordinates of a pixel
-/// belongs among the shared columns.
+/// rotation), the lens and, last, the error. They are followed by the columns of one axis, its focal length
+/// and principal point; those of the other axis are zero and left out. A parameter that moves both
+/// coordinates of a pixel belongs among the shared columns.
 struct RowLayout {
   static constexpr std::size_t kPose = 6;
   static constexpr std::size_t kOwn = 2;
@@ -40,9 +40,9 @@ struct RowLayout {
 
   std::size_t num_shared;
   std::size_t width;
-  std::size_t size;  ///< of both axes: pose, parameters, error
+  std::size_t size;  ///< of both axes together: pose, parameters, error
   std::array<std::array<std::size_t, kMaxColumns>, 2>
-      column{};  ///< among all, of each of a row of u and of v
+      column{};  ///< index in the full set, of each column in a row of u and of v
 };
 
 }  // namespace alidade

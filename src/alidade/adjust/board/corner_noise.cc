@@ -11,7 +11,8 @@
 namespace alidade {
 namespace {
 
-// A corner that states more says nothing either way; it keeps the weights within what the solver can add up.
+// Corners with a larger stated sigma carry no information; the limit keeps the weights within a range that
+// the solver can sum.
 constexpr double kMaxSigmaPx = 100;
 
 struct Residual {
@@ -20,9 +21,9 @@ struct Residual {
   double redundancy;       // share of a coordinate's variance that the fit leaves in its error
 };
 
-// Derivative of the restricted likelihood by tau^2 (times 2): positive where the errors ask for more
-// variance. Clean corners' squared errors over their variance follow chi^2 with two degrees of freedom, of
-// which 14 % lie beyond the clip; with it the mean is 2 (1 - exp(-clip / 2)).
+// Derivative of the restricted likelihood by tau^2 (times 2): positive if the errors require more variance.
+// The squared errors of clean corners over their variance follow chi^2 with two degrees of freedom. 14 % of
+// them exceed the clip, and the clipped mean is 2 (1 - exp(-clip / 2)).
 double likelihoodSlope(std::span<const Residual> residuals, double unexplained_variance) {
   constexpr double kClip = 4;
   const double mean = 2 * (1 - std::exp(-kClip / 2));
@@ -43,7 +44,7 @@ double findUnexplainedVariance(std::span<const Residual> residuals) {
     low = high;
     high *= 4;
   }
-  constexpr int kHalvings = 30;  // to 1e-9 of the bracket, far below what the corners can tell
+  constexpr int kHalvings = 30;  // to 1e-9 of the bracket, far below the precision of the estimate
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = 0.5 * (low + high);
     (likelihoodSlope(residuals, middle) > 0 ? low : high) = middle;
@@ -66,7 +67,7 @@ CornerNoise::CornerNoise(std::span<const double> sigmas_px) {
 }
 
 void CornerNoise::estimateUnexplained(std::span<const CornerResidual> corners) {
-  constexpr double kMinRedundancy = 1e-3;  // below, the fit runs through the corner whatever its noise
+  constexpr double kMinRedundancy = 1e-3;  // below, the fit passes through the corner regardless of its noise
   std::vector<Residual> residuals;
   std::vector<double> stated;
   for (const CornerResidual& corner : corners) {

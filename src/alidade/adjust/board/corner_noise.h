@@ -13,7 +13,7 @@ inline constexpr double kMinSigmaPx = 0.003;
 
 /// The error of a corner, with its standard deviation and leverage.
 struct CornerResidual {
-  double sigma_px;           ///< as Corner::sigma_px
+  double sigma_px;           ///< same as Corner::sigma_px
   Eigen::Vector2d error_px;  ///< of the reprojection, not weighted
   double leverage;           ///< see leverages()
 };
@@ -54,7 +54,7 @@ class CornerNoise {
   bool is_estimated_ = false;
   double typical_sigma_px_ = kMinSigmaPx;
   double unexplained_variance_ = 0;  // tau^2, px^2
-  double reference_variance_ = 0;    // that of a corner of weight 1, px^2
+  double reference_variance_ = 0;    // variance of a corner of weight 1, px^2
 };
 
 }  // namespace alidade

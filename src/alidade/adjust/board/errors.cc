@@ -74,7 +74,7 @@ void NeighbourDifferences::add(const Board& board, std::span<const Observation> 
     if (a == kUnseen || b == kUnseen) return;
     const auto i = static_cast<std::size_t>(a);
     const auto j = static_cast<std::size_t>(b);
-    // The variances of both corners over that of a corner of weight 1.
+    // The sum of the variances of both corners, relative to a corner of weight 1.
     const double variance = 1 / corners[i].weight + 1 / corners[j].weight;
     sum_ += 2 * (errors[i] - errors[j]).squaredNorm() / variance;
     ++num_pairs_;
@@ -85,7 +85,7 @@ void NeighbourDifferences::add(const Board& board, std::span<const Observation> 
   }
 }
 
-// A difference has twice the variance, and two coordinates.
+// A difference has twice the variance, and there are two coordinates.
 double NeighbourDifferences::sigma() const {
   return std::sqrt(sum_ / (4.0 * num_pairs_));
 }

@@ -40,14 +40,14 @@ namespace alidade {
 /// Standard deviation of the coordinate of a corner of weight 1, px, from the differences of the errors of
 /// corners that are neighbours on the board (von Neumann 1941, Distribution of the ratio of the mean square
 /// successive difference to the variance). Noise that is independent from corner to corner gives the same as
-/// the errors themselves; errors that vary smoothly give much less. NaN where no two neighbours were seen.
+/// the errors themselves; errors that vary smoothly give much less. NaN if no two neighbours were seen.
 [[nodiscard]] double localSigma(const Fit& fit);
 
-/// Sums of the same over some views.
+/// Sums for localSigma() over some views.
 class NeighbourDifferences {
  public:
-  /// @param board   that the view shows
-  /// @param errors  one a corner, px, not weighted
+  /// @param board   of the view
+  /// @param errors  one per corner, px, not weighted
   void add(const Board& board, std::span<const Observation> corners, std::span<const Eigen::Vector2d> errors);
   [[nodiscard]] double sigma() const;
 

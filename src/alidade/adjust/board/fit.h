@@ -48,15 +48,15 @@ struct FitCamera {
   bool is_rig_pose_fixed = true;
 };
 
-/// A board, and what is estimated of its shape.
+/// A board, and the estimated parts of its shape.
 struct FitBoard {
   Board target;
   BoardShape shape = {};
   bool is_shape_fixed = true;  ///< of the bend
-  /// Of an uneven board, whose points have offsets: how they scatter about zero, in the plane and across it.
+  /// For an uneven board, whose points have offsets: their scatter about zero, in the plane and normal to it.
   /// Inverse variances per m^2, times the variance (px^2) of a corner of weight 1. See withOffsets().
   std::optional<Eigen::Vector2d> offset_precision = {};
-  double num_free_offsets = 0;  ///< coordinates of offsets that the corners determine, not the scatter
+  double num_free_offsets = 0;  ///< number of offset coordinates that the corners determine, not the scatter
 
   [[nodiscard]] bool isUneven() const { return offset_precision.has_value(); }
 };
@@ -144,19 +144,19 @@ requires std::is_same_v<const AnyFit, const Fit>
   return fit.boards[boardIndex(fit, view)];
 }
 
-/// " (SPEC)" to append where a board or its view is named; empty for the only board of a fit.
+/// " (SPEC)" to append to the name of a board or view; empty for the only board of a fit.
 [[nodiscard]] std::string boardSuffix(const Fit& fit, std::size_t board);
 
-/// Whether any board is uneven.
+/// True if any board is uneven.
 [[nodiscard]] bool isAnyUneven(const Fit& fit);
 
-/// Coordinates of offsets of all boards that the corners determine.
+/// Number of offset coordinates of all boards that the corners determine.
 [[nodiscard]] double numFreeOffsets(const Fit& fit);
 
 /// The number of views that show a board.
 [[nodiscard]] std::size_t numViews(const Fit& fit, std::size_t board);
 
-/// Lets all boards keep their bend.
+/// Fixes the present bend of all boards.
 void fixShapes(Fit& fit);
 
 /// Corners with their positions on the bent board, as used by the solver.

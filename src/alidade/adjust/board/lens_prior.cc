@@ -9,7 +9,8 @@
 namespace alidade {
 namespace {
 
-// The largest shift of a pixel by each parameter, px a unit, from the centre of the image to its corner.
+// The largest shift of a pixel by each parameter, px per unit, on the way from the centre of the image to its
+// corner.
 Eigen::VectorXd largestShifts(const AnyCamera& camera, ImageSize size) {
   constexpr int kNumSteps = 16;
   const auto n = static_cast<Eigen::Index>(camera.parameters().size());

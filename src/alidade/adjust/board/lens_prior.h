@@ -12,12 +12,12 @@
 
 namespace alidade {
 
-/// What is assumed about a lens before any view: each parameter is near its initial value
-/// (CameraModel::kStartLens; zero for polynomials), independent of the others. Empty: no prior.
+/// Prior knowledge of a lens: each parameter is near its initial value (CameraModel::kStartLens; zero for
+/// polynomials), independent of the others. Empty: no prior.
 struct LensPrior {
   std::vector<double> mean;  ///< N, in storage order
-  /// N: variance of a coordinate of a corner of weight 1 over that of the parameter, px^2; zero for
-  /// parameters without a prior. The prior term in the cost therefore has the unit of the corner terms.
+  /// N: ratio of the variance of a coordinate of a corner of weight 1 to that of the parameter, px^2; zero
+  /// for parameters without a prior. The prior term in the cost therefore has the unit of the corner terms.
   std::vector<double> precision;
 
   [[nodiscard]] bool isNone() const { return precision.empty(); }

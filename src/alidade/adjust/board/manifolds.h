@@ -68,7 +68,7 @@ class SE3Manifold final : public ceres::Manifold {
     const SE3 pose = fromBlock(x);
     Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> J(jacobian);
     J.setZero();
-    // The pseudo-inverse of PlusJacobian: its quaternion columns are orthogonal with length 1/2.
+    // The pseudo-inverse of PlusJacobian, whose quaternion columns are orthogonal with length 1/2.
     J.bottomLeftCorner<3, 4>() = 4 * halfQuaternionProduct(pose.rotation.quaternion()).transpose();
     J.topRightCorner<3, 3>() = pose.rotation.matrix().transpose();
     return true;

@@ -16,7 +16,7 @@ namespace alidade {
 struct Observation {
   Eigen::Vector3d p_board;
   Eigen::Vector2d pixel;
-  double sigma_px = std::numeric_limits<double>::quiet_NaN();  ///< as Corner::sigma_px
+  double sigma_px = std::numeric_limits<double>::quiet_NaN();  ///< same as Corner::sigma_px
   double weight = 1.0;  ///< relative inverse variance, see CornerNoise; weighted error = error * sqrt(weight)
   int id = 0;           ///< of the board point
   /// If above 0, the pixel is the centroid of the image of a disc about p_board, parallel to the board's
@@ -47,7 +47,7 @@ struct HuberLoss {
     if (s <= threshold_px * threshold_px) return s;
     return 2 * threshold_px * std::sqrt(s) - threshold_px * threshold_px;
   }
-  /// d rho / d s: the factor on the corner's weight.
+  /// d rho / d s, the factor on the weight of the corner.
   [[nodiscard]] double weight(double s) const {
     return s <= threshold_px * threshold_px ? 1.0 : threshold_px / std::sqrt(s);
   }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kSamePlace = 0.005;  // of the image diagonal
 
-// Both in ascending order of ids.
+// Both lists of corners are in ascending order of ids.
 bool isSamePlace(const FitView& a, const FitView& b, double limit_px) {
   double sum = 0;
   std::size_t num_common = 0;
@@ -20,7 +20,7 @@ bool isSamePlace(const FitView& a, const FitView& b, double limit_px) {
     if (at == b.corners.end()) break;
     if (at->id != corner.id) continue;
     const double square = (at->pixel - corner.pixel).squaredNorm();
-    // A first corner that is far off settles it for nearly all pairs.
+    // The first common corner decides for nearly all pairs, because it is far off.
     constexpr double kFar = 16;
     if (num_common == 0 && square > kFar * limit_px * limit_px) return false;
     sum += square;
@@ -33,7 +33,7 @@ bool isSamePlace(const FitView& a, const FitView& b, double limit_px) {
 }  // namespace
 
 std::vector<std::size_t> placesOf(const Fit& fit) {
-  std::vector<std::size_t> first;  // view of each place
+  std::vector<std::size_t> first;  // first view of each place
   std::vector<std::size_t> places;
   for (std::size_t v = 0; v < fit.views.size(); ++v) {
     const FitView& view = fit.views[v];

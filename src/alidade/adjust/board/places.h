@@ -11,17 +11,17 @@ namespace alidade {
 
 /// The place of the board in each view, numbered from 0 in the order of the views. A view belongs to a place
 /// of the same board if its corners lie, as root mean square, within 0.5 % of the image diagonal of those of
-/// the place's first view. Frames of a video in which the board rests share blur, lens and board errors: they
-/// count as one view wherever views are taken for independent.
+/// the place's first view. Frames of a video in which the board is at rest share blur, lens and board errors,
+/// so they count as one view where views are assumed to be independent.
 [[nodiscard]] std::vector<std::size_t> placesOf(const Fit& fit);
 
 [[nodiscard]] std::size_t numPlaces(const Fit& fit);
 
-/// The equations of each place: those of its views, added up.
+/// The equations of each place: the sum of those of its views.
 [[nodiscard]] std::vector<Reduced> sumByPlace(std::vector<Reduced> views,
                                               std::span<const std::size_t> places);
 
-/// As reduced(), but one per place.
+/// Same as reduced(), but one per place.
 [[nodiscard]] std::vector<Reduced> reducedByPlace(const Fit& fit, LossWeights weights);
 
 }  // namespace alidade

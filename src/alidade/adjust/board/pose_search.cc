@@ -30,7 +30,7 @@ HuberLoss startLoss(ImageSize size) {
 
 bool improvePoses(std::string_view model_id, std::span<const std::vector<Observation>> views, HuberLoss loss,
                   PosedCamera& camera) {
-  constexpr double kBetter = 0.99;  // of the cost: more than what a loose solve leaves
+  constexpr double kBetter = 0.99;  // of the cost: a larger reduction than a loose solve leaves possible
   const AnyCamera unprojector = AnyCamera::make(model_id, camera.params);
   bool is_improved = false;
   std::vector<double> costs(views.size(), std::numeric_limits<double>::infinity());
@@ -48,7 +48,7 @@ bool improvePoses(std::string_view model_id, std::span<const std::vector<Observa
     if (camera.poses[v]) costs[v] = costOf(v, *camera.poses[v]);
     if (const auto pose = poseFromCorners(unprojector, views[v])) consider(v, *pose);
   }
-  // A wrong tilt may have bent the camera to itself, so that its rays lead back to it.
+  // A wrong tilt may have distorted the camera so that its rays reproduce the tilt.
   constexpr double kStandsOut = 4;  // times the median of all views
   const auto perCorner = [&](std::size_t v) { return costs[v] / static_cast<double>(views[v].size()); };
   std::vector<double> all;

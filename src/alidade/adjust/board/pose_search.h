@@ -11,7 +11,7 @@
 
 namespace alidade {
 
-/// A camera with the poses of the views.
+/// A camera and the poses of the views.
 struct PosedCamera {
   std::vector<double> params;
   std::vector<std::optional<SE3>> poses;  ///< camera_from_board, one per view

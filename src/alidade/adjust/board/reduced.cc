@@ -59,7 +59,7 @@ ExtraColumns offsetColumns(const Board& board) {
   columns.size = kNumBends + 3 * board.numCorners();
   columns.addElements = [&board](const CornerRows& rows, int axis, Elements& to) {
     addBends(board, 0, rows, axis, to);
-    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];  // as a shift of the board
+    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];  // same as a shift of the
     for (int i = 0; i < 3; ++i) to.emplace_back(kNumBends + 3 * rows.corner.id + i, J_px_point[i]);
   };
   return columns;
@@ -87,7 +87,8 @@ detail::ViewGram detail::gramOf(std::string_view model_id, std::span<const doubl
     const double* v = u + error + 1;
     const double s = u[error] * u[error] + v[error] * v[error];
     gram.sum_of_rho += loss.rho(s);
-    // Rows keep the root of the information's weight, and the error makes up for the gradient's.
+    // Rows include the square root of the information's weight, and the error is scaled to give the weight of
+    // the gradient.
     const double weight = loss.weight(s);
     const double root = weights == LossWeights::kUse ? std::sqrt(weight) : 1.0;
     const CornerRows rows{.corner = view[i],

@@ -19,13 +19,13 @@ namespace alidade {
 /// about the intrinsics and any further columns, with a free pose.
 struct Reduced {
   Eigen::MatrixXd information;  ///< J^T W J, K x K for N parameters and K - N further columns, per px^2
-  Eigen::VectorXd gradient;     ///< J^T W psi, psi being the error times the loss weight; 0 over all views at
-                                ///< the optimum, in the columns of free parameters
+  Eigen::VectorXd gradient;     ///< J^T W psi, where psi is the error times the loss weight; 0 over all views
+                                ///< at the optimum, in the columns of free parameters
   double squares = 0;   ///< weighted sum of squared errors that no pose removes, px^2; with LossWeights::kUse
-  int num_corners = 0;  ///< projected
+  int num_corners = 0;  ///< number of corners that project
 };
 
-/// Whether the weights of the loss enter the information. They always enter the gradient.
+/// Use of the loss weights in the information. The gradient always includes them.
 enum class LossWeights {
   kLeaveOut,  ///< information of a fit without a loss
   kUse,       ///< information of iteratively reweighted least squares
@@ -46,11 +46,11 @@ struct CornerRows {
 template <std::size_t kCount>
 struct ExtraElements {
   std::array<int, kCount> column;
-  std::array<double, kCount> value;  ///< with the root of the corner's weight
+  std::array<double, kCount> value;  ///< including the square root of the corner's weight
 };
 
-/// Columns that are appended to the Jacobian after the intrinsics: the derivatives of the corner's pixel with
-/// respect to something other than pose and intrinsics. Few of them are non-zero in any row.
+/// Columns that are appended to the Jacobian after the intrinsics: derivatives of the corner's pixel with
+/// respect to unknowns other than pose and intrinsics. Few of them are non-zero in any row.
 struct ExtraColumns {
   ExtraColumns() = default;  ///< none
   /// @param columns  with size() and elements(rows, axis), which gives ExtraElements; must outlive this
@@ -71,13 +71,13 @@ struct ExtraColumns {
 /// Number of columns for the BoardShape of a board, after those of the intrinsics.
 inline constexpr int kNumBends = 2;
 
-/// bend_x and bend_y of boards' shapes as further columns, for the views of one board.
+/// bend_x and bend_y of the shapes of boards as further columns, for the views of one board.
 /// @param board        that the view shows; null: one whose bend is not among the columns
 /// @param first        its first column
 /// @param num_columns  of all boards
 [[nodiscard]] ExtraColumns bendColumns(const Board* board, int first = 0, int num_columns = kNumBends);
 
-/// bend_x and bend_y of a board, then the offset of each of its points, for the views of this board.
+/// bend_x and bend_y of a board, followed by the offset of each of its points, for the views of this board.
 [[nodiscard]] ExtraColumns offsetColumns(const Board& board);
 
 namespace detail {
@@ -86,7 +86,7 @@ namespace detail {
 struct ViewGram {
   Eigen::MatrixXd lower;  ///< triangle; zero above the diagonal
   double sum_of_rho = 0;
-  int num_corners = 0;  ///< projected
+  int num_corners = 0;  ///< number of corners that project
 };
 
 /// Corners that do not project are skipped.

@@ -62,12 +62,12 @@ class LinearManifold final : public ceres::Manifold {
   Eigen::MatrixXd inverse_;  // M x N
 };
 
-// Ends the run where the next step has nothing left to gain, and remembers what steps promised.
+// Stops when the next step cannot reduce the cost further, and records the decrease that steps predict.
 class StepWatch final : public ceres::IterationCallback {
  public:
   explicit StepWatch(const SolveOptions& options) : options_(options) {}
 
-  // The part of the cost that the last step promised that was not cut short by refusals before it.
+  // Predicted decrease, as a share of the cost, of the last step that earlier rejections did not shorten.
   [[nodiscard]] double promisedShare() const { return promised_share_; }
   [[nodiscard]] bool isRefused() const { return is_refused_; }
 
@@ -77,15 +77,15 @@ class StepWatch final : public ceres::IterationCallback {
       cost_ = at.cost;
       return ceres::SOLVER_CONTINUE;
     }
-    // A trial at which a corner does not project has the largest cost there is, and predicts no decrease.
+    // A trial at which a corner does not project has the largest possible cost and predicts no decrease.
     const bool is_evaluated = at.step_is_valid && at.cost < std::numeric_limits<double>::max();
     if (!is_refused_) promised_share_ = 1;
     if (!is_refused_ && is_evaluated) {
-      // Where costs differ by rounding alone, the relative decrease may be zero.
+      // If costs differ only by rounding, the relative decrease may be zero.
       const double promised =
           at.relative_decrease == 0 ? std::abs(at.cost_change) : at.cost_change / at.relative_decrease;
       promised_share_ = promised / cost_;
-      // Predicts no decrease; NaN where cost and promise are zero.
+      // Also true if NaN, when cost and predicted decrease are zero.
       if (!(promised > options_.function_tolerance * cost_)) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
     }
     is_refused_ = !at.step_is_successful;
@@ -95,12 +95,12 @@ class StepWatch final : public ceres::IterationCallback {
 
  private:
   const SolveOptions& options_;
-  double cost_ = 0;  // where the last step that was taken has led
+  double cost_ = 0;  // cost after the last accepted step
   double promised_share_ = 1;
   bool is_refused_ = false;
 };
 
-// The fit as Ceres sees it.
+// The fit in the form that Ceres needs.
 class Bundle {
  public:
   Bundle(Fit& fit, const SolveOptions& options) : fit_(fit), options_(options) {
@@ -124,7 +124,7 @@ class Bundle {
     manifolds_.resize(fit.cameras.size());
   }
 
-  // The intrinsics of a camera move only as the constraint says.
+  // Restricts the intrinsics of a camera as the constraint demands.
   void constrain(std::size_t camera, const ParamConstraint& constraint) {
     double* params = fit_.cameras[camera].params.data();
     if (!problem_->HasParameterBlock(params)) return;
@@ -161,8 +161,8 @@ class Bundle {
     return result;
   }
 
-  // The cost's gradient by the intrinsics of a camera, all free; nothing where a corner does not project.
-  // Zero for a camera without views.
+  // Gradient of the cost by the intrinsics of a camera, all free; nothing if a corner does not project. Zero
+  // for a camera without views.
   [[nodiscard]] std::optional<std::vector<double>> gradient(std::size_t camera) {
     constrain(camera, {});
     ceres::Problem::EvaluateOptions only;
@@ -173,7 +173,7 @@ class Bundle {
     return gradient;
   }
 
-  // From Ceres' blocks to the fit.
+  // Copies Ceres' blocks to the fit.
   void write() {
     for (std::size_t i = 0; i < rig_poses_.size(); ++i) {
       if (!fit_.cameras[i].is_rig_pose_fixed)
@@ -202,8 +202,8 @@ class Bundle {
       problem_->SetManifold(blocks[2], &pose_manifold_);
   }
 
-  // Placements are eliminated first: no view has two of them. The rest has a group for each block, because
-  // Ceres orders a group by addresses, and the order decides how sums are rounded.
+  // Placements are eliminated first, because no view has two of them. Each other block has its own group,
+  // because Ceres orders blocks within a group by address, and the order affects rounding.
   [[nodiscard]] ceres::Solver::Options solverOptions() {
     ceres::Solver::Options options;
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -218,26 +218,27 @@ class Bundle {
     for (FitCamera& camera : fit_.cameras) append(camera.params.data(), true);
     for (PoseBlock& rig_pose : rig_poses_) append(rig_pose.data(), true);
     for (auto& shape : shapes_) append(shape.data(), true);
-    // The sparse factorisation bears Schur complements that rounding leaves all but singular, where the dense
-    // one fails, and says so on standard error. With nothing in common each placement is solved by itself.
+    // The sparse factorisation tolerates Schur complements that are nearly singular by rounding. The dense
+    // one fails on them and reports it on standard error. Without shared unknowns, each placement is solved
+    // separately.
     options.linear_solver_type = has_shared ? ceres::SPARSE_SCHUR : ceres::SPARSE_NORMAL_CHOLESKY;
     if (has_shared) options.linear_solver_ordering = ordering;
-    options.num_threads = 1;  // sums are then always in one order
+    options.num_threads = 1;  // so that sums always have the same order
     options.max_num_iterations = options_.max_iterations;
     options.function_tolerance = options_.function_tolerance;
     options.gradient_tolerance = 1e-10;
     options.parameter_tolerance = 1e-12;
-    options.max_num_consecutive_invalid_steps = 100;  // each is smaller than the one before
-    options.max_trust_region_radius = 1e12;           // damping that is left: above rounding
+    options.max_num_consecutive_invalid_steps = 100;  // each step is smaller than the one before
+    options.max_trust_region_radius = 1e12;           // keeps the remaining damping above rounding
     options.logging_type = ceres::SILENT;
     return options;
   }
 
-  // Where no step lowers the cost, Ceres comes to rest by its smallness, which is no optimum by itself.
+  // If no step lowers the cost, Ceres stops because steps are small, which alone does not make an optimum.
   [[nodiscard]] Termination terminationOf(const ceres::Solver::Summary& summary,
                                           const StepWatch& watch) const {
-    constexpr double kPerfect = 1e-12;  // px^2 a residual
-    // Share of the cost that a step may promise without lowering it, as where the loss has a kink.
+    constexpr double kPerfect = 1e-12;  // px^2 per residual
+    // Share of the cost that a step may predict without lowering it, for example at a kink of the loss.
     constexpr double kNegligible = 1e-10;
     const ceres::TerminationType end = summary.termination_type;
     if (end == ceres::NO_CONVERGENCE) return Termination::kIterationLimit;
@@ -252,7 +253,7 @@ class Bundle {
   Fit& fit_;
   const SolveOptions& options_;
   SE3Manifold pose_manifold_;
-  std::vector<std::unique_ptr<LinearManifold>> manifolds_;  // one a camera
+  std::vector<std::unique_ptr<LinearManifold>> manifolds_;  // one per camera
   std::vector<PoseBlock> rig_poses_;
   std::vector<PoseBlock> placements_;
   std::vector<std::array<double, 2>> shapes_;
@@ -260,8 +261,8 @@ class Bundle {
   double num_residuals_ = 0;
 };
 
-// The ends of the lens parameters' ranges. Beyond them the lens has no value, a step is refused whole, and
-// the solver comes to rest where it first meets one.
+// The limits of the lens parameters' ranges. Beyond them the lens has no value, a whole step is rejected, and
+// the solver stops where it first meets a limit.
 struct Range {
   FitParam param;
   ParamRange range;
@@ -288,9 +289,9 @@ double& valueOf(Fit& fit, FitParam param) {
   return fit.cameras[param.camera].params[static_cast<std::size_t>(param.index)];
 }
 
-// The end of the range that a value has come to, if any.
+// The limit of the range that a value has reached, if any.
 std::optional<double> endReached(const ParamRange& range, double value) {
-  constexpr double kNear = 1e-6;  // lens parameters with a range are of the size of 1
+  constexpr double kNear = 1e-6;  // lens parameters with a range are of order 1
   if (value - range.min < kNear) return range.min;
   if (range.max - value < kNear) return range.max;
   return std::nullopt;
@@ -306,7 +307,7 @@ void constrainAll(Bundle& bundle, const Fit& fit, const std::vector<FitParam>& a
   }
 }
 
-// Those of the parameters at an end that the cost pushes against it; nothing where it cannot be evaluated.
+// The parameters at a limit that the cost pushes against it; nothing if the cost cannot be evaluated.
 std::optional<std::vector<FitParam>> pushedAgainstEnds(Bundle& bundle, Fit& fit,
                                                        std::span<const Range> ranges,
                                                        std::vector<FitParam> at_limit) {
@@ -324,9 +325,9 @@ std::optional<std::vector<FitParam>> pushedAgainstEnds(Bundle& bundle, Fit& fit,
   return at_limit;
 }
 
-// Solves, and again along the ends of ranges: there a parameter is set to the end and fixed while the others
-// go on, and let go where the cost then falls inwards (an active set). Ceres' own bounds cut the step off
-// instead, which leads to the same optimum by thousands of steps.
+// Active-set method: solves, fixes parameters that reach a limit of their range, solves for the others, and
+// releases a parameter if the cost then falls inwards. Ceres' own bounds shorten steps instead, which takes
+// thousands of steps to the same optimum.
 SolveSummary solveAlongRanges(Fit& fit, std::span<const Range> ranges, const SolveOptions& options) {
   Bundle bundle(fit, options);
   constrainAll(bundle, fit, {});
@@ -358,8 +359,8 @@ SolveSummary solveAlongRanges(Fit& fit, std::span<const Range> ranges, const Sol
   return summary;
 }
 
-// Where to start again if parameters rest beside the end of their range though the optimum does not lie
-// there: steps that would have led beyond were refused until none was left. Nothing if there are none.
+// A new start for parameters that stopped near a limit although the optimum is elsewhere, because steps
+// beyond the limit were rejected until none was left. Nothing if there are no parameters like these.
 std::optional<Fit> fromFartherInside(const Fit& fit, std::span<const Range> ranges) {
   constexpr double kBeside = 1e-4;
   constexpr double kInside = 0.2;

@@ -38,7 +38,7 @@ bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double*
   const double* shape = has_shape_ ? blocks[has_rig_pose_ ? 3 : 2] : nullptr;
   Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
   if (jacobians == nullptr) {
-    // All residuals with the same sum of squares have the same cost.
+    // Residuals with the same sum of squares have the same cost, so all of it goes into one.
     const double rho = shape == nullptr
                            ? kernel_.sumOfRho(params, camera_from_board, corners_, loss_)
                            : kernel_.sumOfRho(params, camera_from_board, groupsOf(onBend(shape)), loss_);

@@ -9,16 +9,15 @@
 namespace alidade {
 
 /// The residual block of a view. Its parameter blocks are the intrinsics (N), rig_from_board (SE3Manifold)
-/// and, where they are estimated, camera_from_rig (SE3Manifold) and the board's shape (2).
+/// and, if they are estimated, camera_from_rig (SE3Manifold) and the board's shape (2).
 ///
-/// A view has two residuals a corner, and Ceres' time goes with the number of residuals. So the block sums
-/// the corners' normal equations [J r]^T [J r], with the loss of each corner, and gives Ceres their
-/// triangular factor R: as many rows as columns, and R^T R is the same. The last row makes up for the
-/// difference between the loss and its quadratic model, so that the cost is exact.
+/// A view has two residuals per corner, and the run time of Ceres is proportional to the number of residuals.
+/// The block therefore sums the corners' normal equations [J r]^T [J r], with the loss of each corner, and
+/// gives Ceres their triangular factor R: it has as many rows as columns, and R^T R is the same. The last row
+/// accounts for the difference between the loss and its quadratic model, so that the cost is exact.
 class ViewBlock final : public ceres::CostFunction {
  public:
-  /// @param fit  must outlive the block; the values of its parameters are not used, but for those that are
-  ///             fixed
+  /// @param fit  must outlive the block; only the values of its fixed parameters are used
   ViewBlock(const Fit& fit, const FitView& view);
 
   [[nodiscard]] bool hasRigPose() const { return has_rig_pose_; }
@@ -32,7 +31,7 @@ class ViewBlock final : public ceres::CostFunction {
   // False if a corner does not project.
   [[nodiscard]] bool factor(const double* params, const SE3& camera_from_board, const double* shape,
                             RowMajorMatrix& rows) const;
-  // The corners with the board bent so.
+  // The corners on the board with this bend.
   [[nodiscard]] std::vector<Observation> onBend(const double* bend_m) const;
 
   const FitCamera& camera_;

@@ -15,18 +15,18 @@
 
 namespace alidade::detail {
 
-// As in lanes.h: no vector is passed by a call that is left.
+// Same as in lanes.h: vectors are passed only to inlined functions.
 #if defined(ALIDADE_HAS_VECTORS)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi"
 #endif
 
-/// Pivots that have sunk below this share of their diagonal are rounding: several units of a sum over many
+/// Pivots below this share of their diagonal are rounding: several units in the last place of a sum over many
 /// corners.
 inline constexpr double kMinPivot = 1e-14;
 
-/// Normal equations [J r]^T [J r] of up to kMaxColumns columns, of which the last belongs to r: symmetric,
-/// with rows that are filled up to whole lanes.
+/// Normal equations [J r]^T [J r] of up to kMaxColumns columns, the last of which belongs to r: symmetric,
+/// with rows padded to whole lanes.
 class EliminationEquations {
  public:
   ALIDADE_ALWAYS_INLINE explicit EliminationEquations(std::size_t size)
@@ -36,25 +36,25 @@ class EliminationEquations {
 
   ALIDADE_ALWAYS_INLINE double& at(std::size_t i, std::size_t j) { return elements_[i * stride_ + j]; }
 
-  /// Copies what is above the diagonal of rows and columns `from` to `to` below it.
+  /// Copies the elements above the diagonal of rows and columns `from` to `to` below it.
   ALIDADE_ALWAYS_INLINE void mirror(std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
       for (std::size_t j = from; j < i; ++j) at(i, j) = at(j, i);
     }
   }
 
-  /// Eliminates the columns from `from` up to `to`, those before being eliminated already. Leaves their Schur
-  /// complement in the columns from `to` on (upper triangle only) and writes one row of Cholesky's factor for
-  /// each to `rows`, row by row: R^T R and the Schur complement make up what was there before.
+  /// Eliminates the columns from `from` up to `to`; earlier ones must already be eliminated. Leaves their
+  /// Schur complement in the columns from `to` on (upper triangle only) and writes one row of Cholesky's
+  /// factor for each to `rows`, row by row: R^T R plus the Schur complement equals the previous matrix.
   ///
-  /// Pivots fall, relative to `diagonal`, the columns' sums of squares before anything was eliminated. So
-  /// pivots lost to rounding, because other columns determine theirs, come last, where they can do no harm.
-  /// Each is replaced by a tiny positive one, which keeps R^T times the last column exact where dropping the
-  /// row would not.
+  /// Pivots are chosen in falling order relative to `diagonal`, the sums of squares of the columns before any
+  /// elimination. Pivots lost to rounding, because their columns depend on others, therefore come last, where
+  /// they can do no harm. Each is replaced by a tiny positive one, which keeps R^T times the last column
+  /// exact where dropping the row would not.
   ALIDADE_ALWAYS_INLINE void eliminate(std::size_t from, std::size_t to, const double* diagonal,
                                        double* rows) {
     const std::size_t last = size_ - 1;
-    const std::size_t stride = stride_;  // not read again after each number is written
+    const std::size_t stride = stride_;  // local, so that it is not read again after each write
     std::array<bool, kMaxColumns> is_done{};
     std::array<double, kMaxColumns> inverse_diagonal;
     for (std::size_t j = from; j < to; ++j) inverse_diagonal[j] = diagonal[j] > 0 ? 1 / diagonal[j] : 0.0;
@@ -78,7 +78,7 @@ class EliminationEquations {
         }
         for (std::size_t i = from; i < size_; ++i) {
           if (i < to && is_done[i]) continue;
-          // The pivot's row is read whole, the others from their diagonal on.
+          // The whole row of the pivot is needed, and the others from their diagonal on.
           const std::size_t first = i < to ? from : i;
           subtract(factor, factor[i], first / kNumLanes * kNumLanes, stride, elements_.data() + i * stride);
         }
@@ -94,7 +94,8 @@ class EliminationEquations {
   }
 
  private:
-  // The row less f times the factor. In lanes, as a compiler left to itself turns the matrix about.
+  // The row minus f times the factor. Written with lanes, because the compiler alone would transpose the
+  // matrix.
   ALIDADE_ALWAYS_INLINE static void subtract(const std::array<double, kMaxColumns>& factor, double f,
                                              std::size_t first, std::size_t stride, double* row) {
     for (std::size_t j = first; j < stride; j += kNumLanes)
@@ -110,11 +111,11 @@ class EliminationEquations {
 #pragma GCC diagnostic pop
 #endif
 
-/// Groups whose rows stay in the fastest cache, and the lanes of these rows at most.
+/// Number of groups whose rows fit into the L1 cache, and the largest number of lanes in these rows.
 inline constexpr std::size_t kChunk = 24;
 inline constexpr std::size_t kMaxChunkRows = 2 * kChunk * kMaxColumns;
 
-/// Calls f(chunk) in turn, until it returns false.
+/// Calls f(chunk) for each chunk in order, until it returns false.
 template <class F>
 bool forEachChunk(std::span<const CornerGroup> corners, const F& f) {
   for (; corners.size() > kChunk; corners = corners.subspan(kChunk)) {
@@ -123,7 +124,7 @@ bool forEachChunk(std::span<const CornerGroup> corners, const F& f) {
   return f(corners);
 }
 
-/// What the loss makes of a group's errors.
+/// The loss and weights for a group's errors.
 struct GroupLoss {
   ALIDADE_ALWAYS_INLINE GroupLoss(const Lanes* px, const CornerGroup& group, HuberLoss loss)
       : root(lane::load(group.root_weight.data())) {
@@ -132,16 +133,16 @@ struct GroupLoss {
     const double threshold = loss.threshold_px;
     const LaneMask is_far = s > threshold * threshold;
     if (!lane::isAny(is_far)) return;
-    // HuberLoss, side by side.
+    // HuberLoss, in lanes.
     const Lanes length = lane::squareRoot(s);
     rho = lane::select(is_far, 2 * threshold * length - threshold * threshold, s);
     root = lane::select(is_far, root * lane::squareRoot(Lanes(threshold / length)), root);
   }
-  Lanes root;  ///< of the weight, times that of the loss' weight
+  Lanes root;  ///< square root of the weight times that of the loss weight
   Lanes rho;
 };
 
-/// Calls f(integral_constant<int, 0>) to f(... N - 1).
+/// Calls f(integral_constant<int, 0>) to f(integral_constant<int, kCount - 1>).
 template <int kCount, class F>
 ALIDADE_ALWAYS_INLINE void forEachIndex(const F& f) {
   [&]<int... kI>(std::integer_sequence<int, kI...>) ALIDADE_INLINE_LAMBDA {
@@ -158,7 +159,7 @@ ALIDADE_ALWAYS_INLINE double sumOfLanes(const Lanes& lanes) {
 #endif
 }
 
-/// The sums over the lanes of kCount values; four at a time, they add up side by side.
+/// Sums of kCount values over their lanes; four sums at a time are computed in parallel.
 template <int kCount>
 ALIDADE_ALWAYS_INLINE void sumEach(const Lanes* from, double* to) {
 #if defined(ALIDADE_HAS_VECTORS)
@@ -179,8 +180,8 @@ ALIDADE_ALWAYS_INLINE void sumEach(const Lanes* from, double* to) {
 }
 
 /// Adds to the upper triangle, over rows that are `stride` apart, the products of kRows columns from `a` on
-/// and kColumns from `b` on; where both are the same, for i <= j only. `to_a` and `to_b` say where they
-/// belong.
+/// and kColumns from `b` on; if both are the same, only for i <= j. `to_a` and `to_b` are their columns in
+/// the result.
 template <int kRows, int kColumns, bool kIsDiagonal>
 ALIDADE_ALWAYS_INLINE void addTile(const Lanes* a, const Lanes* b, std::size_t num_rows, std::size_t stride,
                                    const std::size_t* to_a, const std::size_t* to_b,
@@ -203,9 +204,9 @@ ALIDADE_ALWAYS_INLINE void addTile(const Lanes* a, const Lanes* b, std::size_t n
   });
 }
 
-inline constexpr std::size_t kTile = 3;  // nine sums and what they are made of fit sixteen registers
+inline constexpr std::size_t kTile = 3;  // nine sums and their operands fit into sixteen registers
 
-/// The same for what is known at run time: at most kTile columns of each.
+/// The same for sizes known only at run time: at most kTile columns of each.
 template <int kRows>
 ALIDADE_ALWAYS_INLINE void addTileOf(std::size_t num_columns, const Lanes* a, const Lanes* b,
                                      std::size_t num_rows, std::size_t stride, const std::size_t* to_a,
@@ -216,11 +217,11 @@ ALIDADE_ALWAYS_INLINE void addTileOf(std::size_t num_columns, const Lanes* a, co
   addTile<kRows, 1, false>(a, b, num_rows, stride, to_a, to_b, to);
 }
 
-/// Adds the products of all columns of the rows of u and v, in turn, of `num_groups` groups. Only the shared
-/// columns are in all rows; a row's own go with all of the same axis.
+/// Adds the products of all columns of the alternating rows of u and v, of `num_groups` groups. Only shared
+/// columns are in all rows; a column of one axis is multiplied only with columns in rows of the same axis.
 ALIDADE_ALWAYS_INLINE void addProducts(const RowLayout& of, const Lanes* all_rows, std::size_t num_groups,
                                        EliminationEquations& to) {
-  for (const std::size_t part : {0U, 1U, 2U}) {  // the shared columns, then the own ones of u and of v
+  for (const std::size_t part : {0U, 1U, 2U}) {  // the shared columns, then those of u and of v
     const std::size_t axis = part == 2 ? 1 : 0;
     const std::size_t* columns = of.column[axis].data();
     const Lanes* rows = all_rows + axis * of.width;

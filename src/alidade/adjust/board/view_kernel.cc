@@ -29,7 +29,7 @@ static_assert(kRimPoints % kNumLanes == 0);
 using Rim = std::array<CornerGroup, kRimPoints / kNumLanes>;
 using RimPixels = Eigen::Matrix<double, 2, static_cast<int>(kRimPoints)>;
 
-// As corners seen at pixel (0, 0), so that their errors are their pixels.
+// The rim as corners seen at pixel (0, 0), so that their errors are their pixels.
 Rim rimOf(const CornerGroup& group, std::size_t lane) {
   static const RimPixels circle = unitCircle<static_cast<int>(kRimPoints)>();
   Rim rim;
@@ -71,7 +71,7 @@ bool writeDisc(const ViewKernel& kernel, const double* params, const SE3& camera
   kernel.rows(params, camera_from_board, rim,
               std::span(of_rim.data(), static_cast<std::size_t>(kRows * size)));
   Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> to(rows, 2, size);
-  // A point that projects has the derivative 1 by the image's centre.
+  // A point that projects has derivative 1 by the image's centre.
   constexpr int kCentreX = 6 + 2;
   for (int i = 0; i < kRows; i += 2) {
     if (of_rim(i, kCentreX) != 0) continue;
@@ -82,7 +82,7 @@ bool writeDisc(const ViewKernel& kernel, const double* params, const SE3& camera
   for (int i = 0; i < static_cast<int>(kRimPoints); ++i)
     seen.col(i) << of_rim(2 * i, size - 1), of_rim(2 * i + 1, size - 1);
   const auto centroid = centroidWithin(seen);
-  // Column by column, u and v of each point follow one another as the rows do.
+  // Column by column: u and v of each point alternate, like the rows.
   to.row(0).noalias() = centroid.J_x_points.reshaped().transpose() * of_rim;
   to.row(1).noalias() = centroid.J_y_points.reshaped().transpose() * of_rim;
   to(0, size - 1) = centroid.at.x() - group.u[lane];
@@ -90,8 +90,8 @@ bool writeDisc(const ViewKernel& kernel, const double* params, const SE3& camera
   return true;
 }
 
-// Sums the upper triangle of the normal equations of a view of points. The sum of rho stands in for r^T r.
-// False with Unseen::kRefuse if a corner is not seen.
+// Sums the upper triangle of the normal equations of a view of points. The sum of rho replaces r^T r. False
+// with Unseen::kRefuse if a corner does not project.
 bool sumPoints(const ViewKernel& kernel, const double* params, const SE3& camera_from_board,
                std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
                EliminationEquations& to) {
@@ -117,7 +117,7 @@ bool sumDiscs(const ViewKernel& kernel, const double* params, const SE3& camera_
   std::array<double, 2 * kMaxColumns> rows;
   for (const CornerGroup& group : corners) {
     for (std::size_t l = 0; l < kNumLanes; ++l) {
-      if (group.root_weight[l] == 0) continue;  // fills up the group
+      if (group.root_weight[l] == 0) continue;  // padding of the group
       if (!writeDisc(kernel, params, camera_from_board, group, l, rows.data())) {
         if (unseen == Unseen::kRefuse) return false;
         continue;
@@ -179,7 +179,7 @@ bool ViewKernel::factor(const double* params, const SE3& camera_from_board,
     equations.eliminate(kPose, last, diagonal.data(), rows + kPose * size);
     double* last_row = rows + last * size;
     std::fill_n(last_row, last, 0.0);
-    // With the sum of rho in place of r^T r, this is what the other rows leave missing.
+    // With the sum of rho in place of r^T r, this is the remainder that the other rows do not contain.
     last_row[last] = std::sqrt(std::max(equations.at(last, last), 0.0));
   });
   return true;

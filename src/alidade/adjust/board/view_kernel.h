@@ -19,22 +19,22 @@ namespace alidade {
 /// wherever the view is, with weight 0.
 [[nodiscard]] std::vector<CornerGroup> groupsOf(std::span<const Observation> view);
 
-/// The triangular factor of the normal equations [J r]^T [J r] of a view, rows^T rows being the equations:
-/// columns of the pose's tangent, the parameters and the error, and as many rows. Corners' rows are scaled by
-/// the root of their weight times that of the loss, so that J^T r and J^T J are those of iteratively
-/// reweighted least squares; the sum of rho stands in for r^T r.
+/// The triangular factor of the normal equations [J r]^T [J r] of a view, with rows^T rows equal to the
+/// equations. It has columns for the pose's tangent, the parameters and the error, and as many rows. Corners'
+/// rows are scaled by the root of their weight times that of the loss, so that J^T r and J^T J are those of
+/// iteratively reweighted least squares; the sum of rho replaces r^T r.
 ///
-/// Only the first six rows have something of the pose, and the last has only the error. So those between hold
-/// what the view says of the parameters once its pose is free to follow: rest^T rest is the Schur complement.
+/// Only the first six rows involve the pose, and the last has only the error. The rows between contain the
+/// view's information on the parameters with a free pose: rest^T rest is the Schur complement.
 using ViewFactor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 enum class Unseen {
-  kRefuse,   ///< a view with a corner that cannot be projected is no view
-  kLeaveOut  ///< without such corners
+  kRefuse,   ///< a view with a corner that cannot be projected is rejected
+  kLeaveOut  ///< corners like these are left out
 };
 
-/// What a view's corners add to the robust fit of one camera model. All sums run in an order of their own, so
-/// that results depend on the arguments alone and on whether the processor has AVX2.
+/// The contribution of a view's corners to the robust fit of one camera model. The order of all sums is
+/// fixed, so that results depend only on the arguments and on whether the processor has AVX2.
 class ViewKernel {
  public:
   virtual ~ViewKernel() = default;
@@ -42,7 +42,7 @@ class ViewKernel {
   [[nodiscard]] int numParams() const;
 
   /// Writes a ViewFactor row by row, (numParams() + 7)^2 numbers. False if a corner is behind the camera,
-  /// beyond a pole, or where the lens has folded, unless it is left out.
+  /// beyond a pole or beyond a fold of the lens, unless it is left out.
   [[nodiscard]] bool factor(const double* params, const SE3& camera_from_board,
                             std::span<const CornerGroup> corners, HuberLoss loss, Unseen unseen,
                             double* rows) const;
@@ -55,9 +55,9 @@ class ViewKernel {
   void errors(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
               std::span<Eigen::Vector2d> errors) const;
 
-  /// Two rows a corner, of u and v: pose's tangent, parameters, error; each times the root of the corner's
-  /// weight. Zero for a corner that cannot be projected.
-  /// @param rows  row by row, 2 (numParams() + 7) numbers a corner
+  /// Two rows per corner, for u and v: pose tangent, parameters, error, each times the square root of the
+  /// corner's weight. Zero for a corner that cannot be projected.
+  /// @param rows  row by row, 2 (numParams() + 7) numbers per corner
   void rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
             std::span<double> rows) const;
 
@@ -76,17 +76,17 @@ class ViewKernel {
                            std::span<const CornerGroup> groups, Lanes* errors) const = 0;
 };
 
-/// The kernel of a model that is known.
+/// The kernel of a known model.
 [[nodiscard]] const ViewKernel& viewKernel(std::string_view model_id);
 
-/// The factor of a view; nothing where a corner is refused.
+/// The factor of a view; nothing if a corner is rejected.
 [[nodiscard]] std::optional<ViewFactor> viewFactor(const ViewKernel& kernel, std::span<const double> params,
                                                    const SE3& camera_from_board,
                                                    std::span<const CornerGroup> corners, HuberLoss loss,
                                                    Unseen unseen);
 
-/// What a view says of the parameters, its pose being free: J^T W J less what the pose takes, N x N, per
-/// px^2.
+/// Information of a view on the parameters with a free pose: J^T W J minus the part that the pose absorbs, N
+/// x N, per px^2.
 [[nodiscard]] Eigen::MatrixXd paramsInformation(const ViewFactor& factor);
 
 }  // namespace alidade

@@ -17,7 +17,7 @@ namespace {
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
-// Points on the board as (p - mean) / scale, of root mean square length sqrt(2).
+// Points on the board as (p - mean) / scale, with an RMS length of sqrt(2).
 struct BoardFrame {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   double scale = 0;
@@ -34,9 +34,9 @@ struct BoardFrame {
   }
 };
 
-// Rays with the mean one as the z axis, and how far they spread from it. Rays of a narrow field nearly agree;
-// x and y in units of their spread make the unknowns of one size, as the normalisation of pixels does for a
-// homography. The equations stay those of angles.
+// Rays in a frame with the mean ray as the z axis, and their spread. Rays of a narrow field are nearly equal;
+// x and y in units of their spread make the unknowns similar in size, like the normalisation of pixels for a
+// homography. The equations remain those of angles.
 struct RayFrame {
   Eigen::Matrix3d frame_from_camera = Eigen::Matrix3d::Identity();
   Eigen::Vector3d unit = Eigen::Vector3d::Ones();
@@ -52,7 +52,7 @@ struct RayFrame {
   }
 };
 
-// H up to scale, of the board frame's points, or nothing.
+// H up to scale, for points in the board frame; nothing if there is no unique solution.
 std::optional<Eigen::Matrix3d> homographyOfRays(std::span<const Eigen::Vector2d> on_board,
                                                 std::span<const Eigen::Vector3d> rays,
                                                 const BoardFrame& board_frame) {
@@ -83,7 +83,7 @@ std::optional<Eigen::Matrix3d> homographyOfRays(std::span<const Eigen::Vector2d>
   return ray_frame.frame_from_camera.transpose() * H;
 }
 
-// The rotation nearest to one whose first two columns are a and b, all scaled alike; nothing if they are
+// The rotation nearest to one whose first two columns are a and b, up to a common scale; nothing if they are
 // (nearly) parallel.
 std::optional<Eigen::Matrix3d> nearestRotation(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   const double scale = 2.0 / (a.norm() + b.norm());
@@ -111,7 +111,7 @@ std::optional<SE3> poseFromRays(std::span<const Eigen::Vector2d> on_board,
   const auto R = nearestRotation(H->col(0), H->col(1));
   if (!R) return std::nullopt;
 
-  // The translation that brings the turned points nearest to their rays.
+  // The translation that brings the rotated points closest to their rays.
   Eigen::Matrix3d sum_across = Eigen::Matrix3d::Zero();
   Eigen::Vector3d sum_points = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -158,7 +158,7 @@ std::optional<SE3> refitPose(const ViewKernel& kernel, std::span<const double> p
                              const SE3& camera_from_board) {
   constexpr int kMaxSteps = 30;
   constexpr int kMaxHalvings = 12;
-  constexpr double kAtRest = 1e-10;  // of the cost
+  constexpr double kAtRest = 1e-10;  // share of the cost
   SE3 pose = camera_from_board;
   ViewFactor factor(kernel.numParams() + 7, kernel.numParams() + 7);
   ViewFactor trial = factor;
@@ -169,12 +169,12 @@ std::optional<SE3> refitPose(const ViewKernel& kernel, std::span<const double> p
   };
   auto cost = costAt(pose, factor);
   if (!cost) return std::nullopt;
-  // A pose that has not come to rest by then is merely worse than it could be.
+  // A pose that has not converged by then is merely less accurate.
   for (int i = 0; i < kMaxSteps; ++i) {
     const Vector6d y = factor.topRightCorner<6, 1>();
     // What the step takes off the cost, as far as a parabola says.
     if (!(y.squaredNorm() > kAtRest * *cost)) break;
-    // Not a triangle: its rows are in the order of the pivots.
+    // Not triangular, because its rows are in the order of the pivots.
     const Matrix6d R = factor.topLeftCorner<6, 6>();
     Vector6d step = -solveAny6(R, y);
     bool is_lower = false;

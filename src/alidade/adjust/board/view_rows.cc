@@ -14,7 +14,7 @@ namespace {
 
 using detail::GroupLoss;
 
-// Camera and pose as the loops read them.
+// Camera and pose in the form that the loops read.
 template <CameraModel M>
 struct ViewCamera {
   ViewCamera(const double* from, const SE3& camera_from_board) {
@@ -27,7 +27,7 @@ struct ViewCamera {
   std::array<double, 3> t{};
 };
 
-// Where a group's corners are seen, and whether they are.
+// Pixels of a group's corners, and whether they project.
 struct GroupProjection {
   Lanes px[2];
   Lanes J_px_cam[6];
@@ -45,7 +45,7 @@ ALIDADE_ALWAYS_INLINE GroupProjection projectGroup(const ViewCamera<M>& camera, 
   GroupProjection to;
   Lanes* const not_wanted = nullptr;
   projectInside<M>(camera.params.data(), p_cam, to.px, to.J_px_cam, kHasParams ? J_px_params : not_wanted);
-  // Sign of the Jacobian on the unit sphere, as in the domain certificate.
+  // Sign of the Jacobian's determinant on the unit sphere, as in the domain certificate.
   const Lanes* a = to.J_px_cam;
   const Lanes* b = to.J_px_cam + 3;
   const Lanes det = (a[1] * b[2] - a[2] * b[1]) * p_cam[0] + (a[2] * b[0] - a[0] * b[2]) * p_cam[1] +

@@ -14,11 +14,11 @@
 namespace alidade {
 namespace {
 
-constexpr double kFirstScatter = 0.02;  // of the points' distance
-constexpr double kLeastScatter = 1e-5;  // less is no offset
-constexpr double kFewestOffsets = 3;    // coordinates that the corners determine
+constexpr double kFirstScatter = 0.02;  // share of the points' spacing
+constexpr double kLeastScatter = 1e-5;  // smaller offsets count as zero
+constexpr double kFewestOffsets = 3;    // number of coordinates that the corners determine
 
-// The normal equations of the whole fit, what else is known of the lenses with them.
+// The normal equations of the whole fit, including the priors of the lenses.
 Reduced equationsOf(const Fit& fit, const JointColumns& columns, LossWeights weights) {
   Reduced sum{.information = Eigen::MatrixXd::Zero(columns.count, columns.count),
               .gradient = Eigen::VectorXd::Zero(columns.count)};
@@ -33,9 +33,9 @@ Reduced equationsOf(const Fit& fit, const JointColumns& columns, LossWeights wei
   return sum;
 }
 
-// Orthonormal directions of a board's offsets (x, y, z of each point) that make the board something else as a
-// whole: stretched, sheared, graded, twisted or bent. What leaves its pose and size as they are is not among
-// them, nor is what it shares with those.
+// Orthonormal directions of a board's offsets (x, y, z of each point) that deform the board as a whole:
+// stretch, shear, gradation, twist or bend. Directions that keep its shape are excluded, and their share is
+// removed from the others.
 std::vector<Eigen::VectorXd> smoothModes(const Board& target) {
   using Offset = Eigen::Vector3d;
   const Offset middle = target.middle();
@@ -121,19 +121,20 @@ class UnevenBoard {
     return largest;
   }
 
-  // Frees each mode as far as the corners say that it is displaced: its likeliest variance is the square of
-  // what they alone have for it, less their own variance. None is held tighter than the scatter holds it.
-  // The result does not depend on how the modes were held.
-  // @param inverse  of the sum of what the corners and this prior say; over `variance` a covariance
+  // Sets the variance of each mode to its most likely value: the square of the amplitude that the corners
+  // alone give, minus their own variance. It is at least the variance of the scatter. The result does not
+  // depend on the previous variances.
+  // @param inverse  of the sum of the corners' information and this prior; a covariance when multiplied by
+  // `variance`
   void freeModes(const Eigen::VectorXd& offsets, const Eigen::MatrixXd& inverse, double variance) {
     constexpr int kMaxRounds = 100;
     constexpr double kSteady = 1e-9;
-    constexpr double kSomething = 0.01;  // of what is known, the corners' share
+    constexpr double kSomething = 0.01;  // least share of the corners in the information on a mode
     Eigen::MatrixXd U(count_, static_cast<Eigen::Index>(modes_.size()));
     Eigen::Index column = 0;
     for (const Mode& mode : modes_) U.col(column++) = mode.direction;
-    // What is known of the amplitudes, all other offsets eliminated, with and without how the modes were
-    // held.
+    // Information on the amplitudes with all other offsets eliminated, with and without the modes' own
+    // priors.
     const auto known = scaledInverseSpd(U.transpose() * inverse * U);
     if (!known) return;
     const Eigen::VectorXd gradient = *known * (U.transpose() * offsets);
@@ -193,7 +194,7 @@ class UnevenBoard {
     return precisions;
   }
 
-  // The squares of the offsets without the modes.
+  // Sum of squares of the offsets without the modes.
   [[nodiscard]] double squaresOf(const Eigen::VectorXd& offsets, int axes) const {
     double squares = 0;
     for (Eigen::Index i = 0; i < count_; ++i) squares += axesOf(i) == axes ? offsets(i) * offsets(i) : 0;
@@ -204,7 +205,7 @@ class UnevenBoard {
     return std::max(0.0, squares);
   }
 
-  // How many of the same coordinates the corners determine.
+  // Number of these coordinates that the corners determine.
   [[nodiscard]] double determinedOf(const Eigen::MatrixXd& inverse, int axes) const {
     double trace = 0;
     double count = 0;
@@ -229,7 +230,7 @@ class UnevenBoard {
   std::vector<Mode> modes_;
 };
 
-// The offsets of a board, as they are in the fit.
+// The present offsets of a board in the fit.
 Eigen::VectorXd offsetsOf(const FitBoard& board) {
   Eigen::VectorXd offsets(3 * std::ssize(board.shape.offsets_m));
   for (std::size_t i = 0; i < board.shape.offsets_m.size(); ++i)
@@ -275,7 +276,8 @@ class OffsetEquations {
     return result;
   }
 
-  // The likeliest scatter for these equations, and the offsets with it; false where there is no solution.
+  // Estimates the most likely scatter for these equations, and the offsets with it; false if there is no
+  // solution.
   bool estimate() {
     constexpr int kMaxRounds = 30;
     constexpr double kSteady = 0.01;
@@ -289,14 +291,14 @@ class OffsetEquations {
     return step();
   }
 
-  // The offsets with the scatter as it is and the modes freed; false where there is no solution.
+  // Estimates the offsets with the present scatter and freed modes; false if there is no solution.
   bool freeModes() {
     if (!step()) return false;
     for (UnevenBoard& board : boards_) board.freeModes(board.own(next_), board.own(inverse_), variance_);
     return step();
   }
 
-  // The offsets with the scatter as it is; false where there is no solution.
+  // Estimates the offsets with the present scatter; false if there is no solution.
   bool step() {
     prior_ = Eigen::MatrixXd::Zero(information_.rows(), information_.cols());
     for (const UnevenBoard& board : boards_) board.own(prior_) = board.information();
@@ -313,10 +315,11 @@ class OffsetEquations {
 
   [[nodiscard]] const std::vector<UnevenBoard>& boards() const { return boards_; }
 
-  // The variance of the errors over what it is without a step.
+  // Variance of the errors after the step, divided by that without a step.
   [[nodiscard]] double varianceShare() const { return variance_ / (squares_ / freedom_); }
 
-  // Gives the fit the offsets and their scatter; returns the largest step over the points' distance.
+  // Writes the offsets and their scatter to the fit; returns the largest step as a share of the points'
+  // spacing.
   double apply(Fit& fit) const {
     double largest = 0;
     for (const UnevenBoard& board : boards_) {
@@ -331,13 +334,13 @@ class OffsetEquations {
  private:
   Eigen::MatrixXd information_;
   Eigen::VectorXd gradient_;
-  Eigen::VectorXd offsets_;  // as they are in the fit
-  Eigen::VectorXd next_;     // and after the step
-  Eigen::MatrixXd prior_;    // of the last step
-  Eigen::MatrixXd inverse_;  // of the sum of `information_` and `prior_`
+  Eigen::VectorXd offsets_;  // present offsets of the fit
+  Eigen::VectorXd next_;     // offsets after the step
+  Eigen::MatrixXd prior_;    // prior of the last step
+  Eigen::MatrixXd inverse_;  // inverse of the sum of `information_` and `prior_`
   std::vector<UnevenBoard> boards_;
   double squares_ = 0;
-  double freedom_ = 0;  // without the offsets
+  double freedom_ = 0;  // degrees of freedom without the offsets
   double variance_ = 0;
 };
 
@@ -369,10 +372,11 @@ double varianceLeftByOffsets(const Fit& fit) {
 
 std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag* cancel) {
   constexpr int kMaxSteps = 50;
-  constexpr double kScatterAtRest = 1e-4;  // of the points' distance: what is left moves no camera
+  constexpr double kScatterAtRest = 1e-4;  // share of the points' spacing: the remaining change moves no
+                                           // camera
   constexpr double kAtRest = 1e-7;
-  constexpr double kLoose = 1e-9;  // of the cost
-  constexpr int kMaxChanges = 12;  // of the modes: one that the corners hardly know may come and go for ever
+  constexpr double kLoose = 1e-9;  // share of the cost
+  constexpr int kMaxChanges = 12;  // of the modes: a barely determined one may be freed and held forever
   if (!isAnyUneven(fit)) return fit;
   std::vector<UnevenBoard> kept;
   int num_changes = 0;
@@ -398,7 +402,7 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
     if (end == Termination::kFailed || end == Termination::kIterationLimit) return std::nullopt;
     if (is_at_rest) return fit;
   }
-  return solve(std::move(fit), {.cancel = cancel});  // all boards are even again
+  return solve(std::move(fit), {.cancel = cancel});  // all boards have become even
 }
 
 std::optional<Eigen::MatrixXd> offsetShare(const Fit& fit) {

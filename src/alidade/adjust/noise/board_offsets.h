@@ -12,35 +12,36 @@
 
 namespace alidade {
 
-/// Whether the scatter of the offsets (FitBoard::offset_precision) is estimated with them.
+/// Use of the scatter of the offsets (FitBoard::offset_precision): estimated together with them or kept.
 enum class OffsetScatter { kEstimate, kKeep };
 
-/// Lets the points of these boards have offsets, of zero so far, with a first guess of their scatter. Boards
-/// that no view shows stay even.
+/// Gives the points of these boards offsets, initially zero, with a first guess of their scatter. Boards
+/// without views stay even.
 [[nodiscard]] Fit startedUneven(Fit fit, std::span<const std::size_t> boards);
 
-/// Takes the points of a board for where its bend puts them.
+/// Removes the offsets of a board, so that its bend alone places its points.
 void makeEven(FitBoard& board);
 
-/// The share of the errors' variance that would be left with the offsets of the boards that are uneven, to
-/// first order; 1 where the views say nothing of them.
+/// Share of the errors' variance that would remain after estimating the offsets of the uneven boards, to
+/// first order; 1 if the views contain no information on them.
 /// @param fit  solved
 [[nodiscard]] double varianceLeftByOffsets(const Fit& fit);
 
-/// Estimates the offsets of the boards that are uneven with everything else: the points of a board as
-/// unknowns of the bundle adjustment, in the plane and across it normally distributed about their places.
-/// How far they scatter is what makes the corners likeliest (MacKay 1992, Bayesian interpolation, Neural
-/// Computation 4(3), section 4). It also decides what no view can tell: position, orientation and size of
-/// the board as a whole. A board whose points scatter by less than the views can tell is even again.
+/// Estimates the offsets of the uneven boards together with everything else: the points of a board are
+/// unknowns of the bundle adjustment, normally distributed about their nominal places in the plane and normal
+/// to it. Their scatter maximises the likelihood of the corners (MacKay 1992, Bayesian interpolation, Neural
+/// Computation 4(3), section 4). It also determines what no view can: position, orientation and size of the
+/// board as a whole. A board becomes even again if the views cannot resolve the scatter of its points.
 ///
-/// Steps of Gauss and Newton with all other unknowns eliminated, between solves of these (solve()).
+/// Gauss-Newton steps with all other unknowns eliminated alternate with solves for these (solve()).
 /// @param fit  solved
-/// @returns nothing where the other unknowns are not determined, or the steps do not come to rest
+/// @returns nothing if the other unknowns are not determined, or the steps do not converge
 /// @throws Cancelled
 [[nodiscard]] std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag* cancel);
 
-/// What the uncertainty of the offsets adds to the inverse information (per px^2) of all other unknowns, with
-/// the rows and columns of jointColumns(); zero for even boards. Nothing where it is not determined.
+/// Contribution of the uncertainty of the offsets to the inverse information (per px^2) of all other
+/// unknowns, with the rows and columns of jointColumns(); zero for even boards. Nothing if it is not
+/// determined.
 [[nodiscard]] std::optional<Eigen::MatrixXd> offsetShare(const Fit& fit);
 
 }  // namespace alidade

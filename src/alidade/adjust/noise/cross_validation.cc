@@ -21,13 +21,13 @@ namespace alidade {
 namespace {
 
 constexpr std::size_t kMaxFolds = 5;
-constexpr std::size_t kStretches = 4;  // a fold
+constexpr std::size_t kStretches = 4;  // per fold
 
 std::vector<Observation> cornersOf(std::span<const Observation> view, const std::vector<std::size_t>& half) {
   return mapped(half, [&](std::size_t i) { return view[i]; });
 }
 
-// The fit without the views of one fold; nothing if the others are not enough.
+// The fit without the views of one fold; nothing if the other views are not enough.
 std::optional<Fit> withoutFold(int fold, const Fit& fit, const CancelFlag* cancel) {
   const FitCamera& camera = onlyCamera(fit);
   if (!isAnyUneven(fit) &&
@@ -37,14 +37,14 @@ std::optional<Fit> withoutFold(int fold, const Fit& fit, const CancelFlag* cance
   for (std::size_t v = 0; v < is_out.size(); ++v) is_out[v] = foldOf(v, is_out.size()) == fold;
   Fit without = withoutViews(fit, is_out);
   fixShapes(without);
-  // The errors depend little on what is left to gain: far less than they scatter.
+  // A loose tolerance: its effect on the errors is far below their scatter.
   without = solve(std::move(without), {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
   const Termination end = without.summary.termination;
   if (end == Termination::kFailed || end == Termination::kIterationLimit) return std::nullopt;
   return withOffsets(std::move(without), OffsetScatter::kKeep, cancel);
 }
 
-// Errors of a view of `fit` by the camera and the board's shape of the others.
+// Errors of a view of `fit` with the camera and the board shape from the other views.
 std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view, const Fit& without) {
   const FitCamera& camera = without.cameras[view.camera];
   const FitBoard& board = without.boards[boardIndex(fit, view)];
@@ -68,7 +68,7 @@ std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view, c
   return errors;
 }
 
-// The mean of one number a view, and its standard error by how the views differ.
+// The mean of one number per view, and its standard error from the scatter of the views.
 struct ViewMean {
   double value = 0;
   double std = 0;
@@ -122,8 +122,8 @@ int foldOf(std::size_t v, std::size_t num_views) {
   const auto num_folds = static_cast<std::size_t>(numFolds(num_views));
   const std::size_t num_stretches = std::min(num_views, num_folds * kStretches);
   const std::size_t stretch = v * num_stretches / num_views;
-  // Each round begins a fold later: where stretches are not all of one length, the same folds would get the
-  // longer ones.
+  // Each round starts one fold later; otherwise, if stretches differ in length, the same folds would always
+  // get the longer ones.
   return static_cast<int>((stretch + stretch / num_folds) % num_folds);
 }
 
@@ -197,8 +197,8 @@ HeldOutExcess excessOf(const HeldOutScore& a, const HeldOutScore& b) {
   }
   const ViewMean difference = meanOver(differences);
   const auto num_views = static_cast<double>(differences.size());
-  const double ratio = std::sqrt(a.sum / b.sum);  // of the RMS
-  const ViewMean factor = meanOver(log_ratios);   // of the squares
+  const double ratio = std::sqrt(a.sum / b.sum);  // ratio of the RMS
+  const ViewMean factor = meanOver(log_ratios);   // ratio of the squares
   const double share = ratio - 1;
   const double by_factor = factor.isPositive() ? std::min(share, std::expm1(0.5 * factor.value)) : 0.0;
   return {.share = share,

@@ -19,8 +19,8 @@ namespace alidade {
 /// Errors of corners that were not used to estimate the camera or the pose that projects them.
 struct HeldOutErrors {
   int num_folds = 0;
-  /// Projected minus observed, px, not weighted, in the order of the views' corners; NaN for a corner that
-  /// the camera of the other views does not see. A view has no errors if its corners do not give two poses.
+  /// Projected minus observed, px, not weighted, in the order of the views' corners; NaN if a corner does not
+  /// project with the camera from the other views. A view has no errors if its corners do not give two poses.
   std::vector<std::vector<Eigen::Vector2d>> px;
 };
 
@@ -28,7 +28,7 @@ struct HeldOutErrors {
 using CornerHalves = std::array<std::vector<std::size_t>, 2>;
 [[nodiscard]] CornerHalves halvesOf(const Board& board, std::span<const Observation> view);
 
-/// Whether corners give a pose: at least four that are not nearly on one line.
+/// True if corners determine a pose: at least four that are not nearly on one line.
 [[nodiscard]] bool givesPose(std::span<const Observation> corners);
 
 /// Cross-validation over views. Each fold of views is left out in turn, and intrinsics and poses are
@@ -53,51 +53,52 @@ using CornerHalves = std::array<std::vector<std::size_t>, 2>;
 /// The result of cross-validation.
 struct HoldoutReport {
   double rms_px = std::numeric_limits<double>::quiet_NaN();  ///< sqrt(mean of dx^2 + dy^2); NaN if unknown
-  int num_folds = 0;    ///< 0: the views of the other folds give no camera
+  int num_folds = 0;    ///< 0: the views of the other folds do not determine a camera
   int num_corners = 0;  ///< with a cross-validation error
   int num_unseen = 0;   ///< corners not seen by the camera of the other views
 };
 
 [[nodiscard]] HoldoutReport holdoutReport(const std::optional<HeldOutErrors>& errors);
 
-/// Held-out errors view by view, as they are compared.
+/// Held-out errors per view, for comparisons.
 struct HeldOutScore {
   std::vector<double> of_view;  ///< sum of rho over a view's corners, px^2 of a corner of weight 1
   double sum = 0;               ///< over all views
 };
 
-/// What a corner counts that is not seen at all: as if it were off by ten thresholds of the loss.
+/// The contribution of a corner that does not project, as if its error were ten thresholds of the loss.
 [[nodiscard]] double farOff(HuberLoss loss);
 
-/// What is added to the squares of so many corners, so that rounding decides nothing where they fit
-/// perfectly: no corner is known better than kMinSigmaPx.
+/// Added to the sum of squares of this many corners, so that rounding does not decide if they fit perfectly:
+/// no corner is better than kMinSigmaPx.
 [[nodiscard]] double noiseFloor(std::size_t num_corners);
 
-/// A corner that is not seen counts as far off.
-/// @param fit  whose corners the errors are
+/// A corner that does not project counts as farOff().
+/// @param fit  of the same corners
 [[nodiscard]] HeldOutScore scoreOf(const HeldOutErrors& errors, const Fit& fit);
 
-/// How much larger one model's held-out errors are than another's on the same corners.
+/// Excess of one model's held-out errors over another's on the same corners.
 struct HeldOutExcess {
-  double share = 0;             ///< of the other's held-out RMS; negative: they are smaller
+  double share = 0;             ///< as a share of the other's held-out RMS; negative if they are smaller
   double std = 0;               ///< its standard error, from the spread over views
   bool is_significant = false;  ///< see excessOf()
-  double proven_share = 0;      ///< the share as far as it is significant, for isWorth()
+  double proven_share = 0;      ///< significant part of the share, for isWorth()
 
-  /// Significantly larger, and by enough to be worth so many further parameters.
+  /// True if the excess is significant and large enough to justify this many further parameters.
   [[nodiscard]] bool isWorth(std::size_t num_further_params) const;
 };
 
-/// The paired comparison of two models view by view: corners of one view have its pose and its mistakes in
-/// common, so that views are what varies independently. Significant is a difference of the views' sums of
-/// squares, or else a factor between them, each larger than by chance in 19 of 20 cases (one-sided; one of
-/// the two by chance in about 1 of 15). Where a model misses the lens by pixels, one view's sum may be larger
-/// than all others', and a few views then differ too much for their mean to be told from zero, although every
-/// one of them says the same. What the factors prove is no more than their mean.
+/// The paired comparison of two models view by view: corners of one view share its pose and its errors, so
+/// only views are independent. The excess is significant if either the difference of the views' sums of
+/// squares or the factor between them exceeds chance in 19 of 20 cases (one-sided; either does so by chance
+/// in about 1 of 15). The factor helps if a model misses the lens by pixels: one view may then dominate the
+/// sum, so that the mean difference is not significant although all views agree. The factors prove no more
+/// than their mean.
 /// @param a,b  of the same views and corners
 [[nodiscard]] HeldOutExcess excessOf(const HeldOutScore& a, const HeldOutScore& b);
 
-/// What a further parameter must take off the held-out RMS, as a share of it; see docs/model_choice.md.
+/// Least reduction of the held-out RMS that justifies a further parameter, as a share of it; see
+/// docs/model_choice.md.
 inline constexpr double kShareOfParameter = 0.005;
 
 /// A model with more parameters that explains the same views significantly better.

@@ -70,11 +70,11 @@ int add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWe
   return gram.num_corners;
 }
 
-// Directions of a lens combined so that its corners know each equally well.
+// Combines the directions of a lens so that its corners determine each equally well.
 Eigen::MatrixXd balanced(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& information) {
   if (directions.cols() == 0) return directions;
   const Eigen::MatrixXd own = directions.transpose() * information * directions;
-  const Eigen::VectorXd scale = own.diagonal().cwiseSqrt().cwiseInverse();  // units differ
+  const Eigen::VectorXd scale = own.diagonal().cwiseSqrt().cwiseInverse();  // because units differ
   const auto inverse_root = inverseRootOf(scale.asDiagonal() * own * scale.asDiagonal());
   if (!inverse_root || !scale.allFinite()) return directions;
   return directions * scale.asDiagonal() * *inverse_root;
@@ -103,7 +103,7 @@ JointColumns jointColumns(const Fit& fit, Offsets offsets) {
 
 void forEachFrame(const Fit& fit, const JointColumns& columns, LossWeights weights,
                   const std::function<void(const Reduced&)>& visit) {
-  // Frames, their placements and the views of these.
+  // Frames, their placements, and the views of the placements.
   std::map<std::size_t, std::map<std::size_t, std::vector<const FitView*>>> frames;
   for (const FitView& view : fit.views)
     frames[fit.placements[view.placement].frame][view.placement].push_back(&view);

@@ -10,30 +10,30 @@
 
 namespace alidade {
 
-/// Where the unknowns of a fit stand among the columns of its equations: the parameters of each camera, then
-/// camera_from_rig (SE3's tangent) of each that is not fixed, then the bends of the boards whose bend is
-/// estimated, then on request the offsets of uneven boards. The placements are eliminated.
+/// Columns of the unknowns of a fit in its equations: the parameters of each camera, then camera_from_rig
+/// (SE3's tangent) of each camera that is not fixed, then the bends of the boards whose bend is estimated,
+/// then on request the offsets of uneven boards. The placements are eliminated.
 struct JointColumns {
   std::vector<int> params;   ///< first column of each camera's parameters
   std::vector<int> pose;     ///< of each camera's pose; -1 for a fixed one
   std::vector<int> bend;     ///< of each board's bends; -1 for a fixed one
-  std::vector<int> offsets;  ///< of each board's offsets, three a point; -1 for an even board
+  std::vector<int> offsets;  ///< of each board's offsets, three per point; -1 for an even board
   int count = 0;
 };
 enum class Offsets { kLeaveOut, kInclude };
 [[nodiscard]] JointColumns jointColumns(const Fit& fit, Offsets offsets = Offsets::kLeaveOut);
 
-/// Calls `visit` with the normal equations of each frame in turn. Frames are independent of each other,
-/// views of one frame are not. What is known besides (priors) is not in them.
+/// Calls `visit` with the normal equations of each frame in turn. Frames are independent of each other; views
+/// of one frame are not. Priors are not included.
 void forEachFrame(const Fit& fit, const JointColumns& columns, LossWeights weights,
                   const std::function<void(const Reduced&)>& visit);
 
-/// All of them, without the weights of the loss.
+/// The equations of all frames, without the weights of the loss.
 [[nodiscard]] std::vector<Reduced> jointInformation(const Fit& fit, const JointColumns& columns);
 
-/// What of these columns is free, one direction per column. Those of each lens are combined so that its
-/// corners know each equally well: a lens with parameters that nearly make up for each other would leave no
-/// accuracy for the rig as a whole.
+/// Free directions in these columns, one per column. Those of each lens are combined so that its corners
+/// determine each equally well: nearly compensating parameters of a lens would otherwise cost the whole rig
+/// its numerical accuracy.
 /// @param information  with these columns
 [[nodiscard]] Eigen::MatrixXd jointDirections(const Fit& fit, const JointColumns& columns,
                                               const Eigen::MatrixXd& information);

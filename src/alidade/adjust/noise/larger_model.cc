@@ -15,10 +15,10 @@
 namespace alidade {
 namespace {
 
-// A few steps tell whether there is anything to gain.
+// A few steps show if there is anything to gain.
 constexpr int kGlance = 5;
 
-// The larger model on the same corners, with the same loss and boards and without a prior.
+// The larger model on the same corners, with the same loss and boards, and without a prior.
 Fit enlarged(const Fit& fit, std::string_view id) {
   Fit larger = fit;
   FitCamera& camera = onlyCamera(larger);
@@ -30,19 +30,19 @@ Fit enlarged(const Fit& fit, std::string_view id) {
 }
 
 Fit solvedLarger(Fit larger, int max_iterations, const CancelFlag* cancel) {
-  constexpr double kFunctionTolerance = 1e-8;  // of the cost: far below a gain that counts
+  constexpr double kFunctionTolerance = 1e-8;  // share of the cost: far below a relevant gain
   return solve(
       std::move(larger),
       {.max_iterations = max_iterations, .function_tolerance = kFunctionTolerance, .cancel = cancel});
 }
 
-// Whether the gain is real, by an F test of the further parameters: the drop of the sum of squares for each
-// of them over the variance that the larger model leaves; 1 on average if they are not needed. A lens without
-// distortion is a strong claim, and that decides it. Among distortions nobody's lens follows any formula to
-// the last digit, and with corners enough that shows: there the gain must be worth the trouble as well.
+// True if the gain is real, by an F test of the further parameters: the decrease of the sum of squares per
+// parameter over the variance that the larger model leaves, which is 1 on average if they are not needed. For
+// a lens without distortion, the test alone decides. No real distortion follows a formula exactly, and with
+// enough corners every difference is significant, so between distortions the gain must also be worthwhile.
 bool isGain(const Fit& lean, const Fit& larger) {
-  constexpr double kNeededF = 10;           // chance alone exceeds this once in a billion times
-  constexpr double kWorthwhileShare = 0.1;  // of the sum of squares: 5 % of the RMS
+  constexpr double kNeededF = 10;           // exceeded by chance once in a billion cases
+  constexpr double kWorthwhileShare = 0.1;  // share of the sum of squares: 5 % of the RMS
   const std::size_t num_params = onlyCamera(lean).params.size();
   const std::size_t num_larger_params = onlyCamera(larger).params.size();
   const double needed_share = num_params > kNumAffine ? kWorthwhileShare : 0.0;
@@ -55,17 +55,16 @@ bool isGain(const Fit& lean, const Fit& larger) {
          drop > needed_share * 2 * cornersCost(lean);
 }
 
-// The next larger model solved on the same corners, if it explains them better beyond doubt and is sound.
+// The next larger model solved on the same corners, if it explains them significantly better and is sound.
 std::optional<Fit> largerFit(const Fit& fit, const CancelFlag* cancel) {
   const FitCamera& camera = onlyCamera(fit);
   const ModelTraits* const next = nextLargerModel(camera.model);
-  // Fixed parameters are the user's will; a larger model would be compared with something else.
+  // Parameters are fixed by the user's choice; a larger model would not be comparable.
   if (next == nullptr || !camera.constraint.isNone() || fit.summary.termination == Termination::kFailed)
     return std::nullopt;
   Fit larger = solvedLarger(enlarged(fit, next->id), kGlance, cancel);
   if (!isGain(fit, larger)) return std::nullopt;
-  // Where the larger model has parameters that these views cannot tell apart, the solver drifts without
-  // end.
+  // If these views do not determine all parameters of the larger model, the solver drifts endlessly.
   constexpr int kPatience = 100;
   larger = solvedLarger(std::move(larger), kPatience, cancel);
   if (!isGain(fit, larger) || unsoundnessOf(larger)) return std::nullopt;
@@ -80,8 +79,8 @@ BetterModel betterModelOf(const Fit& fit, const Fit& larger) {
           .params = onlyCamera(larger).params};
 }
 
-// Where some of the views alone do not determine one of the two, or its camera does not see what the other
-// views show, the fit alone decides.
+// If a part of the views does not determine one of the models, or its camera does not see all corners of the
+// others, the fit alone decides.
 bool predictsBetter(const Fit& fit, const Fit& larger, const CancelFlag* cancel) {
   const auto lean = heldOutErrors(fit, cancel);
   const auto rich = heldOutErrors(larger, cancel);

@@ -20,7 +20,7 @@ std::size_t numCornersOutside(const Fit& fit, const AnyCamera& camera) {
 }
 
 std::optional<Unsoundness> unsoundnessOf(const Fit& fit) {
-  constexpr double kMinCondition = 1e-11;  // of parameters scaled to the same size
+  constexpr double kMinCondition = 1e-11;  // for parameters scaled to the same size
   if (fit.summary.termination != Termination::kConverged) {
     return Unsoundness{
         .id = "not_converged",

@@ -10,20 +10,21 @@
 
 namespace alidade {
 
-/// Why a camera must not be recommended.
+/// The reason why a camera must not be recommended.
 struct Unsoundness {
   std::string id;    ///< stable: "ill_conditioned"
   std::string text;  ///< for people
-  /// The parameters are determined and fit the corners, but the lens is not to be used beyond these.
+  /// The parameters are determined and fit the corners, but the lens is unusable outside the area of the
+  /// corners.
   bool folds = false;
 };
 
-/// Looks at a solution of a model: do these views determine it, does it see all of their corners, and does it
-/// not fold inside the image? Nothing if all is well.
-/// @param fit  of one camera, as solve() left it
+/// Checks a solution of a model: the views determine it, it sees all of their corners, and it does not fold
+/// inside the image. Nothing if all is well.
+/// @param fit  of one camera, as returned by solve()
 [[nodiscard]] std::optional<Unsoundness> unsoundnessOf(const Fit& fit);
 
-/// Corners in use of a fit of one camera that this camera, which is `camera`, says that it cannot see.
+/// Number of corners in use that `camera`, the only camera of the fit, cannot see by its own domain.
 [[nodiscard]] std::size_t numCornersOutside(const Fit& fit, const AnyCamera& camera);
 
 }  // namespace alidade

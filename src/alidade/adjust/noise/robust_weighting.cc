@@ -17,8 +17,8 @@
 namespace alidade {
 namespace {
 
-// Joint covariance of a view's pose and the parameters, for corners of variance 1: the rows say how far the
-// parameters take the pose with them, and how uncertain it is besides.
+// Joint covariance of a view's pose and the parameters, for corners of variance 1. The factor's rows give the
+// change of the pose with the parameters, and the remaining uncertainty of the pose.
 Eigen::MatrixXd jointCovariance(const ViewFactor& factor, const Eigen::MatrixXd& params_cov) {
   const Eigen::Index n = params_cov.rows();
   const Matrix6d root = inverseOfAny6(factor.topLeftCorner<6, 6>());
@@ -32,15 +32,15 @@ Eigen::MatrixXd jointCovariance(const ViewFactor& factor, const Eigen::MatrixXd&
   return joint;
 }
 
-// Weights that have not come to rest by then are kept: any weights give an unbiased estimate.
+// Weights that have not converged by then are kept, because any weights give an unbiased estimate.
 constexpr int kMaxWeightRounds = 6;
-constexpr double kLoose = 1e-6;  // of the cost: enough to read the noise off the errors
+constexpr double kLoose = 1e-6;  // of the cost: enough to estimate the noise from the errors
 
 Fit solvedLoosely(Fit fit, const CancelFlag* cancel) {
   return solve(std::move(fit), {.function_tolerance = kLoose, .cancel = cancel});
 }
 
-// Weights from the errors of the fit so far; the largest relative change of one.
+// Updates the weights from the errors of the present fit; returns the largest relative change.
 double reweigh(Fit& fit) {
   CornerNoise& noise = onlyCamera(fit).noise;
   if (noise.isUniform()) return 0;
@@ -69,7 +69,7 @@ std::vector<std::vector<double>> leverages(const Fit& fit) {
   const FitCamera& camera = onlyCamera(fit);
   const ViewKernel& kernel = viewKernel(camera.model);
   const Eigen::Index n = kernel.numParams();
-  // Intrinsics that these views do not determine take little from the errors in any direction they do.
+  // Undetermined intrinsics have little influence on the errors, so zero covariance is used.
   const Eigen::MatrixXd params_cov = intrinsicsInformation(fit).inverse.value_or(Eigen::MatrixXd::Zero(n, n));
   std::vector<std::vector<double>> all;
   ViewFactor rows;
@@ -94,13 +94,13 @@ double noiseSigma(const Fit& fit) {
 
 SettledFit settled(Fit fit, const CancelFlag* cancel) {
   fit = solvedLoosely(std::move(fit), cancel);
-  // A view may have been posed from a camera that was still poor.
+  // A view may have got its pose from a camera that was still poor.
   if (improvePoses(fit)) fit = solvedLoosely(std::move(fit), cancel);
   return settledWeights(std::move(fit), cancel);
 }
 
 SettledFit settledWeights(Fit fit, const CancelFlag* cancel) {
-  // A change of the threshold or of a weight by 2 % moves no parameter visibly.
+  // A change of the threshold or of a weight by 2 % has no visible effect on parameters.
   constexpr double kSteady = 0.02;
   bool is_settled = false;
   for (int round = 0; round < kMaxRounds; ++round) {

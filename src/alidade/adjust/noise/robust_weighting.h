@@ -9,15 +9,15 @@
 namespace alidade {
 
 /// Leverage of each corner: the trace, 0 to 2, of its block of the hat matrix of the weighted fit, with
-/// intrinsics and all poses free. The squared error that the fit leaves of a corner is on average
-/// (2 - leverage) times the variance of its coordinate; the sum over all corners is the number of free
-/// parameters. A few precise corners among poor ones draw the fit towards them, and their small errors then
-/// say little about their noise. 0 for a corner that does not project.
+/// intrinsics and all poses free. The mean squared error of a corner after the fit is (2 - leverage) times
+/// the variance of its coordinate; the sum over all corners is the number of free parameters. A few precise
+/// corners among poor ones attract the fit, so their small errors do not reflect their noise. 0 for a corner
+/// that does not project.
 /// @param fit  of one camera
-/// @returns a list a view
+/// @returns one list per view
 [[nodiscard]] std::vector<std::vector<double>> leverages(const Fit& fit);
 
-/// Huber's threshold in standard deviations of a coordinate: 1.1 % of clean corners lie beyond it.
+/// Huber's threshold in standard deviations of a coordinate: 1.1 % of clean corners exceed it.
 inline constexpr double kLossSigmas = 3.0;
 /// Maximum number of rounds of a fit that changes its own weights, after which it counts as not converged.
 inline constexpr int kMaxRounds = 10;

@@ -11,7 +11,7 @@
 namespace alidade {
 namespace {
 
-// All views together.
+// Sum over all views.
 Reduced sumOf(const std::vector<Reduced>& pulls) {
   Reduced sum = pulls.front();
   for (std::size_t v = 1; v < pulls.size(); ++v) {
@@ -61,7 +61,7 @@ std::optional<ShapeInformation> shapeInformation(const Fit& fit, const std::vect
   for (Reduced* sum : {&robust, &plain}) prior.addTo(camera.params, sum->information, sum->gradient);
   const Eigen::Index num_params = robust.gradient.size() - num_bends;
 
-  // What may move: the free directions of the intrinsics, and the bends.
+  // Free directions: those of the intrinsics, and the bends.
   const Eigen::MatrixXd directions =
       withBends(freeDirections(static_cast<int>(num_params), camera.constraint), num_bends);
   const auto robust_inverse = scaledInverse(directions.transpose() * robust.information * directions).inverse;

@@ -14,10 +14,10 @@ namespace alidade {
 /// intrinsics refitted for every change of a bend. The columns of the bends are bend_x and bend_y of each
 /// board in turn.
 struct ShapeInformation {
-  std::vector<std::size_t> boards;  ///< whose bends are free; indices into Fit::boards
-  Eigen::VectorXd step_m;           ///< the change of the bends to the minimum of a parabola
-  Eigen::VectorXd params_step;      ///< the change of the intrinsics with it
-  double drop = 0;                  ///< of twice the cost by this step, px^2 of a corner of weight 1
+  std::vector<std::size_t> boards;  ///< boards with free bends; indices into Fit::boards
+  Eigen::VectorXd step_m;           ///< the change of the bends to the minimum of the quadratic model
+  Eigen::VectorXd params_step;      ///< the corresponding change of the intrinsics
+  double drop = 0;                  ///< decrease of twice the cost by this step, px^2 of a corner of weight 1
   /// (J^T W J)^-1 restricted to the bends, m^2 / px^2, and to the intrinsics, with bends and poses free.
   /// Multiplied by the variance of a corner of weight 1, they are covariances.
   Eigen::MatrixXd bend_inverse;

@@ -30,13 +30,14 @@ std::optional<ViewShares> ViewShares::make(std::span<const Reduced> pulls, const
 }
 
 ViewShares::Share ViewShares::shareOf(const Reduced& view, const Eigen::MatrixXd& basis, PullLift lift) {
-  // What a view determines all by itself, no other disagrees with, and its pull there is rounding.
+  // No other view can disagree in a direction that one view alone determines, so its pull there is only
+  // rounding.
   constexpr double kAlone = 1e-4;
-  constexpr double kAloneLeftOut = 1e-2;  // the lift grows faster there
+  constexpr double kAloneLeftOut = 1e-2;  // larger, because this lift grows faster
   Share share;
   share.S = basis.transpose() * view.information * basis;
   const SymmetricEigen solver(share.S);
-  // Under independent noise the pull has the covariance S - S^2, and would have S without the fit.
+  // Under independent noise the pull has the covariance S - S^2; without the fit it would be S.
   const Eigen::ArrayXd rest = 1 - solver.eigenvalues().array();
   Eigen::VectorXd lifts = rest.max(kAlone).rsqrt();
   if (lift == PullLift::kLeaveOneOut) lifts = rest.max(kAloneLeftOut).inverse();
@@ -46,8 +47,8 @@ ViewShares::Share ViewShares::shareOf(const Reduced& view, const Eigen::MatrixXd
 }
 
 // The variance of `contrast` by views is the sum over the views of the squares of p_v = a_v . pull_v. Under
-// independent noise these have the covariance G_vw = a_v . (S_v [v = w] - S_v S_w) a_w, and the sum is that
-// of (trace G)^2 / trace G^2 squares of equal variance (Satterthwaite).
+// independent noise, these have the covariance G_vw = a_v . (S_v [v = w] - S_v S_w) a_w, and the sum has the
+// distribution of (trace G)^2 / trace G^2 squares of equal variance (Satterthwaite).
 double ViewShares::freedomOf(const Eigen::VectorXd& contrast) const {
   const Eigen::Index m = contrast.size();
   Eigen::MatrixXd QQ = Eigen::MatrixXd::Zero(m, m);

@@ -11,50 +11,49 @@
 
 namespace alidade {
 
-/// What each view says beside what all say together, for statements that take only views for independent.
+/// Deviation of each view from all views together, for statistics that assume only views to be independent.
 ///
-/// The fit has drawn all views towards itself, so that their pulls are too small, those of views with much
-/// say most. They are scaled up, see PullLift, and degrees of freedom are found under independent noise: Bell
-/// and McCaffrey 2002, Bias reduction in standard errors for linear regression with multi-stage samples,
-/// Survey Methodology 28(2) ("CR2"); Imbens and Kolesar 2016, Robust standard errors in small samples, Review
-/// of Economics and Statistics 98(4).
+/// The fit adapts to all views, so their pulls are too small, most of all for influential views. They are
+/// scaled up (PullLift), and degrees of freedom are computed under independent noise: Bell and McCaffrey
+/// 2002, Bias reduction in standard errors for linear regression with multi-stage samples, Survey Methodology
+/// 28(2) ("CR2"); Imbens and Kolesar 2016, Robust standard errors in small samples, Review of Economics and
+/// Statistics 98(4).
 enum class PullLift {
-  /// So that under independent noise their expected squares are right: "CR2".
+  /// Makes their expected squares correct under independent noise: "CR2".
   kForNoise,
-  /// As if the view had had no part in the fit: the jackknife's, "CR3". The covariance is never too
-  /// small, even where every view has a camera of its own and one view decides nearly all.
+  /// As if the view had taken no part in the fit, like the jackknife: "CR3". The covariance is never too
+  /// small, even if each view has its own camera or one view decides nearly everything.
   kLeaveOneOut
 };
 
 class ViewShares {
  public:
-  /// @param pulls       one a view, at the optimum; columns as the rows of `directions`
-  /// @param directions  what is free, one direction a column
+  /// @param pulls       one per view, at the optimum; columns as the rows of `directions`
+  /// @param directions  free directions, one per column
   /// @param mean_slope  see meanSlope()
-  /// @param prior       what is known besides the views, K x K for K rows of `directions`, per px^2; empty:
-  ///                    nothing
-  /// @returns nothing where the views do not determine what is free, or nothing is
+  /// @param prior       prior information, K x K for K rows of `directions`, per px^2; empty: none
+  /// @returns nothing if there are no free directions, or the views do not determine them
   [[nodiscard]] static std::optional<ViewShares> make(std::span<const Reduced> pulls,
                                                       const Eigen::MatrixXd& directions, double mean_slope,
                                                       const Eigen::MatrixXd& prior = {},
                                                       PullLift lift = PullLift::kForNoise);
 
-  /// K x M: the directions scaled and mixed so that the information of all views is the identity.
+  /// K x M: the directions, scaled and mixed so that the information of all views is the identity.
   [[nodiscard]] const Eigen::MatrixXd& basis() const { return basis_; }
-  /// M x M in that basis: the covariance that the views' disagreement gives.
+  /// M x M in that basis: the covariance from the disagreement of the views.
   [[nodiscard]] const Eigen::MatrixXd& covariance() const { return covariance_; }
-  /// Degrees of freedom of the variance of contrast . x, x being in that basis.
+  /// Degrees of freedom of the variance of contrast . x, with x in that basis.
   [[nodiscard]] double freedomOf(const Eigen::VectorXd& contrast) const;
-  /// Sum over the views of the squares of the elements of their shares: 1 over the number of views that say
-  /// equally much, times M.
+  /// Sum over the views of the squares of the elements of their shares: M divided by the number of views if
+  /// all views are equally informative.
   [[nodiscard]] double squaresOfShares() const;
 
  private:
-  // A view says the share S, between 0 and 1, of what all views together say.
+  // The share S, between 0 and 1, of a view in the information of all views.
   struct Share {
     Eigen::MatrixXd S;
-    Eigen::MatrixXd lift;  // what makes up for the fit's having been drawn towards the view
-    Eigen::VectorXd pull;  // lifted
+    Eigen::MatrixXd lift;  // compensates for the adaptation of the fit to the view
+    Eigen::VectorXd pull;  // after the lift
   };
   static Share shareOf(const Reduced& view, const Eigen::MatrixXd& basis, PullLift lift);
 

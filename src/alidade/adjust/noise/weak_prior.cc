@@ -17,19 +17,21 @@
 namespace alidade {
 namespace {
 
-// Widths of priors in natural sizes; at 100, rounding drowns the prior.
+// Widths of priors in natural sizes; at 100, the prior is lost in rounding.
 constexpr std::array<double, 6> kWidths = {0.03, 0.1, 0.3, 1, 3, 10};
-// Lenses are taken to lie about their model's start by no less than this, whatever the prior's width.
+// Lenses are assumed to scatter about the model's start by at least this much, regardless of the prior's
+// width.
 constexpr double kNatural = 1;
-// One standard deviation from which on a combination of the lens' parameters counts as not seen, in natural
-// sizes: it moves the corner of the image by a quarter of its diagonal.
+// Standard deviation, in natural sizes, above which a combination of the lens parameters counts as
+// undetermined: it moves the corner of the image by a quarter of its diagonal.
 constexpr double kUnseen = 0.5;
-// Parameters of a lens that is held together, in natural sizes: what a prior should reach, for larger ones
-// bring poles close to the image, and what it must.
+// Limits of the parameters of a lens under a prior, in natural sizes: the preferred one, because larger
+// parameters bring poles close to the image, and the one that must hold.
 constexpr std::array<double, 2> kBounds = {0.3, 1};
-// A prior that raises twice the cost of the corners by more variances than this contradicts them.
+// A prior contradicts the corners if it raises twice their cost by more variances than this.
 constexpr double kContradiction = 25;
-constexpr double kDominant = 0.5;  // of the largest part in the unseen combination: parameters to be named
+constexpr double kDominant = 0.5;  // share of the largest component of the undetermined combination;
+                                   // parameters above it are named
 constexpr double kSameCost = 1e-9;
 
 // The combinations of the lens' parameters, in natural sizes; the last one is known least.
@@ -53,7 +55,7 @@ bool isFixed(const Fit& fit, std::size_t i) {
   return onlyCamera(fit).constraint.holds(static_cast<int>(i));
 }
 
-// The search for a prior, at the corners, weights, loss and board that the fit has come to.
+// The search for a prior, with the corners, weights, loss and board of the present fit.
 class Ladder {
  public:
   Ladder(const Fit& fit, const CancelFlag* cancel)
@@ -63,16 +65,16 @@ class Ladder {
             freeDirections(static_cast<int>(onlyCamera(fit).params.size()), onlyCamera(fit).constraint)),
         cancel_(cancel) {}
 
-  // Is there nothing to be done?
+  // True if no prior is needed.
   [[nodiscard]] bool isSound(const Fit& fit) const {
     if (!isSteady(fit) || largest(fit) > kRunawaySizes) return false;
     const AnyCamera camera = cameraOf(fit);
     return !foldsInsideImage(camera, onlyCamera(fit).size) && numCornersOutside(fit, camera) == 0;
   }
 
-  // The widest prior that holds the lens together, or none if it turns out not to be needed; nothing where
-  // every prior contradicts the corners. From the model's own start, or else from where the solver went: a
-  // lens that bends much is too far from the former for a loss that outliers do not move.
+  // The widest prior that keeps the lens sound, or no prior if it turns out to be unnecessary; nothing if
+  // every prior contradicts the corners. Starts at the model's own start, otherwise at the solver's result,
+  // because a robust loss may not lead from the former to a strongly distorted lens.
   [[nodiscard]] std::optional<Fit> climb(const Fit& free) const {
     auto best = climbFrom(plain(free), free);
     if (!best) best = climbFrom(free, free);
@@ -81,7 +83,7 @@ class Ladder {
   }
 
  private:
-  // The model's own start under the same poses.
+  // The model's own start with the same poses.
   [[nodiscard]] Fit plain(const Fit& free) const {
     Fit plain = free;
     for (std::size_t i = 0; i < scale_.mean.size(); ++i) {
@@ -91,7 +93,7 @@ class Ladder {
     return plain;
   }
 
-  // At rest, and every combination seen, if need be by the prior's help.
+  // True if the fit has converged and determines every combination, if necessary with the prior's help.
   [[nodiscard]] bool isSteady(const Fit& fit) const {
     if (fit.summary.termination != Termination::kConverged) return false;
     const auto covariance = covarianceOf(fit);
@@ -100,7 +102,7 @@ class Ladder {
     return std::sqrt(std::max(0.0, largest)) <= kUnseen;
   }
 
-  // The largest of the lens' free parameters, in natural sizes.
+  // The largest free lens parameter, in natural sizes.
   [[nodiscard]] double largest(const Fit& fit) const {
     double largest = 0;
     for (std::size_t i = 0; i < scale_.size.size(); ++i) {
@@ -109,7 +111,8 @@ class Ladder {
     return largest;
   }
 
-  // Explains the corners no worse than noise allows, by a lens that is one all over the image.
+  // True if the fit explains the corners as well as noise allows, with a lens that is sound over the whole
+  // image.
   [[nodiscard]] bool isGood(const Fit& fit, const Fit& free) const {
     return 2 * (cornersCost(fit) - cornersCost(free)) <= kContradiction * variance_ && isSound(fit);
   }
@@ -122,7 +125,7 @@ class Ladder {
     return variance_ * *inverse;
   }
 
-  // From narrow to wide, each from the one before, which keeps to the same valley.
+  // From narrow to wide, each from the previous solution, which stays in the same valley.
   [[nodiscard]] std::optional<Fit> climbFrom(const Fit& start, const Fit& free) const {
     std::array<std::optional<Fit>, kBounds.size()> widest;
     Fit at = start;
@@ -171,7 +174,7 @@ Eigen::VectorXd vectorOf(const std::vector<double>& values) {
 
 Fit regularised(Fit fit, const CancelFlag* cancel) {
   if (onlyCamera(fit).params.size() == kNumAffine) return fit;
-  // The board keeps its shape while the lens is looked for.
+  // The board keeps its shape during the search for the lens.
   const std::vector<FitBoard> boards = fit.boards;
   const Ladder ladder(fit, cancel);
   if (ladder.isSound(fit)) return fit;
@@ -198,7 +201,7 @@ std::optional<Eigen::MatrixXd> heldCovariance(const Eigen::MatrixXd& information
                      .cwiseProduct(vectorOf(camera.params) - vectorOf(held.prior.mean));
   const Eigen::MatrixXd by_noise = variance * *inverse + shift * shift.transpose();
   if (robust.size() == 0) return by_noise;
-  // The views' pulls in place of independent corners; the prior's part stays.
+  // Replaces independent corners by the views' pulls; the prior's part stays.
   const Eigen::MatrixXd through = *inverse * information;
   return Eigen::MatrixXd(by_noise + through * robust * through.transpose() - variance * through * *inverse);
 }

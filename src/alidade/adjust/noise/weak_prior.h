@@ -11,33 +11,33 @@
 
 namespace alidade {
 
-/// Holds a lens together that the views leave undetermined, by the weakest prior (LensPrior) that does.
+/// Regularises a lens that the views do not determine, by the weakest sufficient prior (LensPrior).
 ///
-/// If the views do not see some combination of the lens' parameters, the solver goes astray along it: to
-/// numbers beyond all reason, to a pole, or into a fold where no corner was seen. Then priors are tried from
-/// narrow to wide, each from the solution of the one before. The widest is taken whose solution has come to
-/// rest, explains the corners as well as noise allows, does not fold inside the image and has no parameter
-/// far from the model's start: beyond 0.3 natural sizes (LensScale), or 1 where none stays within that. If
-/// the lens needs none once it was led there, there is none. If no prior does, everything stays as it was.
+/// If the views do not determine some combination of the lens parameters, the solver diverges along it: to
+/// absurd numbers, to a pole, or into a fold where there are no corners. Priors are then tried from narrow to
+/// wide, each starting from the previous solution. The result is the widest prior whose solution has
+/// converged, explains the corners as well as noise allows, does not fold inside the image and has no
+/// parameter far from the model's start: beyond 0.3 natural sizes (LensScale), or 1 if no solution stays
+/// within 0.3. If the lens then needs no prior, it gets none. If no prior is sufficient, nothing changes.
 ///
-/// Leaves alone what is determined.
+/// Does not change a determined lens.
 /// @param fit  of one camera, solved
 [[nodiscard]] Fit regularised(Fit fit, const CancelFlag* cancel);
 
-/// What is known of parameters that were estimated under a prior. Before any view the truth is taken to lie
-/// about the model's start by a natural size, or by the prior's width where that is wider. Where the prior is
-/// narrower, which keeps the lens from folding where no corner was seen, the estimate is not the most likely
-/// truth, but so far from it: C = variance (H + Q)^-1 + d d^T, d = (H + Q)^-1 (P - Q) (estimate - start),
-/// with the information H of the views, the prior's P and the natural Q. (Averaged over the truths it is the
-/// mean square error of ridge regression, Hoerl and Kennard 1970, Technometrics 12(1), section 4.) So a
-/// narrow prior does not make the sigmas small.
+/// Covariance of parameters that were estimated under a prior. The true lens is assumed to scatter about the
+/// model's start by a natural size, or by the prior's width if that is wider. If the prior is narrower, to
+/// prevent a fold where there are no corners, the estimate is biased: C = variance (H + Q)^-1 + d d^T, d = (H
+/// + Q)^-1 (P - Q) (estimate - start), with the information H of the views, P of the prior and Q of the
+/// assumed scatter. (Averaged over all true lenses, it is the mean square error of ridge regression, Hoerl
+/// and Kennard 1970, Technometrics 12(1), section 4.) A narrow prior therefore does not make the sigmas
+/// small.
 ///
 /// @param information  of the views alone, N x N, per px^2
-/// @param camera       as estimated, with its prior
+/// @param camera       estimated, with its prior
 /// @param variance     of the coordinate of a corner of weight 1, px^2
 /// @param robust       what the views alone would say without a prior, the covariance by views; empty: the
 ///                     covariance by noise is asked for
-/// @returns nothing where H + Q is singular
+/// @returns nothing if H + Q is singular
 [[nodiscard]] std::optional<Eigen::MatrixXd> heldCovariance(const Eigen::MatrixXd& information,
                                                             const FitCamera& camera, double variance,
                                                             const Eigen::MatrixXd& robust = {});

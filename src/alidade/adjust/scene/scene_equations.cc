@@ -29,26 +29,26 @@ std::vector<std::span<const SceneSighting>> sightingsByPoint(const SceneFit& fit
   return points;
 }
 
-// The part of one sighting in the normal equations: its frame's pose (6), then its frame's error field, by
-// which the weighted error has the derivatives J. A frame that is held has no pose, a fit may have no fields.
+// The part of one sighting in the normal equations: derivatives J of the weighted error by its frame's pose
+// (6), then by its frame's error field. A held frame has no pose columns, and a fit may have no fields.
 struct SightingColumns {
   static constexpr int kField = ErrorField::kSize;
   static constexpr int kSize = 6 + kField;
-  Eigen::Index pose_at = -1;  // in the normal equations; -1: none
+  Eigen::Index pose_at = -1;  // column in the normal equations; -1: none
   Eigen::Index field_at = -1;
   Eigen::Matrix<double, kSize, 2> J;
-  Eigen::Matrix<double, kSize, 3> W;  // J's product with the point's derivative
+  Eigen::Matrix<double, kSize, 3> W;  // product of J and the derivative by the point
 
-  // Calls act(place in the normal equations, rows of J and W) for each part that is there.
+  // Calls act(column in the normal equations, rows of J and W) for each part that exists.
   template <class Act>
   void forEach(const Act& act) const {
     if (pose_at >= 0) act(pose_at, Eigen::seqN(Eigen::fix<0>, Eigen::fix<6>));
     if (field_at >= 0) act(field_at, Eigen::seqN(Eigen::fix<6>, Eigen::fix<kField>));
   }
 
-  // Adds `sign` times the product of this one's rows and those of another sighting of an earlier or the same
-  // frame: the lower triangle of the normal equations, in which fields come after all poses. Plain loops,
-  // which compile in a tenth of the time of fixed blocks.
+  // Adds `sign` times the product of its rows and those of another sighting in the same or an earlier frame:
+  // the lower triangle of the normal equations, in which fields come after all poses. Plain loops compile in
+  // a tenth of the time of fixed-size blocks.
   void addProducts(Eigen::MatrixXd& sum, const SightingColumns& other, double sign, const double* a,
                    const double* b, int depth) const {
     double product[kSize][kSize];  // by column, then by row
@@ -75,7 +75,7 @@ struct SightingColumns {
   }
 };
 
-// Change of the pose of each frame if the scene grows about the first camera.
+// Change of the pose of each frame if the scene grows about the first camera's centre.
 Eigen::VectorXd scaleDirection(const SceneFit& fit) {
   const std::size_t num_free = fit.camera_from_world.size() - fit.num_held_frames;
   Eigen::VectorXd direction = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * num_free));
@@ -107,14 +107,14 @@ class SceneSums {
     num_redundant_ -= static_cast<double>(num_pose_) - (fit.num_held_frames == 1 ? 1 : 0);
   }
 
-  // With poses and fields eliminated too.
+  // The equations with poses and fields also eliminated.
   [[nodiscard]] SceneEquations equations() const {
     SceneEquations result;
     result.cost = cost_;
     result.num_redundant = num_redundant_;
     Eigen::MatrixXd A = reduced_.topLeftCorner(num_gone_, num_gone_);
     holdScale(A);
-    // The priors' gradients at the fields as they are; with the points' they sum to nothing at the optimum.
+    // Gradients of the priors at the present fields; at the optimum, they cancel those of the points.
     Eigen::VectorXd prior = Eigen::VectorXd::Zero(num_gone_);
     const double precision = has_fields_ ? 1 / (fit_.field_px * fit_.field_px) : 0;
     for (Eigen::Index i = 0; i < num_field_; ++i) {
@@ -197,10 +197,10 @@ class SceneSums {
     reduced_.bottomRightCorner(num_extra_, num_extra_).noalias() += J_camera.transpose() * J_camera;
   }
 
-  // Takes the point out of the sums.
+  // Eliminates the point from the sums.
   void eliminate(Eigen::Ref<Eigen::VectorXd> gradient) {
     num_redundant_ -= 3;
-    // A point that its sightings do not place: what is left of it is held.
+    // Damps a point whose sightings do not determine it.
     V_.diagonal().array() += 1e-12 * V_.trace();
     const Eigen::LDLT<Eigen::Matrix3d> factor(V_);
     const Eigen::Vector3d shift = factor.solve(v_);
@@ -221,7 +221,8 @@ class SceneSums {
     reduced_.bottomRightCorner(num_extra_, num_extra_).noalias() -= WV_camera * W_camera_.transpose();
   }
 
-  // Free scale, along the frames' displacement; and translations, which a rotation alone leaves undetermined.
+  // Holds the free scale, along the frames' displacement, and the translations, which a pure rotation leaves
+  // undetermined.
   void holdScale(Eigen::MatrixXd& A) const {
     if (num_pose_ == 0) return;
     auto poses = A.topLeftCorner(num_pose_, num_pose_);
@@ -237,13 +238,13 @@ class SceneSums {
   const SceneFit& fit_;
   bool has_fields_;
   Eigen::Index num_params_;
-  Eigen::Index num_extra_;  // the camera's unknowns
+  Eigen::Index num_extra_;  // number of unknowns of the camera
   Eigen::Index num_pose_;
   Eigen::Index num_field_;
-  Eigen::Index num_gone_;      // poses and fields, which stand before the camera
+  Eigen::Index num_gone_;      // number of columns of poses and fields, which precede the camera
   Eigen::MatrixXd reduced_;    // its lower triangle, until all points are added
-  Eigen::MatrixXd gradients_;  // a column a point
-  // The point at hand:
+  Eigen::MatrixXd gradients_;  // one column per point
+  // State of the current point:
   std::vector<SightingColumns> columns_;
   Eigen::Matrix<double, 4, 3> tangent_;
   Eigen::Matrix3d V_;
@@ -256,7 +257,7 @@ class SceneSums {
 }  // namespace
 
 Eigen::Matrix<double, 4, 3> pointTangent(const Eigen::Vector4d& point) {
-  // The columns of a Householder reflection that takes the point to an axis, without that axis.
+  // The columns of a Householder reflection that maps the point to an axis, without that axis.
   Eigen::Index largest = 0;
   point.cwiseAbs().maxCoeff(&largest);
   Eigen::Vector4d v = point.normalized();
@@ -297,7 +298,8 @@ std::vector<Eigen::Vector2d> heldOutErrors(const SceneFit& fit) {
       if (!p.ok) continue;
       const Eigen::Matrix<double, 2, 3> J = p.J_point * tangent / sightings[i].sigma_px;
       const Eigen::Matrix2d left = Eigen::Matrix2d::Identity() - J * V_inverse * J.transpose();
-      constexpr double kFree = 1e-3;  // of the point's freedom that the other sightings must not leave
+      constexpr double kFree = 1e-3;  // least share of the point's freedom that the other sightings must
+                                      // determine
       if (left.determinant() > kFree) error = left.inverse() * p.error;
     }
   }

@@ -20,7 +20,7 @@
 namespace alidade {
 namespace {
 
-// Its parameter blocks are the pose, the point and, where images have one, the coefficients of the field.
+// Its parameter blocks are the pose, the point and, if images have an error field, its coefficients.
 class SightingBlock final : public ceres::CostFunction {
  public:
   SightingBlock(const SceneFit& fit, const SceneSighting& sighting)
@@ -70,7 +70,7 @@ class SightingBlock final : public ceres::CostFunction {
   ErrorField::Basis basis_;
 };
 
-// Holds the free scale by the distance of a frame from the first one, which costs the pixels nothing.
+// Holds the free scale by the distance of one frame from the first, which does not affect pixels.
 class DistanceHold final : public ceres::SizedCostFunction<1, 7> {
  public:
   DistanceHold(const Eigen::Vector3d& first, double distance) : first_(first), distance_(distance) {}
@@ -92,7 +92,7 @@ class DistanceHold final : public ceres::SizedCostFunction<1, 7> {
   double distance_;
 };
 
-// Observes the flag only; Ceres' own rules decide when to stop.
+// Only checks the flag; Ceres' own rules decide when to stop.
 class CancelWatch final : public ceres::IterationCallback {
  public:
   explicit CancelWatch(const CancelFlag* cancel) : cancel_(cancel) {}
@@ -127,8 +127,8 @@ ceres::Solver::Options sceneSolverOptions(const SolveOptions& options) {
   solver.gradient_tolerance = 1e-10;
   solver.parameter_tolerance = 1e-10;
   solver.max_num_consecutive_invalid_steps = 50;
-  // Damping holds the points that no parallax places, and must stay above the rounding of their elimination.
-  // With more of it, scenes creep along their long valleys.
+  // Damping holds points without parallax, and must stay above the rounding of their elimination. With more
+  // damping, scenes converge slowly along their long valleys.
   solver.max_trust_region_radius = 1e7;
   solver.logging_type = ceres::SILENT;
   return solver;
@@ -211,7 +211,8 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
   bool has_free_pose = false;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (!problem.HasParameterBlock(poses[i].data())) continue;
-    // A group for each: Ceres orders a group by addresses, and the order decides how sums are rounded.
+    // A separate group for each block, because Ceres orders blocks within a group by address, and the order
+    // affects rounding.
     ordering->AddElementToGroup(poses[i].data(), static_cast<int>(i) + 1);
     problem.SetManifold(poses[i].data(), &pose_manifold);
     if (i < fit.num_held_frames) problem.SetParameterBlockConstant(poses[i].data());
@@ -232,7 +233,8 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
     return fit;
   }
   ceres::Solver::Options solver = sceneSolverOptions(options);
-  // As in solve(): the dense factorisation fails where rounding leaves the scale's free direction singular.
+  // Same as in solve(): the dense factorisation fails if rounding makes the free direction of the scale
+  // singular.
   solver.linear_solver_type = has_free_pose ? ceres::SPARSE_SCHUR : ceres::SPARSE_NORMAL_CHOLESKY;
   if (has_free_pose) solver.linear_solver_ordering = ordering;
   CancelWatch watch(options.cancel);

@@ -16,20 +16,20 @@
 
 namespace alidade {
 
-/// A scene point as one image shows it.
+/// A scene point in one image.
 struct SceneSighting {
   std::uint32_t frame = 0;  ///< index into SceneFit::camera_from_world
   std::uint32_t point = 0;  ///< index into SceneFit::points
   Eigen::Vector2d pixel{0, 0};
   double sigma_px = 1;  ///< standard deviation of each coordinate, positive
-  /// How the pixel moves per unit of SceneFit::readout: its velocity in px per frame, times its row's
+  /// Change of the pixel per unit of SceneFit::readout: its velocity in px per frame, times its row's
   /// distance from the middle row as a share of the height.
   Eigen::Vector2d readout_px{0, 0};
 };
 
-/// Errors of position that the points of one image share, smooth over the image: for each coordinate a
-/// polynomial of degree 3 in the pixel, scaled to -1 to 1 over the image. The first ten numbers are those of
-/// x, in px: 1 x y xx xy yy xxx xxy xyy yyy.
+/// Position errors shared by the points of one image, smooth over the image: for each coordinate a polynomial
+/// of degree 3 in the pixel, scaled to -1 to 1 over the image. The first ten numbers are those of x, in px: 1
+/// x y xx xy yy xxx xxy xyy yyy.
 struct ErrorField {
   static constexpr int kTerms = 10;
   static constexpr int kSize = 2 * kTerms;
@@ -43,16 +43,15 @@ struct ErrorField {
   }
 };
 
-/// Images of a rigid scene of unknown points, by one camera on the move. World and points have no known
-/// scale.
+/// Images of a rigid scene of unknown points by one moving camera. World and points have no known scale.
 struct SceneFit {
   AnyCamera camera;
   std::vector<SE3> camera_from_world;
   /// Homogeneous, of length 1: (x, y, z, w) is the point (x, y, z) / w, at infinity for w = 0.
   std::vector<Eigen::Vector4d> points;
   std::vector<SceneSighting> sightings;  ///< sorted by point, those of a point by frame
-  std::size_t num_held_frames = 1;       ///< the first ones keep their poses; one or more
-  /// Time from the first row's exposure to the last one's, in frames: a rolling shutter.
+  std::size_t num_held_frames = 1;       ///< number of first frames whose poses are held; at least one
+  /// Time from the exposure of the first row to that of the last, in frames: a rolling shutter.
   double readout = 0;
   HuberLoss loss = kNoLoss;  ///< of errors in units of sigma_px
   ImageSize size = {};
@@ -71,22 +70,22 @@ struct PointInCamera {
 };
 [[nodiscard]] PointInCamera inCamera(const SE3& camera_from_world, const Eigen::Vector4d& point);
 
-/// Where the camera of a fit sees the point of a sighting, and the derivatives.
+/// Projection of a sighting's point by the camera of a fit, and the derivatives.
 struct SceneProjection {
   bool ok = false;
   Eigen::Vector2d error{0, 0};  ///< projected minus observed, px
   Eigen::Matrix<double, 2, 6> J_pose;
   Eigen::Matrix<double, 2, 4> J_point;
   Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 24> J_params;
-  ErrorField::Basis field;  ///< by each coordinate's coefficients
+  ErrorField::Basis field;  ///< derivatives by each coordinate's coefficients
 };
 [[nodiscard]] SceneProjection projectSighting(const SceneFit& fit, const SceneSighting& sighting);
 
-/// The error of a sighting, px; NaN where the point has no pixel.
+/// The error of a sighting, px; NaN if the point has no pixel.
 [[nodiscard]] Eigen::Vector2d sightingError(const SceneFit& fit, const SceneSighting& sighting);
 
-/// Minimises the robust reprojection error over poses, points and error fields, with Ceres; the camera stays
-/// as it is. A sighting that cannot be projected at the start is a failure (Termination::kFailed).
+/// Minimises the robust reprojection error over poses, points and error fields, with Ceres; the camera is
+/// fixed. A sighting that cannot be projected at the start is a failure (Termination::kFailed).
 /// @throws Cancelled
 [[nodiscard]] SceneFit solveScene(SceneFit fit, const SolveOptions& options = {});
 
@@ -94,12 +93,13 @@ struct SceneProjection {
 /// solved scene. Unknowns: the parameters in storage order, then the readout.
 struct SceneEquations {
   DenseMatrix information;      ///< E x E
-  DenseMatrix point_gradients;  ///< E x points: what each point adds to the gradient of the cost
-  DenseMatrix prior_gradient;   ///< E x 1: what the fields' priors add
-  /// Covariance of the poses of the frames that are not held, with the camera as it is: 6 per frame, right
-  /// perturbation [translation, rotation]. Free scale is held along the frames' displacement from the first.
+  DenseMatrix point_gradients;  ///< E x points: contribution of each point to the gradient of the cost
+  DenseMatrix prior_gradient;   ///< E x 1: contribution of the fields' priors
+  /// Covariance of the poses of the frames that are not held, with the camera fixed: 6 per frame, right
+  /// perturbation [translation, rotation]. The free scale is held along the frames' displacement from the
+  /// first frame.
   DenseMatrix pose_covariance;
-  double cost = 0;            ///< half the sum of rho, and that of the fields' priors
+  double cost = 0;            ///< half the sum of rho, plus half of the fields' priors
   double field_square = 0;    ///< sum of squares of the fields' coefficients, px^2
   double field_variance = 0;  ///< trace of their covariance, for errors with the standard deviation sigma_px
   double num_redundant = 0;   ///< coordinates minus unknowns of points and poses
@@ -108,11 +108,11 @@ struct SceneEquations {
 /// @pre every sighting projects
 [[nodiscard]] SceneEquations sceneEquations(const SceneFit& fit);
 
-/// The error that each sighting would have if its point were found without it, px, to first order, the poses
-/// unchanged; NaN where one sighting more is needed to find the point.
+/// The error that each sighting would have if its point were estimated without it, px, to first order, with
+/// fixed poses; NaN if the other sightings do not determine the point.
 [[nodiscard]] std::vector<Eigen::Vector2d> heldOutErrors(const SceneFit& fit);
 
-/// Three directions orthogonal to a homogeneous point: the ways in which it can move.
+/// Three directions orthogonal to a homogeneous point, along which it can move.
 [[nodiscard]] Eigen::Matrix<double, 4, 3> pointTangent(const Eigen::Vector4d& point);
 
 }  // namespace alidade

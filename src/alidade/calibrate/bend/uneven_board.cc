@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kWorthwhile = 0.05;  // of the held-out RMS
 
-// As many as have points few enough together.
+// As many boards as have few enough points in total.
 std::vector<std::size_t> testableBoards(const Fit& fit) {
   constexpr int kMostPoints = 400;
   int num_points = 0;
@@ -35,10 +35,10 @@ std::vector<std::size_t> allBoards(const Fit& fit) {
   return boards;
 }
 
-// The fit with offsets if the views bear them out.
+// The fit with offsets if the views confirm them.
 std::optional<Fit> ifBorneOut(const Fit& even, UnevenReport& report, const CancelFlag* cancel) {
   const Fit started = startedUneven(even, testableBoards(even));
-  // A gain in held-out errors shows in the errors in use as well.
+  // An improvement of held-out errors also shows in the errors of the fit.
   if (!isAnyUneven(started) || varianceLeftByOffsets(started) > (1 - kWorthwhile) * (1 - kWorthwhile))
     return std::nullopt;
   auto fit = withOffsets(started, OffsetScatter::kEstimate, cancel);
@@ -66,7 +66,7 @@ UnevenFit uneven(SettledFit settled, BoardShapeMode mode, const CancelFlag* canc
     result.report.is_undetermined = !fit || !isAnyUneven(*fit);
   }
   if (!fit) return result;
-  // A part of the apparent noise was the board.
+  // Part of the apparent noise was the board.
   result.settled = unevenAgain(settledWeights(*std::move(fit), cancel), cancel);
   return result;
 }
@@ -77,7 +77,7 @@ SettledFit unevenAgain(SettledFit settled, const CancelFlag* cancel) {
     settled.fit = *std::move(fit);
     return settled;
   }
-  // Offsets that do not come to rest are none.
+  // Offsets that do not converge are discarded.
   for (FitBoard& board : settled.fit.boards) makeEven(board);
   settled.fit = solve(std::move(settled.fit), {.cancel = cancel});
   return settled;

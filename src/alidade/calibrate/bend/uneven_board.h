@@ -12,16 +12,16 @@ struct UnevenFit {
   UnevenReport report;
 };
 
-/// Estimates the offsets of the boards' points (withOffsets()), of all boards, if asked to, or if that is
-/// left open and they lower the held-out RMS significantly, by more than 5 %: an offset that corners of other
-/// views predict is the board's, whatever noise or a lens beyond its model make of it. A larger lens model
-/// that leaves smaller errors goes first, and offsets that are mostly a stretch, a grading or a twist of the
-/// board as a whole are left to the tests of these (CommonError). Boards of more than 400 points are not
-/// tested: the equations grow with the cube.
+/// Estimates the offsets of the points of all boards (withOffsets()) if requested or, in automatic mode, if
+/// they lower the held-out RMS significantly and by more than 5 %: an offset that predicts the corners of
+/// other views belongs to the board and not to noise or to a lens beyond its model. A larger lens model that
+/// leaves smaller errors takes precedence, and offsets that are mainly a stretch, grading or twist of the
+/// whole board are left to the tests for these (CommonError). Boards of more than 400 points are not tested,
+/// because the cost of the equations grows with the cube.
 /// @param settled  with the bends estimated
 [[nodiscard]] UnevenFit uneven(SettledFit settled, BoardShapeMode mode, const CancelFlag* cancel);
 
-/// On the corners now in use.
+/// Estimates the offsets again on the corners now in use.
 [[nodiscard]] SettledFit unevenAgain(SettledFit settled, const CancelFlag* cancel);
 
 }  // namespace alidade

@@ -17,13 +17,13 @@
 namespace alidade {
 namespace {
 
-// Up to the first field across, perspective lenses with distortion follow every other lens, and radtan and
-// rational are what all programs read. Beyond, fisheye models are considered where one fits better than
-// radtan; beyond the second always.
+// Up to the first field angle, perspective lenses with distortion fit every lens, and radtan and rational are
+// the models that all programs read. Beyond it, fisheye models are considered if one fits better than radtan;
+// beyond the second angle, always.
 constexpr double kWideFieldRad = 100 * std::numbers::pi / 180;
 constexpr double kVeryWideFieldRad = 110 * std::numbers::pi / 180;
-// Share of the cost that a larger model must remove to be a candidate: less than three parameters, the fewest
-// that one has, must remove of the RMS.
+// Share of the cost that a larger model must remove to be a candidate. Three parameters, the fewest that a
+// larger model adds, must remove more than this from the RMS.
 constexpr double kNeededDrop = 0.02;
 static_assert(kNeededDrop < 2 * 3 * kShareOfParameter);
 
@@ -58,7 +58,7 @@ bool isAllowed(std::string_view id, const CalibratorOptions& options) {
   return models.empty() || std::find(models.begin(), models.end(), id) != models.end();
 }
 
-// Sum of rho over all corners; those of views that the camera does not explain count as far off.
+// Sum of rho over all corners; corners of views that the camera does not explain count as far off.
 double costOf(const Fit& fit, HuberLoss loss, const PreparedViews& given) {
   double cost = 0;
   for (const FitView& view : fit.views) {
@@ -74,7 +74,7 @@ AnyCamera cameraOf(const Fit& fit) {
   return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
 }
 
-// Between the middles of the image's shorter sides; infinite where these have no ray.
+// Angle between the rays of the midpoints of the image's shorter sides; infinite if these have no ray.
 double fieldOf(const Fit& fit) {
   const ImageSize size = onlyCamera(fit).size;
   const AnyCamera camera = cameraOf(fit);
@@ -88,7 +88,7 @@ double fieldOf(const Fit& fit) {
   return fromAxis(*a) + fromAxis(*b);
 }
 
-// Whether a camera sees a corner beside it or behind, where perspective models have no pixel.
+// True if a camera sees a corner at 90 degrees or more from its axis, where perspective models have no pixel.
 bool seesSideways(const Fit& fit) {
   for (const FitView& view : fit.views) {
     const SE3 pose = cameraFromBoard(fit, view);
@@ -114,9 +114,9 @@ void requireAny(const Candidates& candidates) {
                     .next_step = "check the board's size, and name a model with --model"});
 }
 
-// Whether a model fits well enough for a few steps of a larger one to start from it.
+// True if a model fits well enough for a larger one to start from it and converge in a few steps.
 bool fitsRoughly(const Candidate& candidate, const Candidates& candidates) {
-  constexpr double kRoughly = 2;  // times the noise that the best one leaves
+  constexpr double kRoughly = 2;  // times the noise that the best model leaves
   if (!candidate.solution) return false;
   const double threshold = candidate.solution->fit.loss.threshold_px;
   return std::all_of(candidates.begin(), candidates.end(), [&](const Candidate& c) {
@@ -124,9 +124,9 @@ bool fitsRoughly(const Candidate& candidate, const Candidates& candidates) {
   });
 }
 
-// The perspective models besides the lead: smaller ones are solved from its poses; larger ones are fitted
-// after a glance at what each gains over the one before it. One that folds leaves something to gain that the
-// errors do not show.
+// The perspective models besides the lead. Smaller ones are solved from its poses; larger ones are fitted
+// only if a few steps show a gain over the model before. A model that folds may be improved on in ways that
+// the errors do not show.
 void addPerspective(Candidates& candidates, bool is_sideways, const PreparedViews& given,
                     const CalibratorOptions& options) {
   const ModelTraits& lead = leadTraits(LensFamily::kPerspective);
@@ -137,7 +137,7 @@ void addPerspective(Candidates& candidates, bool is_sideways, const PreparedView
     const auto at =
         std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.id == lean; });
     if (lead.extends(model.id)) {
-      // It needs no search of its own.
+      // A wide view needs no search of its own.
     } else if (is_sideways) {
       candidate.unsoundness = Unsoundness{.id = "corners_outside_domain",
                                           .text = "some corners lie 90 degrees from the axis or more"};
@@ -176,8 +176,8 @@ bool foldsInsideImage(const Fit& fit) {
 
 Candidates fitCandidates(Lenses lenses, const PreparedViews& given, const CalibratorOptions& options,
                          ModelChoice& choice) {
-  // The leads of the families: one of them explains the views of any lens, at least roughly, and tells how
-  // wide it is. Where radtan would have to fold, the polynomial in the angle fits better.
+  // The leads of the two families. One of them explains the views of any lens, at least roughly, and shows
+  // how wide the lens is. Where radtan would fold, the polynomial in the angle fits better.
   Candidates candidates;
   const std::string_view perspective = leadTraits(LensFamily::kPerspective).id;
   candidates.emplace_back(perspective);
@@ -192,7 +192,7 @@ Candidates fitCandidates(Lenses lenses, const PreparedViews& given, const Calibr
   const bool is_sideways = seesSideways(widest);
   CalibratorOptions lead = options;
   lead.model = perspective;
-  // Where radtan is not allowed as a whole, one of these may stand in for it.
+  // If radtan is restricted, one of these may replace it.
   const bool is_whole = isAllowed(perspective, options) && numHeldOfLens(constraintOf(lead)) == 0;
   if (choice.is_wide || !is_whole || lenses == Lenses::kAll) {
     std::ranges::move(furtherWide(given, options), std::back_inserter(candidates));

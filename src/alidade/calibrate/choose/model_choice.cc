@@ -47,7 +47,7 @@ Fit onCornersOf(const Fit& reference, const Candidate& candidate, const Prepared
   return fit;
 }
 
-// Is the difference between two errors too small for a warning?
+// True if the difference between two errors is too small for a warning.
 using IsClose = std::function<bool(double larger_px, double smaller_px)>;
 
 // Solves and cross-validates a candidate on the reference's corners, with its weights and loss.
@@ -68,7 +68,7 @@ void evaluate(Candidate& candidate, const Fit& reference, const IsClose& isClose
     return;
   }
   candidate.unsoundness = unsoundnessOf(fit);
-  // A prior hides what the views leave open, and a fold where no corner was seen.
+  // A prior hides undetermined parameters, and a fold where no corner was seen.
   if (!candidate.unsoundness && !onlyCamera(fit).weak_prior.isNone()) {
     candidate.unsoundness = Unsoundness{
         .id = "ill_conditioned",
@@ -94,8 +94,8 @@ const Candidate* bestOf(const Candidates& candidates) {
   return best;
 }
 
-// The model that predicts corners so much better that its further parameters are worth it; the one that does
-// so by most.
+// The model with the lowest held-out error among those that predict corners so much better that their further
+// parameters are worthwhile.
 const Candidate* betterThan(const Candidate& lean, const Candidates& candidates) {
   const Candidate* better = nullptr;
   for (const Candidate& c : candidates) {
@@ -106,8 +106,8 @@ const Candidate* betterThan(const Candidate& lean, const Candidates& candidates)
   return better;
 }
 
-// The smallest model that is worse than none, better one that does not fold or needs a prior. Where all do,
-// the finding on that says what to do; a model that does not even fit would not.
+// The smallest model that no other one beats, preferably without a fold or a prior. If all have one, the
+// finding about it says what to do; this would not apply to a model that does not even fit.
 const Candidate& smallestAsGoodAs(const Candidate& best, const Candidates& candidates) {
   const auto rank = [](const Candidate& c) {
     return std::tuple(c.unsoundness.has_value(), c.num_params, c.score->sum);
@@ -123,8 +123,7 @@ bool foldsInside(const Candidate& c) {
   return c.unsoundness && c.unsoundness->id == "folds_in_image";
 }
 
-// A camera that folds inside the image is rejected. A sound one that predicts about as well is used in its
-// place.
+// A camera that folds inside the image is rejected. A sound one that predicts about as well is used instead.
 const Candidate& soundInstead(const Candidate& chosen, const Candidates& candidates, const IsClose& isClose) {
   if (!foldsInside(chosen)) return chosen;
   const Candidate* sound = nullptr;
@@ -136,10 +135,10 @@ const Candidate& soundInstead(const Candidate& chosen, const Candidates& candida
   return sound != nullptr ? *sound : chosen;
 }
 
-// Models that predict corners no worse than the best one beyond chance, or no worse than the chosen one. One
-// that folds in the image is not the lens there, and up to the fold it shows what else the corners allow. In
-// a wide field models of the plane z = 1 have nothing to say: their coefficients are set by the corners far
-// out, where that plane is stretched without bounds, and beyond them they go anywhere.
+// Models that predict corners no worse than the best one, apart from chance, or no worse than the chosen one.
+// A model that folds in the image is wrong at the fold, but inside it still shows what the corners allow. In
+// a wide field, models of the plane z = 1 are excluded: corners far out, where that plane is stretched
+// without bounds, determine their coefficients, and beyond those corners they are arbitrary.
 std::vector<AnyCamera> rivalsOf(const Candidate& chosen, const Candidate& best, const Candidates& candidates,
                                 bool is_wide) {
   std::vector<AnyCamera> rivals;
@@ -185,7 +184,7 @@ ModelCandidate report(const Candidate& c, const Candidates& candidates, const Ca
   return entry;
 }
 
-// Share of the corners of the views in use.
+// Share of the corners of the views in use that was left out.
 double shareLeftOut(const Fit& fit, const PreparedViews& given) {
   std::size_t num_given = 0;
   for (const FitView& view : fit.views) num_given += given.views[view.source].corners.size();
@@ -209,7 +208,7 @@ ModelSolution chosenAmong(Lenses lenses, const PreparedViews& given, const Calib
       [&](std::size_t i) { evaluate(candidates[i], reference_fit, isClose, given, options.cancel); },
       options.cancel);
   const Candidate* best = bestOf(candidates);
-  // Where no model is sound, the findings on the one that fits say why.
+  // If no model is sound, report the findings on the best-fitting one.
   const Candidate* smallest = best != nullptr ? &smallestAsGoodAs(*best, candidates) : &reference;
   smallest = &soundInstead(*smallest, candidates, isClose);
   const Candidate& chosen = *smallest;

@@ -32,7 +32,7 @@ ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given
   now = bendTestedAgain(std::move(now), options.board_shape, cancel);
   if (estimatedShapes(now.settled.fit) != bent_boards)
     now.settled = withoutOutliers(std::move(now.settled), given, cancel);
-  // On the corners that are left.
+  // Again on the corners that are left.
   now.settled = unevenAgain(std::move(now.settled), cancel);
   solution.fit = regularised(std::move(now.settled.fit), cancel);
   solution.choice.is_settled = now.settled.is_settled;

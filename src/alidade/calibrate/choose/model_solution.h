@@ -13,19 +13,19 @@ namespace alidade {
 /// A camera of one model that fits the views, and how it was found.
 struct ModelSolution {
   Fit fit;
-  Choice choice;  ///< but for what concerns other models
+  Choice choice;  ///< except what concerns other models
   /// Parameters of other optima that were about as good on all views, for otherOptima().
   std::vector<std::vector<double>> close_params;
-  std::vector<AnyCamera> rivals = {};  ///< of other models, which predict the corners as well
+  std::vector<AnyCamera> rivals = {};  ///< other models that predict the corners equally well
 };
 
-/// From views to a camera that fits them, all corners counting by the robust loss alone.
-/// @param options  with a model that is named
+/// Fits a camera to the views; all corners count by the robust loss alone.
+/// @param options  must name a model
 /// @throws Error (kInput) if no camera of the model explains the views
 [[nodiscard]] ModelSolution fittedPlainly(const PreparedViews& given, const CalibratorOptions& options);
 
-/// Settles what the corners are: the boards' bends, outliers, views that do not fit, weights. Regularises a
-/// lens that they do not determine.
+/// Settles the data: board bends, outliers, views that do not fit, weights. Regularises a lens that the views
+/// do not determine.
 [[nodiscard]] ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given,
                                             const CalibratorOptions& options);
 

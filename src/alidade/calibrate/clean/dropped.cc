@@ -17,14 +17,14 @@
 namespace alidade {
 namespace {
 
-/// Why a view does not fit the camera of the others, as far as its corners show a reason.
+/// Reason why a view does not fit the camera of the others, if its corners show one.
 /// @param used  the fit without the view
 [[nodiscard]] std::string misfitReason(const Fit& used, const View& view, const CancelFlag* cancel);
 
-// The factor on the focal lengths with which the view fits. From the parameters' storage order, the focal
-// lengths come first.
+// Factor on the focal lengths with which the view fits. Focal lengths come first in the parameters' storage
+// order.
 std::optional<double> fittingFocal(const Fit& fit, ViewFit view, const CancelFlag* cancel) {
-  constexpr double kOther = 0.02;  // closer ones are the same lens with the focus moved, or chance
+  constexpr double kOther = 0.02;  // smaller differences: the same lens refocused, or chance
   Fit alone{.cameras = fit.cameras, .boards = fit.boards, .loss = fit.loss};
   fixShapes(alone);
   FitCamera& camera = onlyCamera(alone);

@@ -13,11 +13,11 @@
 namespace alidade {
 namespace {
 
-// Of the views in use.
+// Misfits of the views in use.
 struct Misfits {
   std::vector<ViewFit> fits;
   std::vector<double> ratios;
-  double stand_out = 0;  // ratio
+  double stand_out = 0;  // as a ratio
 };
 
 Misfits misfitsInUse(const Fit& fit, const PreparedViews& given) {
@@ -45,7 +45,7 @@ bool haveSameIds(const std::vector<Observation>& a, const std::vector<Observatio
                     [](const Observation& x, const Observation& y) { return x.id == y.id; });
 }
 
-// Judges all corners again; false if the same ones come out as before.
+// Judges all corners again; false if the outliers are the same as before.
 bool leaveOutCorners(Fit& fit, const PreparedViews& given, const CancelFlag* cancel) {
   const double sigma = noiseSigma(fit);
   std::vector<std::vector<Observation>> kept;
@@ -95,7 +95,7 @@ bool readmitViews(SettledFit& now, const PreparedViews& given, const CancelFlag*
 }
 
 bool setAsideMisnumberedViews(SettledFit& now, const PreparedViews& given, const CancelFlag* cancel) {
-  constexpr std::size_t kFewOutliers = 3;  // fewer are no row and no column
+  constexpr std::size_t kFewOutliers = 3;  // too few to be a row or a column
   std::vector<bool> is_out(now.fit.views.size());
   bool is_changed = false;
   for (std::size_t v = 0; v < now.fit.views.size(); ++v) {
@@ -115,10 +115,10 @@ bool setAsideMisnumberedViews(SettledFit& now, const PreparedViews& given, const
 SettledFit withoutOutliers(SettledFit settled, const PreparedViews& given, const CancelFlag* cancel) {
   bool may_readmit = true;
   for (int round = 0; round < kMaxRounds; ++round) {
-    // Views first: those that stay have corners enough left.
+    // Views first, because the remaining ones have enough corners.
     setAsideForeignViews(settled, given, cancel);
     if (leaveOutCorners(settled.fit, given, cancel)) continue;
-    // Once only, or a view on the verge would come and go for ever.
+    // Once only, or a borderline view would alternate for ever.
     if (std::exchange(may_readmit, false) && readmitViews(settled, given, cancel)) continue;
     if (!setAsideMisnumberedViews(settled, given, cancel)) return settled;
   }

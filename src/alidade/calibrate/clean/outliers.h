@@ -6,22 +6,21 @@
 
 namespace alidade {
 
-/// Sets views aside that do not fit the camera of the others, the worst first, and solves again after each:
-/// what looks foreign beside a bad view may be right without it. Stops where half of the views are gone: it
-/// can then no longer be told which ones are right.
+/// Sets aside views that do not fit the camera of the others, the worst first, and solves again after each:
+/// views that look wrong beside a bad one may be right without it. Stops when half of the views are gone,
+/// since it is then unclear which are right.
 /// @throws Error (kInput) if too few views are left
 void setAsideForeignViews(SettledFit& settled, const PreparedViews& given, const CancelFlag* cancel);
 
-/// Takes views back that fit the camera that the others have agreed on without them, and solves again. False
-/// if there are none.
+/// Takes back views that fit the camera determined without them, and solves again. False if there are none.
 bool readmitViews(SettledFit& settled, const PreparedViews& given, const CancelFlag* cancel);
 
-/// Sets views aside of which some corners fit only if all are numbered otherwise; its pose would be wrong
+/// Sets aside views of which some corners fit only if all are numbered differently; the pose would be wrong
 /// as well. False if there are none.
 bool setAsideMisnumberedViews(SettledFit& settled, const PreparedViews& given, const CancelFlag* cancel);
 
-/// Leaves out corners that are no noise, and views that do not fit the camera of the others, and solves
-/// again. Outliers are judged again in each round, among all corners, until the same ones come out.
+/// Leaves out corners that are not noise and views that do not fit the camera of the others, and solves
+/// again. Each round judges all corners again, until the outliers no longer change.
 /// @throws Error (kInput) if too few views are left
 [[nodiscard]] SettledFit withoutOutliers(SettledFit settled, const PreparedViews& given,
                                          const CancelFlag* cancel);

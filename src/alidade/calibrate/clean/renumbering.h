@@ -11,18 +11,17 @@
 
 namespace alidade {
 
-/// A view's corners as they would be if they had been numbered otherwise.
+/// A view's corners under a different numbering.
 struct Renumbering {
   std::string how;  ///< "column by column instead of row by row"
   View view;
 };
 
-/// The mistakes in numbering a board that no pose makes up for. Numbering from another end, turned or
-/// mirrored, is not among them: a pose makes up for it.
+/// Mistakes in numbering a board that no pose compensates for. Numbering from a different end, turned or
+/// mirrored, is not included because a pose compensates for it.
 [[nodiscard]] std::vector<Renumbering> renumberings(const Board& board, const View& view);
 
-/// How a view's corners must be numbered for all of them to fit the fit's camera; nothing if that does not
-/// help.
+/// The numbering with which all corners of a view fit the camera; nothing if none helps.
 [[nodiscard]] std::optional<std::string> fittingOrder(const Fit& fit, const View& view);
 
 }  // namespace alidade

@@ -80,7 +80,7 @@ bool isExplained(const ViewFit& fit, double sigma_px) {
 }
 
 bool isSmooth(const Board& board, const ViewFit& view) {
-  constexpr double kSmooth = 1.5;  // times what neighbours differ by
+  constexpr double kSmooth = 1.5;  // times the difference between neighbours
   double sum = 0;
   for (std::size_t i = 0; i < view.errors.size(); ++i)
     sum += view.corners[i].weight * view.errors[i].squaredNorm();
@@ -91,8 +91,8 @@ bool isSmooth(const Board& board, const ViewFit& view) {
 }
 
 double standOutRatio(std::vector<double> ratios) {
-  constexpr double kTimes = 3;        // the typical ratio
-  constexpr double kDeviations = 4;   // beyond it
+  constexpr double kTimes = 3;        // times the typical ratio
+  constexpr double kDeviations = 4;   // above the typical ratio
   constexpr double kNormal = 1.4826;  // median absolute deviation to standard deviation
   const double typical = medianOf(ratios);
   for (double& ratio : ratios) ratio = std::abs(ratio - typical);
@@ -100,7 +100,7 @@ double standOutRatio(std::vector<double> ratios) {
 }
 
 bool isForeign(const Fit& fit, const ViewFit& view, double stand_out_ratio) {
-  constexpr std::size_t kMaxOutlierShare = 4;  // one in so many
+  constexpr std::size_t kMaxOutlierShare = 4;  // one in four
   const double sigma_px = noiseSigma(fit);
   const std::size_t num_outliers = countOutliers(view, sigma_px);
   if (view.errors.size() - num_outliers < kMinCornersPerView) return true;

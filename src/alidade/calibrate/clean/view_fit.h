@@ -12,44 +12,44 @@
 
 namespace alidade {
 
-/// How a view fits a camera, which need not be that of its fit.
+/// Fit of one view to a camera, which need not be that of its fit.
 struct ViewFit {
   std::size_t board = 0;  ///< see View
   SE3 camera_from_board;
-  std::vector<Observation> corners;     ///< all that the view has, weighted; on the flat board
-  std::vector<Eigen::Vector2d> errors;  ///< one a corner; NaN where it does not project
+  std::vector<Observation> corners;     ///< all corners of the view, weighted, on the flat board
+  std::vector<Eigen::Vector2d> errors;  ///< one per corner; NaN if it does not project
 };
 
-/// Beyond this many standard deviations a corner is not noise (chance 1e-14) and is left out by name.
+/// Corners beyond this many standard deviations (chance 1e-14) are not noise and are left out by name.
 inline constexpr double kOutlierSigmas = 8.0;
 
 /// View `v` of the fit with all corners of `view`, which is its source.
 [[nodiscard]] ViewFit fitInUse(const Fit& fit, std::size_t v, const View& view);
 
-/// Any view, posed and refined by the fit's camera. Nothing where no pose explains it.
+/// Any view, posed and refined with the fit's camera. Nothing if no pose explains it.
 [[nodiscard]] std::optional<ViewFit> fitAlone(const Fit& fit, const View& view);
 
-/// Is a corner farther off than noise ever is?
+/// True if a corner is farther off than noise can explain.
 [[nodiscard]] bool isOutlier(const Observation& corner, const Eigen::Vector2d& error, double sigma_px);
 
 [[nodiscard]] std::size_t countOutliers(const ViewFit& fit, double sigma_px);
 
-/// Root mean square of the weighted errors over that of noise, each error counted as kOutlierSigmas at most:
-/// 1 for a view like the others, whatever a few outliers do.
+/// RMS of the weighted errors over that of noise, each error capped at kOutlierSigmas: about 1 for a view
+/// like the others, regardless of a few outliers.
 [[nodiscard]] double misfitRatio(const ViewFit& fit, double sigma_px);
 
-/// Is this what noise leaves, and a camera that is not exact itself?
+/// True if noise and an inexact camera explain the errors.
 [[nodiscard]] bool isExplained(const ViewFit& fit, double sigma_px);
 
-/// Do the errors vary smoothly over the board, other than noise?
+/// True if the errors vary smoothly over the board, unlike noise.
 /// @param board  of the view
 [[nodiscard]] bool isSmooth(const Board& board, const ViewFit& view);
 
-/// The misfit ratio beyond which a view stands out among views of these. Where no lens of the model follows
-/// the real one, ratios differ from view to view without any view being to blame.
+/// Misfit ratio above which a view stands out among these views. If no lens of the model matches the real
+/// one, ratios vary between views although no single view is at fault.
 [[nodiscard]] double standOutRatio(std::vector<double> ratios);
 
-/// Does the view not fit where others do: does its misfit stand out, and is it no mere noise?
+/// True if the view does not fit although others do: its misfit stands out and is more than noise.
 [[nodiscard]] bool isForeign(const Fit& fit, const ViewFit& view, double stand_out_ratio);
 
 }  // namespace alidade

@@ -21,9 +21,9 @@ double bendShare(const FitBoard& board) {
 }
 
 void bentBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  // Beyond this share of its size, a bent board is no longer the paraboloid that two numbers describe.
+  // A bend above this share of the board's size is no longer a paraboloid with two parameters.
   constexpr double kBentShare = 0.005;
-  // Of a strong bend, what is taken to deviate from that paraboloid.
+  // Share of a strong bend that is assumed to deviate from that paraboloid.
   constexpr double kOtherShape = 0.25;
   for (const std::size_t board : estimatedShapes(of.fit)) {
     const double share = bendShare(of.fit.boards[board]);

@@ -7,13 +7,13 @@
 
 namespace alidade::detail {
 
-// Each adds the diagnoses for which there is a reason. A further diagnosis is a function in one of the files
+// Each function adds the diagnoses that apply. A further diagnosis is a function in one of the files
 // X_diagnoses.cc, its name in the list at the end of the file, and a row of kDiagnosisKinds.
 
 void diagnoseFit(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void diagnoseLens(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void diagnoseViews(const Evidence& of, std::vector<Diagnosis>& diagnoses);
-/// Errors that all views have in common, and what differs between views although it should not.
+/// Errors common to all views, and variation between views that should not exist.
 void diagnoseErrorPatterns(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 void diagnoseBoards(const Evidence& of, std::vector<Diagnosis>& diagnoses);
 

@@ -13,7 +13,7 @@
 
 namespace alidade::detail {
 
-/// Everything that a calibration is judged by.
+/// Everything needed to judge a calibration.
 struct Evidence {
   const Fit& fit;  ///< of one camera
   const Dropped& dropped;
@@ -28,12 +28,12 @@ struct Evidence {
 void addByEffect(const Evidence& of, Diagnosis diagnosis, double effect_px, std::vector<Diagnosis>& diagnoses,
                  Severity worst = Severity::kFailure);
 
-// Effects, px: the largest displacement of a far point over the covered pixels, after alignment by the best
+// Effects, px: the largest displacement of a far point over the covered pixels after alignment by the best
 // rotation. NaN if nothing is covered.
 
-/// Of a change of the parameters, to first order.
+/// Effect of a change of the parameters, to first order.
 [[nodiscard]] double effectOfStep(const Evidence& of, const Eigen::VectorXd& params_step);
-/// Of another camera in place of this one.
+/// Effect of replacing the camera by a different one.
 [[nodiscard]] double effectOfCamera(const Evidence& of, const AnyCamera& other);
 /// The stated accuracy where boards were seen.
 [[nodiscard]] double coveredError(const Evidence& of);

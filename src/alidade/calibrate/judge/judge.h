@@ -7,7 +7,7 @@
 
 namespace alidade::detail {
 
-/// Everything that is wrong with a calibration, failures first; pure judgement, no estimation.
+/// All problems found with a calibration, failures first; pure judgement, no estimation.
 ///
 /// A failure makes the answer wrong or meaningless whatever the tolerance. Every other diagnosis states its
 /// effect in pixels, from which its severity follows by severityOf().

@@ -54,7 +54,7 @@ void oddAspect(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const auto params = of.camera.parameters();
   const double aspect = params[0] / params[1];
   if (std::max(aspect, 1 / aspect) <= kOddAspect) return;
-  // There are sensors with such pixels, so it cannot be a failure.
+  // Some sensors have such pixels, so this is not a failure.
   addByEffect(
       of,
       {.id = "odd_aspect",
@@ -64,11 +64,11 @@ void oddAspect(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
       0.5 * std::abs(aspect - 1) * halfDiagonal(of), diagnoses, Severity::kWarning);
 }
 
-// Even a perfect fit does not make a focal length certain; noise is taken to be at least this, px.
+// Even a perfect fit does not make the focal length certain; assume at least this much noise, px.
 constexpr double kNoiseFloorPx = 0.05;
 // Standard deviation of the focal length as a share of it, above which it is unknown.
 constexpr double kFocalUnknown = 0.02;
-// Boards that are tilted by less do not separate focal length and distance.
+// Boards tilted by less do not separate focal length from distance.
 constexpr double kSmallTiltDeg = 15.0;
 
 // Angles between the image plane and the board, degrees, ascending.
@@ -81,8 +81,8 @@ std::vector<double> tiltsDeg(const Fit& fit) {
   return tilts;
 }
 
-// Relative one sigma of the focal lengths on the axis, the stated one and that by noise with corners no
-// better than the noise floor, whichever is larger.
+// Relative one sigma of the focal lengths on the axis: the larger of the stated one and the one by noise,
+// with corners no better than the noise floor.
 double relativeFocalStd(const Evidence& of) {
   if (!of.uncertainty.covariance) return std::numeric_limits<double>::infinity();
   const Eigen::MatrixXd J = axisFocalJacobian(of.camera);
@@ -97,7 +97,7 @@ double relativeFocalStd(const Evidence& of) {
 
 void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const double focal_std = relativeFocalStd(of);
-  // With an unknown focal length, noise can tilt single views; the median is robust against that.
+  // With an unknown focal length, noise can tilt single views; the median is robust against this.
   const std::vector<double> tilts = tiltsDeg(of.fit);
   const double tilt = tilts[tilts.size() / 2];
   const bool is_unknown = !(focal_std < kFocalUnknown);
@@ -152,7 +152,7 @@ void inaccurate(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                        .effect_px = accuracy.covered_px});
 }
 
-// Where no prior could hold a lens together without contradicting the corners.
+// Reports a lens that no prior could constrain without contradicting the corners.
 void runaway(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const LensScale scale = lensScale(of.camera.modelId(), of.camera, onlyCamera(of.fit).size);
   const std::vector<int>& fixed = onlyCamera(of.fit).constraint.held;
@@ -245,7 +245,7 @@ void poorCoverage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   if (!of.uncertainty.accuracy) return;
   const Accuracy& accuracy = *of.uncertainty.accuracy;
   const double share = accuracy.shareWithin(of.tolerance_px);
-  // Where boards were is worth a word only if something is known there.
+  // Coverage is worth reporting only if the accuracy is known.
   if (share >= kMostOfImage || isInaccurate(accuracy, of.tolerance_px)) return;
   diagnoses.push_back(
       {.id = "poor_coverage",

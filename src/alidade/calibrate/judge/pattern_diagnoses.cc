@@ -16,7 +16,7 @@ std::string percent(double share) {
   return numberText("%.2g", 100 * share) + " %";
 }
 
-// The errors of this cause that are significant: one a board at most, or one for all views.
+// The significant errors of this cause: at most one per board, or one for all views.
 std::vector<CommonError> significantErrors(const Evidence& of, CommonCause cause) {
   std::vector<CommonError> errors;
   for (const CommonError& error : of.uncertainty.common_errors) {
@@ -32,8 +32,8 @@ double effectOf(const Evidence& of, const CommonError& error) {
                               error.params_step.data(), static_cast<Eigen::Index>(error.params_step.size())));
 }
 
-// Of several errors that all views have in common the one with the largest effect is told; the others, which
-// may be gone with it, are notes.
+// Of several common errors, the one with the largest effect is reported at full severity. The others, which
+// may disappear with it, are notes.
 void addCommonError(const Evidence& of, Diagnosis diagnosis, const CommonError& error,
                     std::vector<Diagnosis>& diagnoses) {
   const double effect_px = effectOf(of, error);
@@ -123,7 +123,7 @@ void centreMoves(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
       errors[0], diagnoses);
 }
 
-// One camera has one focal length. The focal length explains about half of the variation if images are
+// True if the focal length varies between images. It explains about half of the variation if images are
 // sheared at random, and all if focal lengths vary.
 bool isFocalChange(const ViewVariations& variations) {
   constexpr double kFocalShare = 0.8;
@@ -131,11 +131,11 @@ bool isFocalChange(const ViewVariations& variations) {
 }
 
 void focalChanged(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  constexpr double kSigmas = 5;  // of F's deviation by chance
+  constexpr double kSigmas = 5;  // of F's random deviation
   const ViewVariations& variations = of.uncertainty.variations;
   const auto [f, spread] = variations.focal;
-  // Neighbouring corners that err alike, as boards and lenses that are not perfect make them, raise F. On
-  // good photographs F reaches 7, in units of that 3.6: not by the focal length, as its share says.
+  // Errors shared by neighbouring corners, due to imperfect boards and lenses, raise F. On good photographs F
+  // reaches 7, or 3.6 times `scale`; as its share shows, the focal length is not the cause.
   const double scale = of.uncertainty.smoothness * of.uncertainty.smoothness;
   const double limit = 1 + kSigmas * std::sqrt(2.0 / static_cast<double>(of.uncertainty.num_places));
   if (of.uncertainty.two_cameras || !isFocalChange(variations) || !(f > limit * scale)) return;
@@ -152,8 +152,8 @@ void focalChanged(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
 void rollingShutter(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   constexpr double kRowsF = 20;
   constexpr double kHarmless = 2e-3;  // of the image height
-  // Distortion that the model lacks looks different from each pose, and squares that are not square shear
-  // each view according to its roll.
+  // Distortion beyond the model looks different from each pose, and squares that are not square shear each
+  // view according to its roll.
   const bool is_stretched =
       std::ranges::any_of(significantErrors(of, CommonCause::kStretch), [&](const CommonError& stretch) {
         return severityOf(effectOf(of, stretch), of.tolerance_px) >= Severity::kWarning;
@@ -163,7 +163,7 @@ void rollingShutter(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const ViewVariations& variations = of.uncertainty.variations;
   const auto [f, spread] = variations.rows;
   if (isFocalChange(variations) || !(f > kRowsF) || !(spread > kHarmless)) return;
-  // It differs from view to view, so the camera gets the mean of as many.
+  // The error varies between views, so the camera gets the mean over all of them.
   const double effect_px = kTwoSided95 * spread * onlyCamera(of.fit).size.height /
                            std::sqrt(static_cast<double>(of.fit.views.size()));
   addByEffect(of,

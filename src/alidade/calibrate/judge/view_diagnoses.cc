@@ -15,12 +15,12 @@ std::string percent(double share) {
   return numberText("%.2g", 100 * share) + " %";
 }
 
-// The image of a view, and its board if there are several.
+// Name of a view's image, with its board if there are several.
 std::string nameOf(const Fit& fit, const FitView& view) {
   return view.image + boardSuffix(fit, boardIndex(fit, view));
 }
 
-// Nothing contradicts a mistake in a few views, so all that is claimed of them may be wrong.
+// With few views nothing contradicts a mistake, so all results may be wrong.
 void fewViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   constexpr std::size_t kFewViews = 8;
   const std::size_t num_places = of.uncertainty.num_places;
@@ -34,8 +34,8 @@ void fewViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
 }
 
 void outliers(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  constexpr double kMany = 0.1;      // more than any board of real photographs lost that fitted
-  constexpr double kTooMany = 0.25;  // what is left may be what happens to fit
+  constexpr double kMany = 0.1;      // more than any good board lost in real photographs
+  constexpr double kTooMany = 0.25;  // the remaining corners may fit only by coincidence
   if (of.dropped.outliers.empty()) return;
   const double share = of.dropped.outlierShare(of.fit);
   diagnoses.push_back(
@@ -84,7 +84,7 @@ void twoCamerasMixed(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                .next_step = "calibrate each camera and setting separately"},
               effect_px, diagnoses);
   Diagnosis& added = diagnoses.back();
-  // No camera lies between two others.
+  // One camera cannot be the mean of two.
   if (added.severity == Severity::kWarning) added.severity = Severity::kFailure;
 }
 
@@ -100,7 +100,7 @@ void repeatedViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                        .next_step = "move the board or the camera between photographs"});
 }
 
-// A view that fits only because it has biased the camera. Without noise there is nothing to compare with.
+// Reports a view that fits only because it biased the camera. Without noise there is nothing to compare with.
 void influentialViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   constexpr double kSurprise = 5.1;  // standard deviations; of 400 clean sets no view exceeded 4
   constexpr double kMove = 1;        // standard deviations
@@ -114,7 +114,7 @@ void influentialViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                  .evidence = "contradicts the other views by " + numberText("%.0f", surprise_sigmas) +
                              " standard deviations",
                  .next_step = "check the image for motion, blur or a bent board, and calibrate without it"},
-                // No projection moves by more of its own standard deviations.
+                // Upper bound: no projection moves by more than this in its own standard deviations.
                 move_sigmas * coveredError(of) / kTwoSided95, diagnoses);
   }
 }

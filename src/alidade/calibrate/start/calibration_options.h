@@ -24,7 +24,7 @@ struct InitialCamera {
 
 /// Which parts of the board's shape (BoardShape) are estimated.
 enum class BoardShapeMode {
-  kFlat,    ///< nothing: the board is taken as flat
+  kFlat,    ///< nothing; the board is taken as flat
   kWarp,    ///< the bend
   kUneven,  ///< the bend if two tests detect it, and the offset of each point
   kAuto,    ///< the bend if two tests detect it, and the offsets if they lower the held-out errors
@@ -33,12 +33,12 @@ enum class BoardShapeMode {
 struct CalibratorOptions {
   /// One of modelIds(), or kAutoModel: that of the initial camera, or one chosen by cross-validation.
   std::string model = kAutoModel;
-  std::vector<std::string_view> models = {};  ///< what kAutoModel chooses among; empty = all of modelIds()
+  std::vector<std::string_view> models = {};  ///< candidates for kAutoModel; empty = all of modelIds()
   std::optional<InitialCamera> initial = std::nullopt;  ///< empty: searched for automatically
   /// Names of parameters that keep their value: that of `initial`; without one, the image's centre for cx and
   /// cy and 0 for the lens. "radtan.k3" is k3 of that model only, whichever model is named or chosen.
   std::vector<std::string> held = {};
-  bool same_focal = false;  ///< fx = fy in pixels
+  bool same_focal = false;  ///< holds fx = fy in pixels
   BoardShapeMode board_shape = BoardShapeMode::kAuto;
   double tolerance_px = 1;  ///< the error of a projected point (95 %) that the user accepts; see judge()
   /// Distance of the points that the accuracy is for, metres; infinite: distant points. See Accuracy.

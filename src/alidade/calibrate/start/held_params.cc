@@ -19,8 +19,8 @@ constexpr int kFx = 0;
 constexpr int kFy = 1;
 constexpr int kCx = 2;
 
-// Can the parameter be held without being given? A focal length cannot, nor a lens parameter that may not be
-// zero.
+// True if the parameter can be held without a given value. A focal length cannot, nor can a lens parameter
+// that must not be zero.
 bool hasOwnValue(std::string_view model_id, int i) {
   if (static_cast<std::size_t>(i) < kNumAffine) return i >= kCx;
   const ParamRange& range = modelTraits(model_id).lens_ranges[static_cast<std::size_t>(i) - kNumAffine];

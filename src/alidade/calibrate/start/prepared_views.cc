@@ -94,7 +94,7 @@ std::vector<std::string> reasonsOf(const PreparedViews& given) {
 
 void checkBoard(const Board& board) {
   if (board.columns() < 2 || board.rows() < 2 ||
-      !(board.spacing() > 0)) {  // corners need not be a detector's
+      !(board.spacing() > 0)) {  // corners may come from other programs
     throw inputError({.where = "calibration",
                       .found = "a board of " + std::to_string(board.columns()) + "x" +
                                std::to_string(board.rows()) + " corners, " + exactText(board.spacing()) +
@@ -103,13 +103,13 @@ void checkBoard(const Board& board) {
   }
 }
 
-// By image, and by board in each.
+// Order by image, then by board.
 bool isBefore(const View& a, const View& b) {
   return a.image == b.image ? a.board < b.board : naturalLess(a.image, b.image);
 }
 
 // Checks boards and views and puts the views and their corners in order.
-// @returns the index that each has had
+// @returns the former index of each
 std::vector<std::size_t> sortViews(std::span<const Board> boards, std::vector<View>& views) {
   for (const Board& board : boards) checkBoard(board);
   if (views.size() < kMinViews) {
@@ -145,8 +145,8 @@ std::vector<std::size_t> sortViews(std::span<const Board> boards, std::vector<Vi
                     .expected = boards.size() == 1 ? "one view per image" : "one view per image and board"});
 }
 
-constexpr double kFarPx = 10;            // no noise of a corner that was found moves it as far
-constexpr double kScatterPx = 1;         // median length of what noise alone leaves of a displacement
+constexpr double kFarPx = 10;            // px; noise of a corner that was found never moves it this far
+constexpr double kScatterPx = 1;         // px, median residual of displacements that noise alone leaves
 constexpr double kMinCommonShare = 0.5;  // of the view with more corners
 
 struct Displacements {
@@ -154,7 +154,7 @@ struct Displacements {
   std::vector<Eigen::Vector2d> moves;
 };
 
-// Calls f(corner of a, corner of b) for the corners that both views have until it says false.
+// Calls f(corner of a, corner of b) for each corner that both views have, until f returns false.
 template <class F>
 void forEachCommon(const View& a, const View& b, F&& f) {
   auto at = b.corners.begin();
@@ -165,7 +165,7 @@ void forEachCommon(const View& a, const View& b, F&& f) {
   }
 }
 
-// Most pairs of views are known by their first few corners.
+// The first few corners decide most pairs of views.
 bool areFarApart(const View& a, const View& b) {
   int num_far = 0;
   forEachCommon(a, b, [&](const Corner& x, const Corner& y) {
@@ -188,7 +188,7 @@ bool repeats(const View& a, const View& b) {
   const auto count = static_cast<double>(d.moves.size());
   if (d.moves.size() < kMinCornersPerView || count < kMinCommonShare * static_cast<double>(most))
     return false;
-  // A corner that one of the views has wrong says nothing of the pose.
+  // A corner that is wrong in one of the views says nothing about the pose.
   std::vector<std::size_t> used;
   for (std::size_t i = 0; i < d.moves.size(); ++i) {
     if (d.moves[i].norm() <= kFarPx) used.push_back(i);
@@ -208,14 +208,14 @@ bool repeats(const View& a, const View& b) {
   return smooth_rms <= kSamePlacePx && medianOf(scatter) <= kScatterPx;
 }
 
-// Of an even number, the mean of the two in the middle.
+// Median; for an even count, the mean of the two middle values.
 double middleOf(std::vector<double> values) {
   const double upper = medianOf(values);
   for (double& value : values) value = -value;
   return 0.5 * (upper - medianOf(values));
 }
 
-// The corners that any of the views has, each at the median of where they have it.
+// All corners that any of the views has, each at the median of its positions.
 std::vector<Corner> mergedCorners(const std::vector<View>& views, const std::vector<std::size_t>& group) {
   struct Samples {
     std::vector<double> u, v, sigma;
@@ -287,7 +287,7 @@ void requireViews(const PreparedViews& given, const Fit& fit) {
 
 void mergeRepeatedViews(PreparedViews& given) {
   std::vector<View>& views = given.views;
-  // Each joins the first group whose first view it repeats: in order of names, so that there is one answer.
+  // Each view joins the first group whose first view it repeats; order of names makes the result unique.
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {

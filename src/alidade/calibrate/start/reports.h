@@ -19,12 +19,12 @@ namespace alidade {
 
 // Plain results of the stages start, clean, bend and choose, which users find in a Calibration.
 
-/// How the search for a start went.
+/// Statistics of the search for a start.
 struct StartReport {
   int num_tried = 0;   ///< fields of view at which the views could be explained at all
-  int num_solved = 0;  ///< of these, the best, solved to convergence until two agreed or none was left
-  int num_agreed = 0;  ///< of these, those that came to the optimum of the lowest cost
-  int num_optima = 1;  ///< optima of about this cost that other shapes of the lens led to, this one with them
+  int num_solved = 0;  ///< of these, the best: solved to convergence until two agreed or none was left
+  int num_agreed = 0;  ///< of these, those that reached the optimum of the lowest cost
+  int num_optima = 1;  ///< optima of about this cost from other shapes of the lens, including this one
 };
 
 /// A view that was given but not used.
@@ -32,7 +32,7 @@ struct ExcludedView {
   std::string image;
   std::size_t board = 0;  ///< see View
   std::string reason;
-  bool is_misfit = false;  ///< it does not fit the camera of the others
+  bool is_misfit = false;  ///< does not fit the camera of the others
 };
 
 /// A view that was merged with another of the same pose, see mergeRepeatedViews().
@@ -42,7 +42,7 @@ struct RepeatedView {
   std::string same_as;    ///< the image whose view stands for both
 };
 
-/// A corner left out of the estimate because it lies far from where the camera puts it.
+/// A corner left out of the estimate because it is far from its projection.
 struct Outlier {
   std::size_t source = 0;  ///< see FitView
   std::string image;
@@ -57,97 +57,96 @@ struct Dropped {
   std::vector<RepeatedView> repeated;
   std::vector<Outlier> outliers;  ///< of the views in use, in their order
 
-  /// Of the views, those that do not fit the camera of the others.
+  /// Number of views that do not fit the camera of the others.
   [[nodiscard]] std::size_t numMisfits() const {
     return static_cast<std::size_t>(std::ranges::count(views, true, &ExcludedView::is_misfit));
   }
-  /// Of the corners of the views in use, the share that was left out.
+  /// Share of the corners of the views in use that was left out.
   [[nodiscard]] double outlierShare(const Fit& fit) const {
     const auto num_out = static_cast<double>(outliers.size());
     return num_out / (num_out + static_cast<double>(numCorners(fit)));
   }
 };
 
-/// Whether the views agree that the board is bent. Noise alone makes a bend significant in no time: what the
-/// corners of a view have in common (blur, motion) counts there as often as there are corners.
+/// Agreement between views about a bend of the board. Noise alone makes bends significant too easily: an
+/// error common to the corners of one view (blur, motion) counts there once per corner.
 struct BendByViews {
   double f = 0;  ///< about 1 for a flat board: F(2, freedom - 1)
   double freedom =
-      0;  ///< of the bend's covariance by views; the number of views less 1 if all say equally much
+      0;  ///< of the bend's covariance by views; the number of views less 1 if all are equally informative
   double chance = 0;            ///< probability of such an F or a larger one for a flat board
   Eigen::Vector2d std_m{0, 0};  ///< of bend_x and bend_y by views, 95 % of their errors being within 1.96
 };
 
-/// Bends of boards that the views show and the fit has left out, and the change of the parameters that they
-/// would make, to first order.
+/// Bends that the views show and the fit ignores, and the first-order change of the parameters that including
+/// them would cause.
 struct IgnoredBend {
-  std::vector<std::size_t> boards;  ///< that are bent, indices into Fit::boards
+  std::vector<std::size_t> boards;  ///< bent boards, indices into Fit::boards
   std::vector<BoardShape> shapes;   ///< one for each of these
   DenseMatrix params_step;          ///< N x 1
-  double cost_share = 1;            ///< of the corners' cost, what the bends would leave
-  /// N x N: the covariance by the corners' noise of the camera with the bends.
+  double cost_share = 1;            ///< share of the corners' cost that the bends would leave
+  /// N x N covariance, by corner noise, of the camera with the bends.
   std::optional<DenseMatrix> covariance = {};
 };
 
 /// Evidence of the views about a board's shape. The shape itself is in the fit.
 struct ShapeReport {
-  bool is_requested = false;  ///< whether or not a test sees a bend
-  bool is_determined = true;  ///< false: these views and this board cannot tell a bend
+  bool is_requested = false;  ///< estimated whether or not a test detects a bend
+  bool is_determined = true;  ///< false if these views and this board cannot show a bend
   /// F statistic of the bend against a flat board, about 1 for a flat one; NaN if it was not tested.
   double f = std::numeric_limits<double>::quiet_NaN();
-  std::optional<BendByViews> by_views;  ///< the same by views; nothing if not tested or too few
-  /// One sigma of bend_x and bend_y, or with the board held flat what it would be; NaN if unknown.
+  std::optional<BendByViews> by_views;  ///< the same by views; nothing if not tested or too few views
+  /// One sigma of bend_x and bend_y; if the board is held flat, the value if it were estimated. NaN if
+  /// unknown.
   Eigen::Vector2d std_m = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
-  /// Where it was estimated: the camera that the same corners give under the same loss with this board held
-  /// flat.
+  /// If estimated: the camera from the same corners and loss with this board held flat.
   std::vector<double> flat_params;
-  double flat_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< and its weighted RMS
+  double flat_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< its weighted RMS
 };
 
-/// Whether the points of a board lie where the SPEC and the bend put them.
+/// Result of the test whether the points of a board lie where the SPEC and the bend put them.
 struct UnevenReport {
-  /// By how much held-out errors are larger with the points in their places; nothing where a glance at the
-  /// errors was enough or it was not tested.
+  /// Excess of held-out errors without offsets; nothing if not tested or if the errors of the fit settled it.
   std::optional<HeldOutExcess> even_excess = {};
-  /// It was tested, and the views show no offsets that stand out from noise.
+  /// True if tested and no offsets stand out from noise.
   bool is_undetermined = false;
 };
 
-/// A model that was considered.
+/// A model considered for the choice.
 struct ModelCandidate {
   std::string id;
   int num_params = 0;
   double rms_px = std::numeric_limits<double>::quiet_NaN();  ///< weighted, on the corners in common
   double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();
-  /// How much larger its held-out RMS is than that of the best, as a share, and the standard error of that.
+  /// Excess of its held-out RMS over that of the best, as a share, with its standard error.
   double excess = std::numeric_limits<double>::quiet_NaN();
   double excess_std = std::numeric_limits<double>::quiet_NaN();
   /// chosen; worse; larger (no worse than the chosen one, but not needed); no_solution; not_allowed; or why
-  /// it is no camera to recommend, see Unsoundness: not_converged, ill_conditioned, corners_outside_domain,
+  /// it cannot be recommended, see Unsoundness: not_converged, ill_conditioned, corners_outside_domain,
   /// folds_in_image, no_holdout.
   std::string verdict;
-  std::string reason;  ///< the same for people
+  std::string reason;  ///< the same for human readers
 };
 
 /// How a model was chosen.
 struct ModelChoice {
   std::vector<ModelCandidate> candidates;  ///< by number of parameters
-  std::string best;                        ///< the one with the least held-out error
+  std::string best;                        ///< the one with the lowest held-out error
   std::string reference;                   ///< the one that decided which corners are outliers
-  /// Angle between the rays of the middles of the image's shorter sides, radians; infinite where these have
+  /// Angle between the rays of the midpoints of the image's shorter sides, radians; infinite if these have
   /// none.
   double field_rad = 0;
   bool is_wide = false;  ///< fisheye models were considered
 };
 
-/// Decisions on the way to a fit.
+/// Decisions made during a fit.
 struct Choice {
   StartReport start = {};
-  std::vector<ShapeReport> shapes = {};  ///< one for each board of the fit
-  UnevenReport points = {};              ///< of the boards
-  bool is_settled = false;  ///< noise estimate and set of outliers came to rest in the rounds allowed
-  std::optional<ModelChoice> model = {};         ///< where the model was not named
-  std::optional<BetterModel> better_model = {};  ///< where it was
+  std::vector<ShapeReport> shapes = {};   ///< one for each board of the fit
+  UnevenReport points = {};               ///< of the boards
+  bool is_settled = false;                ///< noise estimate and outliers converged within the allowed rounds
+  std::optional<ModelChoice> model = {};  ///< if the model was not named
+  std::optional<BetterModel> better_model = {};  ///< if it was named
 };
 
 }  // namespace alidade

@@ -21,19 +21,19 @@ namespace {
 
 // A camera that may become the start.
 struct StartCandidate : PosedCamera {
-  double cost = 0;  ///< with what is charged for views without a pose
+  double cost = 0;  ///< including a charge for views without a pose
 };
 
-// Fewer views with a pose say nothing.
+// With fewer posed views the result means nothing.
 constexpr std::size_t kMinPosedViews = 3;
 
-// Relative change of the cost at which to stop on the way to another solve.
+// Relative change of the cost at which intermediate solves stop.
 constexpr double kCoarseTolerance = 1e-3;
 
 constexpr int kMaxIterations = 100;
-constexpr double kFine = 1e-6;  // relative change of the cost: tells optima apart; the full solve goes on
+constexpr double kFine = 1e-6;  // relative change of the cost; enough to separate optima
 
-// Solves candidates on some of the views. May be used by several threads at once.
+// Solves candidates on some of the views. Thread-safe.
 class StartSolver {
  public:
   // @param views  the corners of each view
@@ -44,7 +44,7 @@ class StartSolver {
   [[nodiscard]] ImageSize size() const { return size_; }
   [[nodiscard]] const CancelFlag* cancel() const { return cancel_; }
 
-  // Poses by the corners' rays and the cost of these; infinite where too few views can be posed.
+  // Computes poses from the corners' rays, and their cost; infinite if too few views can be posed.
   void findPoses(std::string_view model_id, StartCandidate& candidate) const {
     const AnyCamera camera = AnyCamera::make(model_id, candidate.params);
     candidate.poses.assign(views_.size(), std::nullopt);
@@ -66,9 +66,8 @@ class StartSolver {
       candidate.cost = std::numeric_limits<double>::infinity();
   }
 
-  // Focal lengths, the first coefficient of the distortion and poses alone. With more, views with a wrong
-  // tilt would bend the principal point and the higher coefficients to themselves, and stay. False if the
-  // candidate is none.
+  // Solves only focal lengths, first distortion coefficient and poses. With more parameters free, views with
+  // a wrong tilt would bias principal point and higher coefficients, and stay wrong. False on failure.
   bool solveLeanly(std::string_view model_id, StartCandidate& candidate) const {
     std::vector<int> held = {2, 3};
     for (int i = 5; i < static_cast<int>(candidate.params.size()); ++i) held.push_back(i);
@@ -77,7 +76,7 @@ class StartSolver {
     return true;
   }
 
-  // Solves until no pose by rays is better than the one that a view came to. False if the candidate is none.
+  // Solves until poses from rays no longer improve on the solved ones. False on failure.
   bool solve(std::string_view model_id, StartCandidate& candidate) const {
     constexpr int kMaxRounds = 3;
     for (int round = 0; round < kMaxRounds; ++round) {
@@ -87,10 +86,10 @@ class StartSolver {
     return true;
   }
 
-  // Solves once, with parameters held or under a prior. False if the candidate is none.
+  // Solves once, with parameters held or under a prior. False on failure.
   bool solve(std::string_view model_id, StartCandidate& candidate, double tolerance, std::vector<int> held,
              const LensPrior& prior = {}) const {
-    // All boards are flat here, and the corners know their places on them.
+    // All boards are flat here; the corners carry their board positions.
     Fit fit = emptyFit(std::string(model_id), size_, candidate.params, Board(), loss_);
     onlyCamera(fit).constraint.held = std::move(held);
     onlyCamera(fit).weak_prior.prior = prior;
@@ -108,7 +107,7 @@ class StartSolver {
     fit = alidade::solve(
         std::move(fit),
         {.max_iterations = kMaxIterations, .function_tolerance = tolerance, .cancel = cancel_});
-    // An iteration limit is no failure here: the full solve goes on from where this one stopped.
+    // An iteration limit is not a failure here, because the full solve continues from this point.
     if (fit.summary.termination == Termination::kFailed) return false;
     candidate.params = onlyCamera(fit).params;
     candidate.cost = missing_cost + fit.summary.cost;
@@ -116,8 +115,8 @@ class StartSolver {
     return true;
   }
 
-  // The prior of natural sizes (LensScale) for a model in the likeness of a candidate of a different model,
-  // with the noise that the candidate leaves.
+  // The prior of natural sizes (LensScale) for a model initialised from a candidate of a different model,
+  // with the candidate's noise.
   [[nodiscard]] LensPrior naturalPrior(std::string_view model_id, const AnyCamera& like,
                                        const StartCandidate& candidate) const {
     std::size_t num_corners = 0;
@@ -127,7 +126,7 @@ class StartSolver {
     return lensScale(model_id, like, size()).prior(1, variance);
   }
 
-  // Same cost and same projections of all corners.
+  // True if cost and projections of all corners agree.
   [[nodiscard]] bool isSameOptimum(std::string_view model_id, const StartCandidate& a,
                                    const StartCandidate& b) const {
     constexpr double kSameCost = 1e-4;
@@ -149,8 +148,8 @@ class StartSolver {
   }
 
  private:
-  // A start at which a view has no pose pays for it as if all its corners were far off: a bad start must not
-  // win by losing views, and one bad view must not rule out every start.
+  // Charge for a view without a pose: as if all its corners were far off. A bad start must not win by losing
+  // views, and one bad view must not rule out every start.
   [[nodiscard]] double missingViewCost(std::size_t num_corners) const {
     constexpr double kFarOff = 10;  // thresholds of the loss
     const double error = kFarOff * loss_.threshold_px;
@@ -163,10 +162,10 @@ class StartSolver {
   const CancelFlag* cancel_;
 };
 
-constexpr std::size_t kMaxViews = 20;  // enough to choose a start; the rest joins in the full solve
+constexpr std::size_t kMaxViews = 20;  // enough to choose a start; the others join in the full solve
 constexpr std::size_t kMaxOptima = 3;  // compared on all views
 
-// Accuracy that solves with this tolerance reach. Optima of two shapes may have all but the same projections.
+// Accuracy that solves with this tolerance reach. Optima of two shapes may have nearly identical projections.
 bool isSameLens(std::span<const double> a, std::span<const double> b) {
   constexpr double kRelative = 1e-2;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -186,15 +185,15 @@ std::vector<std::size_t> spreadOf(std::size_t num_views) {
   return some;
 }
 
-// The model whose solution the search begins with: the lead of the family, or the model itself where that is
-// a part of the lead.
+// The model whose solution the search begins with: the lead of the family, or the model itself if the lead
+// contains it.
 const ModelTraits& leadingModel(std::string_view model_id) {
   const ModelTraits& model = modelTraits(model_id);
   const ModelTraits& lead = leadTraits(model.family);
   return lead.extends(model_id) ? model : lead;
 }
 
-// Pixels a radian on the axis for fields of view across the longer side.
+// Pixels per radian on the axis for several fields of view across the longer side.
 std::vector<double> focalLengths(LensFamily family, ImageSize size) {
   const double half_side = 0.5 * std::max(size.width, size.height);
   const auto half = [](double fov_deg) { return 0.5 * fov_deg * std::numbers::pi / 180; };
@@ -209,7 +208,7 @@ std::vector<double> focalLengths(LensFamily family, ImageSize size) {
   return focals;
 }
 
-// From the poses of the chosen views, as solved, to those of all views.
+// Extends the solved poses of the chosen views to poses of all views.
 void poseAll(std::string_view model_id, std::span<const std::vector<Observation>> views,
              std::span<const std::size_t> chosen, HuberLoss loss, PosedCamera& posed) {
   std::vector<std::optional<SE3>> poses(views.size());
@@ -218,10 +217,10 @@ void poseAll(std::string_view model_id, std::span<const std::vector<Observation>
   improvePoses(model_id, views, loss, posed);
 }
 
-// A camera of the requested model in the likeness of the leading model's solution.
+// A camera of the requested model that approximates the leading model's solution.
 struct Reshaped : StartCandidate {
-  std::optional<int> character;  // as LensShape
-  LensPrior prior;               // that it is first solved under
+  std::optional<int> character;  // see LensShape
+  LensPrior prior;               // for the first solve
 };
 
 double leastCost(std::span<const Reshaped> shapes) {
@@ -235,7 +234,7 @@ void eraseFailed(std::vector<Reshaped>& shapes, const std::vector<char>& is_good
   std::erase_if(shapes, [&](const Reshaped&) { return is_good[i++] == 0; });
 }
 
-// The search on some of the views.
+// The search on a subset of the views.
 class Search {
  public:
   Search(ImageSize size, std::vector<std::vector<Observation>> views, const StartOptions& options)
@@ -260,7 +259,7 @@ class Search {
   }
 
  private:
-  // A camera for each field of view that explains the views at all, the likeliest first.
+  // One camera per field of view that explains the views at all, the likeliest first.
   std::vector<StartCandidate> hypotheses(std::string_view model_id) const {
     std::vector<StartCandidate> candidates;
     for (const double focal : focalLengths(modelTraits(model_id).family, solver_.size()))
@@ -274,8 +273,8 @@ class Search {
     return candidates;
   }
 
-  // Solves candidates in their order until two agree; the best one. Threads to spare solve some of those
-  // beyond in vain; these do not count.
+  // Solves candidates in order until two agree; returns the best. Spare threads solve later candidates
+  // speculatively; these do not count.
   std::optional<StartCandidate> solveBest(std::string_view model_id, std::vector<StartCandidate>& candidates,
                                           StartReport& report) const {
     constexpr std::size_t kNeeded = 2;  // fewer cannot agree
@@ -305,13 +304,13 @@ class Search {
     return std::move(solved[best]);
   }
 
-  // From the solution of the leading model to those of the model that was asked for: the best one, and all
-  // distinct ones that are about as good.
+  // Goes from the solution of the leading model to those of the requested model: the best one, and all
+  // distinct ones of about the same cost.
   std::vector<StartCandidate> reshape(std::string_view leading_id, const StartCandidate& leading,
                                       std::string_view model_id) const {
     std::vector<Eigen::Vector2d> pixels;
     for (const auto& view : solver_.views()) {
-      constexpr std::size_t kEvery = 7;  // no divisor of usual boards' columns
+      constexpr std::size_t kEvery = 7;  // not a divisor of usual column counts of boards
       for (std::size_t i = 0; i < view.size(); i += kEvery) pixels.push_back(view[i].pixel);
     }
     const AnyCamera like = AnyCamera::make(leading_id, leading.params);
@@ -324,8 +323,8 @@ class Search {
     };
     for (LensShape& shape : lensShapes(model_id, like, pixels))
       add(std::move(shape.params)).character = shape.character;
-    // The model's own start, kept near itself at first: where shapes lead into one another, the solver strays
-    // from others to a pole or out of reach.
+    // The model's own start, with a prior that keeps it nearby at first: where shapes merge into one another,
+    // the solver would drift from other starts to a pole or out of range.
     const LensPrior prior = solver_.naturalPrior(model_id, like, leading);
     Reshaped& plain = add({prior.mean.begin(), prior.mean.end()});
     std::copy_n(leading.params.begin() + 2, 2, plain.params.begin() + 2);
@@ -337,7 +336,7 @@ class Search {
       return is_near && solver_.solve(model_id, shape);
     });
     eraseFailed(shapes, is_rough);
-    constexpr double kHopeless = 100;  // times the best cost: no shape comes down from there
+    constexpr double kHopeless = 100;  // times the best cost; no shape recovers from there
     const double bound = kHopeless * leastCost(shapes);
     std::erase_if(shapes, [&](const Reshaped& shape) { return shape.cost > bound; });
     const std::vector<char> is_fine =
@@ -346,7 +345,7 @@ class Search {
     std::stable_sort(shapes.begin(), shapes.end(), isCheaper);
     std::vector<StartCandidate> optima;
     for (Reshaped& shape : shapes) {
-      constexpr double kRival = 1.2;  // times the best cost: the views left out may reverse that
+      constexpr double kRival = 1.2;  // times the best cost; the remaining views may reverse the order
       if (shape.cost > kRival * shapes.front().cost) break;
       const bool is_known = std::any_of(optima.begin(), optima.end(), [&](const StartCandidate& other) {
         return isSameLens(shape.params, other.params);
@@ -357,7 +356,7 @@ class Search {
     return optima;
   }
 
-  // Works on each in a thread of its own; which of them went well.
+  // Processes each item in its own thread; returns which succeeded.
   template <class Candidates, class Work>
   std::vector<char> forEach(Candidates&& candidates, Work&& work) const {
     std::vector<char> is_good(candidates.size());
@@ -395,7 +394,7 @@ std::optional<Start> findStart(std::string_view model_id, std::span<const std::v
     if (!start) return std::nullopt;
     poseAll(model_id, views, chosen, loss, start->camera);
     for (PosedCamera& rival : start->rivals) poseAll(model_id, views, chosen, loss, rival);
-    // A camera that was fitted to some views may fold where others have corners; those then join.
+    // A camera fitted to some views may fold where others have corners; those are added.
     std::vector<std::size_t> lacking;
     for (std::size_t v = 0; v < views.size(); ++v) {
       if (!start->camera.poses[v] && !std::binary_search(chosen.begin(), chosen.end(), v))

@@ -18,7 +18,7 @@ std::optional<Start> searchedOrGivenStart(std::span<const std::vector<Observatio
   return startFrom(options.model, initialParameters(options, size), corners, size);
 }
 
-// The fit with the camera and the poses of another solution; nothing if that explains fewer views.
+// The fit with the camera and the poses of another solution; nothing if it explains fewer views.
 std::optional<Fit> movedTo(const PosedCamera& other, Fit fit) {
   onlyCamera(fit).params = other.params;
   for (const FitView& view : fit.views) {
@@ -29,10 +29,9 @@ std::optional<Fit> movedTo(const PosedCamera& other, Fit fit) {
   return fit;
 }
 
-// May the corners that will be left out, or the board's shape, still bring the two within noise of each
-// other?
+// True if leaving out corners, or the board's shape, may still bring the two within noise of each other.
 bool isClose(const Fit& fit, double cost) {
-  constexpr double kCloseChi2 = 100;  // about ten times what noise makes
+  constexpr double kCloseChi2 = 100;  // about ten times the effect of noise
   const double num_coordinates = 2 * static_cast<double>(numCorners(fit));
   return cost <= (1 + kCloseChi2 / num_coordinates) * fit.summary.cost;
 }

@@ -10,26 +10,27 @@
 
 namespace alidade {
 
-/// A fit to go on from, not solved for all views.
+/// A starting fit, not yet solved for all views.
 struct StartedFit {
-  Fit fit;                          ///< of the views that the start explains
+  Fit fit;                          ///< views that the start explains
   std::vector<PosedCamera> rivals;  ///< see Start; a pose for each prepared view
   StartReport report;
 };
 
 /// Finds a camera and poses to start from.
-/// @param options  with a model that is named
+/// @param options  must name a model
 /// @throws Error (kInput) if no camera explains the views, or too few of them
 [[nodiscard]] StartedFit startedFit(const PreparedViews& given, const CalibratorOptions& options);
 
-/// A fit beside the other optima of its start.
+/// A fit and the other optima of its start.
 struct ComparedFit {
   Fit fit;
-  /// Parameters of the others that were about as good on all views, for otherOptima().
+  /// Parameters of other optima of about the same cost on all views, for otherOptima().
   std::vector<std::vector<double>> close_params;
 };
 
-/// Other optima that were about as good on the views of the start: on all views the lowest cost decides.
+/// Compares other optima that were about as good on the views of the start; on all views the lowest cost
+/// decides.
 [[nodiscard]] ComparedFit comparedWithRivals(Fit fit, const std::vector<PosedCamera>& rivals,
                                              const CancelFlag* cancel);
 

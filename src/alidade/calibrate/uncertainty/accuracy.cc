@@ -21,8 +21,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// The same lens in the flexible model, with the covariance that the views leave under no more than what is
-// known of lenses in general.
+// The same lens in the flexible model, with its covariance from the views and prior knowledge of lenses in
+// general only.
 struct Flexible {
   AnyCamera camera;
   Eigen::MatrixXd covariance;
@@ -34,8 +34,8 @@ std::optional<Flexible> flexibleOf(const Fit& fit, double variance) {
   const FitCamera& of = onlyCamera(*flexible);
   AnyCamera camera = AnyCamera::make(of.model, of.params);
   Eigen::MatrixXd information = intrinsicsInformation(*flexible).information;
-  // Width for LensScale: how far a lens may deviate from a stiff model in the corner of the image, 5 % of its
-  // diagonal, or a tenth of that where the model has a polynomial of its own.
+  // Width for LensScale: the deviation of a lens from a stiff model in the corner of the image, 5 % of its
+  // diagonal, or a tenth of that if the model has its own polynomial.
   const double deviation = modelTraits(onlyCamera(fit).model).is_polynomial ? 0.01 : 0.1;
   const LensPrior prior = lensScale(of.model, camera, of.size).prior(deviation, variance);
   for (std::size_t i = 0; i < prior.precision.size(); ++i) {
@@ -61,8 +61,8 @@ std::vector<View> seenCorners(const Fit& fit) {
   return views;
 }
 
-// Changes of the pixels by the parameters after alignment by the rotation (or pose) that fits best where
-// boards were seen.
+// Derivatives of the pixels by the parameters, after the best alignment by a rotation (or pose) where boards
+// were seen.
 class Alignment {
  public:
   Alignment(const AnyCamera& camera, std::span<const Eigen::Vector2d> pixels,
@@ -91,15 +91,16 @@ class Alignment {
   AlignedJacobians aligned_;
 };
 
-// The radius about the origin that a circular normal variable in the plane stays within with a probability of
-// 95 % if its mean is `offset` away and `radius` is that about the mean: the quantile of Rice's distribution,
-// within 0.7 %. For a long narrow distribution it is too small by up to 7 % or too large by up to 23 %.
+// The radius about the origin that a circular normal variable in the plane does not exceed with a probability
+// of 95 % if its mean is `offset` away and `radius` is that about the mean: the quantile of Rice's
+// distribution, within 0.7 %. For a long narrow distribution it is too small by up to 7 % or too large by up
+// to 23 %.
 double displacedRadius95(double offset, double radius) {
-  constexpr double kAlong = 1.6449 / 2.4477;  // one coordinate's 95 % over the plane's: what counts far away
+  constexpr double kAlong = 1.6449 / 2.4477;  // one coordinate's 95 % over the plane's, for large offsets
   return kAlong * radius + std::hypot(offset, (1 - kAlong) * radius);
 }
 
-// Largest differences to cameras that explain the corners as well, px; 0 where they see nothing.
+// Largest differences to cameras that explain the corners equally well, px; 0 where these have no ray.
 std::vector<double> largestDifferences(const AnyCamera& camera, std::span<const AnyCamera> alternatives,
                                        const std::vector<Eigen::Vector2d>& pixels,
                                        const std::vector<bool>& is_covered, double distance_m) {
@@ -149,7 +150,7 @@ Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const An
   const std::vector<double> open_px =
       largestDifferences(AnyCamera::make(camera.model, camera.params), alternatives, accuracy.pixels,
                          accuracy.is_covered, distance_m);
-  // The 95 % radius of a deviation whose two coordinates are normal variables over the image.
+  // The 95 % radius of a deviation whose two coordinates are normally distributed over the image.
   constexpr double kPlanar95 = 2.4477;
   if (known.hasBias()) accuracy.deviation_px = kPlanar95 / std::sqrt(2.0) * known.image_bias.rms_px;
   std::size_t num_rays = 0;
@@ -163,7 +164,7 @@ Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const An
     double other = open_px[i];
     if ((!is_covered || is_stiff) && open && open->hasRay(i)) {
       const double flexible_px = open->error(i, flexible->covariance);
-      // The flexible camera, from which a stiff one is known to differ, may itself be off.
+      // The flexible camera, from which a stiff one is known to differ, has its own uncertainty.
       other = is_covered ? displacedRadius95(other, flexible_px) : std::max(other, flexible_px);
     }
     error = std::max(error, other);

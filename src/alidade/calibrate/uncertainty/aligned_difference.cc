@@ -11,11 +11,11 @@
 namespace alidade {
 namespace {
 
-// The pose after which b has the points that a sees at `pixels`, on a sphere around it, nearest to these
-// pixels; from a good guess. Only its rotation is free where the points are far away.
+// The pose that aligns b with a: the points that a sees at `pixels`, on a sphere around it, project nearest
+// to these pixels. Needs a good guess. Only its rotation is free if the points are distant.
 SE3 alignedPose(const AnyCamera& b, const std::vector<Eigen::Vector3d>& points,
                 const std::vector<Eigen::Vector2d>& pixels, bool are_far, SE3 b_from_a) {
-  constexpr int kRounds = 5;  // of Gauss and Newton, for cameras that are nearly the same
+  constexpr int kRounds = 5;  // of Gauss-Newton, for nearly equal cameras
   const Eigen::Index num_free = are_far ? 3 : 6;
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();

@@ -11,11 +11,11 @@
 
 namespace alidade {
 
-/// How far from each pixel of camera a camera b puts what a shows there at `distance_m`, px; NaN where one of
-/// the two does not see it. The frames of the two are brought together by what fits the rays of `anchors`
-/// best, pixels at which both cameras are known to be right: what they say elsewhere is then compared without
-/// a share of the difference going into the alignment. It is a rotation at an infinite distance, otherwise a
-/// pose, and the result is then the same for all distances.
+/// Displacement between the pixels of cameras a and b for the points that a sees at `distance_m`, px; NaN if
+/// one of the two does not see a point. The frames are aligned by the best fit to the rays of `anchors`,
+/// pixels at which both cameras are known to be right, so that no difference elsewhere affects the alignment.
+/// It is a rotation at an infinite distance, otherwise a pose, and the result is then the same for all
+/// distances.
 [[nodiscard]] std::vector<double> alignedDifferences(
     const AnyCamera& a, const AnyCamera& b, std::span<const Eigen::Vector2d> pixels,
     std::span<const Eigen::Vector2d> anchors, double distance_m = std::numeric_limits<double>::infinity());

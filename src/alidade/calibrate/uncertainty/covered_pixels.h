@@ -10,11 +10,11 @@
 
 namespace alidade {
 
-/// Whether each pixel lies within the convex hull of some view's corners.
+/// For each pixel, true if it is within the convex hull of some view's corners.
 [[nodiscard]] std::vector<bool> isCovered(std::span<const Eigen::Vector2d> pixels,
                                           std::span<const View> views);
 
-/// Those of the pixels that lie within the convex hull of some view's corners.
+/// The pixels within the convex hull of some view's corners.
 [[nodiscard]] std::vector<Eigen::Vector2d> coveredPixels(std::span<const Eigen::Vector2d> pixels,
                                                          std::span<const View> views);
 

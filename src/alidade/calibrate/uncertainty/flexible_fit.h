@@ -7,8 +7,8 @@
 
 namespace alidade {
 
-/// The same lens in a model of its kind with room for what the given one cannot express (see
-/// ModelTraits::flexible_id), nothing held; nothing is solved again. Nothing where there is no such model.
+/// The same lens in a more flexible model of the same kind (see ModelTraits::flexible_id), with nothing held
+/// and nothing solved again. Nothing if there is no such model.
 /// @param fit  of one camera
 [[nodiscard]] std::optional<Fit> flexibleFit(const Fit& fit);
 

@@ -47,10 +47,10 @@ class FieldGrid {
   int rows_;
 };
 
-// The views' equations for intrinsics and field, their poses following.
+// The views' equations for intrinsics and field, with their poses eliminated.
 struct Votes {
   Eigen::MatrixXd information;  // of all views
-  Eigen::MatrixXd gradients;    // a column a view
+  Eigen::MatrixXd gradients;    // one column per view
 };
 
 Votes votesOf(const Fit& fit, const FieldGrid& grid) {
@@ -65,7 +65,7 @@ Votes votesOf(const Fit& fit, const FieldGrid& grid) {
   return votes;
 }
 
-// Inverse on what the views determine.
+// Inverse in the directions that the views determine.
 Eigen::MatrixXd inverseOfDetermined(const Eigen::MatrixXd& matrix) {
   constexpr double kUndetermined = 1e-11;
   if (matrix.size() == 0) return matrix;  // all parameters are held
@@ -87,7 +87,7 @@ ImageBias imageBias(const Fit& fit) {
   const Votes votes = votesOf(fit, grid);
   const auto n = static_cast<Eigen::Index>(camera.params.size());
   const Eigen::Index m = grid.size();
-  // The intrinsics follow as well.
+  // The intrinsics are eliminated as well.
   const Eigen::MatrixXd directions = freeDirections(static_cast<int>(n), camera.constraint);
   const Eigen::MatrixXd coupling = directions.transpose() * votes.information.topRightCorner(n, m);
   const Eigen::MatrixXd back =
@@ -96,17 +96,17 @@ ImageBias imageBias(const Fit& fit) {
   const Eigen::MatrixXd scores =
       votes.gradients.bottomRows(m) - back * (directions.transpose() * votes.gradients.topRows(n));
   Eigen::MatrixXd information = votes.information.bottomRightCorner(m, m) - back * coupling;
-  // What poses and intrinsics would take up of the field has next to no information: it must not be divided
-  // by.
+  // The parts of the field that poses and intrinsics would absorb have hardly any information, which must not
+  // be divided by.
   constexpr double kPrior = 0.05;  // of the mean information
   const double prior = kPrior * information.trace() / static_cast<double>(m);
   if (!(prior > 0)) return {};
   information.diagonal().array() += prior;
   const Eigen::MatrixXd whitened = information.llt().matrixL().solve(scores);
-  const Eigen::MatrixXd products = whitened.transpose() * whitened;  // of two views each
+  const Eigen::MatrixXd products = whitened.transpose() * whitened;  // products of two views
   const double agreed = products.sum() - products.trace();
-  // Flipping the sign of whole views leaves everything as it is if they have nothing in common. Over all
-  // flips the sum has the mean 0 and this variance.
+  // If views have nothing in common, flipping the sign of whole views changes nothing. Over all flips the sum
+  // has the mean 0 and this variance.
   const double variance = 2 * (products.squaredNorm() - products.diagonal().squaredNorm());
   if (!(variance > 0)) return {};
   return {.z = agreed / std::sqrt(variance),

@@ -21,13 +21,13 @@ namespace {
 
 constexpr double kBeyondSigmas = 3;
 
-// The variance by which a difference of costs is no more than noise.
+// Variance for deciding whether a difference of costs is noise.
 double variance(const Uncertainty& known) {
   const double by_noise = known.coordinate_sigma_px * known.coordinate_sigma_px;
   return known.isNoiseExceeded() ? by_noise * std::max(1.0, known.by_views->excess) : by_noise;
 }
 
-// Of twice the cost, what bends of the other camera's own would save.
+// Part of twice the other camera's cost that its own bends would save.
 double savedByBends(const Fit& fit, const Fit& other) {
   if (!isShapeEstimated(fit)) return 0;
   const auto info = shapeInformation(other, estimatedShapes(fit));
@@ -53,7 +53,7 @@ double projectionDifference(const AnyCamera& a, const AnyCamera& b, std::span<co
 
 std::optional<OtherOptimum> otherOptimum(const Fit& fit, const std::vector<double>& params,
                                          const Uncertainty& known, const CancelFlag* cancel) {
-  // Poses by the corners' rays: since the search, views may have gone out of use or come back.
+  // Poses from the corners' rays, because views may have been removed or added since the search.
   Fit start = fit;
   onlyCamera(start).params = params;
   fixShapes(start);

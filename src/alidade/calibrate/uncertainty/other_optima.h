@@ -9,20 +9,20 @@
 
 namespace alidade {
 
-/// A cost above that of the result by less than this, as a difference of chi square, is what noise makes: 3
-/// standard deviations of a single question. The likelihoods of the two are then less than 90 to 1.
+/// An excess cost below this, as a difference of chi square, is attributed to noise: 3 standard deviations
+/// for a single question. The likelihood ratio is then less than 90 to 1.
 inline constexpr double kNoiseChi2 = 9;
 
-/// Of the optima that a search for a start has left (ComparedFit::close_params), those that the corners in
-/// use do not rule out and that the stated sigmas of the result do: each is solved to rest on the same
-/// corners with the same loss, board and prior, and counts if it is sound (unsoundnessOf()), costs more by
-/// less than kNoiseChi2 and has a parameter beyond 3 stated standard deviations. Where the board's bend was
-/// estimated, it may differ. Where the views disagree by more than noise, the chi square is by
-/// their disagreement.
+/// Optima left by the search for a start (ComparedFit::close_params) that the corners in use do not rule out
+/// although the stated sigmas of the result do. Each is solved to convergence on the same corners with the
+/// same loss, board and prior. It counts if it is sound (unsoundnessOf()), its excess cost is below
+/// kNoiseChi2, and a parameter differs by more than 3 stated standard deviations. If the board's bend was
+/// estimated, it may differ. If the views disagree by more than noise, chi square is scaled by their
+/// disagreement.
 ///
-/// Local sigmas come from the curvature at one optimum and cannot know of another.
+/// Stated sigmas come from the curvature at one optimum and cannot show another.
 ///
-/// @param known  of the same fit, with its covariance; without one there are no sigmas to contradict
+/// @param known  of the same fit, with its covariance; without one the result is empty
 [[nodiscard]] std::vector<OtherOptimum> otherOptima(const Fit& fit,
                                                     const std::vector<std::vector<double>>& close_params,
                                                     const Uncertainty& known, const CancelFlag* cancel);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kFewestPlaces = 3;  // in a group
 
-// Directions in which all places together say 1, as far as they say anything.
+// Basis of the determined directions in which the information of all places together is 1.
 Eigen::MatrixXd unitBasis(const Eigen::MatrixXd& information) {
   constexpr double kNothing = 1e-10;
   const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -29,8 +29,8 @@ Eigen::MatrixXd unitBasis(const Eigen::MatrixXd& information) {
          values.tail(num_known).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
-// Evidence of a place about an offset d of the intrinsics: twice its cost is d^T S d + 2 g^T d, in units of
-// the noise.
+// Information of a place about an offset d of the intrinsics: twice its cost is d^T S d + 2 g^T d, in units
+// of the noise.
 struct Place {
   Eigen::MatrixXd S;
   Eigen::VectorXd g;
@@ -39,7 +39,7 @@ struct Place {
 };
 
 struct Division {
-  std::vector<int> group;  // 0 or 1, of each place
+  std::vector<int> group;  // 0 or 1 per place
   std::array<Eigen::VectorXd, 2> offset;
   double cost = std::numeric_limits<double>::infinity();
 };
@@ -49,8 +49,8 @@ bool isLargeEnough(const std::vector<int>& group) {
   return ones >= kFewestPlaces && group.size() - ones >= kFewestPlaces;
 }
 
-// The offset with the least cost for a group. All places together say 1 in each direction; what a group says
-// less than a hundredth of is left as it is.
+// The offset with the lowest cost for a group. All places together have information 1 in each direction;
+// directions with less than a hundredth of that from the group hardly move.
 Eigen::VectorXd offsetOf(std::span<const Place> places, const std::vector<int>& group, int which) {
   constexpr double kLittle = 0.01;
   Eigen::MatrixXd S = kLittle * Eigen::MatrixXd::Identity(places[0].S.rows(), places[0].S.cols());
@@ -63,7 +63,7 @@ Eigen::VectorXd offsetOf(std::span<const Place> places, const std::vector<int>& 
   return -S.ldlt().solve(g);
 }
 
-// k-means from a first assignment.
+// k-means, starting from a given assignment.
 std::optional<Division> divided(std::span<const Place> places, std::vector<int> group) {
   constexpr int kMaxRounds = 30;
   Division division;
@@ -83,7 +83,7 @@ std::optional<Division> divided(std::span<const Place> places, std::vector<int> 
   return division;
 }
 
-// A first assignment by the sign of the pulls along each of the directions in which they are largest.
+// Tries initial assignments by the sign of the pulls along each of the directions in which they are largest.
 std::optional<Division> bestDivision(std::span<const Place> places) {
   Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(places[0].S.rows(), places[0].S.cols());
   for (const Place& place : places) squares += place.g * place.g.transpose();
@@ -98,8 +98,8 @@ std::optional<Division> bestDivision(std::span<const Place> places) {
   return best;
 }
 
-// Places by the names of their views: those of two cameras usually differ in more than a number, or lie in
-// two folders. Nothing if there are not exactly two kinds of names.
+// Groups places by the names of their views: names from two cameras usually differ in more than a number, or
+// are in two folders. Nothing unless there are exactly two kinds of names.
 std::optional<std::vector<int>> groupsByName(const Fit& fit, std::span<const std::size_t> place_of,
                                              std::size_t num_places) {
   std::vector<std::string> kinds;
@@ -119,8 +119,8 @@ std::optional<std::vector<int>> groupsByName(const Fit& fit, std::span<const std
   return group;
 }
 
-// F statistic of a division that was not chosen by the data: what two offsets gain, for each of their
-// parameters, over what the places of a group still differ by.
+// F statistic of a division that was chosen independently of the data: gain of two offsets per parameter,
+// over the remaining differences between places of a group.
 double statistic(std::span<const Place> places, const Division& division) {
   constexpr double kSilent = 1e-6;
   double gain = 0;
@@ -141,15 +141,16 @@ double statistic(std::span<const Place> places, const Division& division) {
   return freedom > 0 ? gain / num_free / (left / freedom) : 0.0;
 }
 
-// The place of each view along the line between the offsets, which lie at -1/2 and 1/2, and its variance by
+// Position of each view along the line between the offsets, which are at -1/2 and 1/2, with its variance by
 // noise.
 struct Estimate {
   double value;
   double variance;
 };
 
-// The offsets are those of the other places. With its own, each of a few places would lie near the offset of
-// its group, whatever the groups are: among as many parameters some line divides them.
+// For each place, offsets are computed from the other places. Otherwise each of a few places would be near
+// the offset of its own group, for any grouping, since with this many parameters some line always separates
+// them.
 std::vector<Estimate> estimatesOf(std::span<const Place> places, const Division& division) {
   std::vector<Estimate> estimates;
   std::vector<int> group = division.group;
@@ -174,7 +175,7 @@ double logNormal(double x, double variance) {
   return -0.5 * (x * x / variance + std::log(2 * std::numbers::pi * variance));
 }
 
-// Logarithm of the likelihood of one normal distribution of a given width.
+// Log likelihood of one normal distribution of a given width.
 double singleLikelihood(std::span<const Estimate> estimates, double width) {
   double weights = 0;
   double values = 0;
@@ -190,13 +191,13 @@ double singleLikelihood(std::span<const Estimate> estimates, double width) {
 
 struct Mixture {
   double likelihood = -std::numeric_limits<double>::infinity();
-  double separation = 0;   // of the means, in widths
+  double separation = 0;   // between the means, in widths
   double num_smaller = 0;  // places in the smaller group
 };
 
-// Of two normal distributions of this width, by expectation maximisation (Dempster, Laird and Rubin 1977,
-// Maximum likelihood from incomplete data via the EM algorithm, Journal of the Royal Statistical Society B
-// 39(1)).
+// Mixture of two normal distributions of this width, by expectation maximisation (Dempster, Laird and Rubin
+// 1977, Maximum likelihood from incomplete data via the EM algorithm, Journal of the Royal Statistical
+// Society B 39(1)).
 Mixture mixtureOf(std::span<const Estimate> estimates, double width) {
   constexpr int kRounds = 50;
   const auto n = static_cast<double>(estimates.size());
@@ -221,7 +222,7 @@ Mixture mixtureOf(std::span<const Estimate> estimates, double width) {
         values[k] += chance[k] * e.value / variance;
       }
     }
-    constexpr double kAtRest = 1e-3;  // far below the evidence that counts
+    constexpr double kAtRest = 1e-3;  // far below any relevant evidence
     mixture.num_smaller = std::min(in_second, n - in_second);
     if (std::abs(mixture.likelihood - before) < kAtRest) break;
     share = std::clamp(in_second / n, 1 / n, 1 - 1 / n);
@@ -233,10 +234,10 @@ Mixture mixtureOf(std::span<const Estimate> estimates, double width) {
   return mixture;
 }
 
-// Do the places form two groups rather than one of any width?
+// True if the places form two groups and not one of any width.
 bool areTwoGroups(std::span<const Estimate> estimates) {
-  constexpr double kEvidence = 6;    // of the logarithms; of 26 sets of one camera none exceeds 4.4
-  constexpr double kSeparation = 6;  // where no lens of the model follows the real one, up to 5
+  constexpr double kEvidence = 6;    // difference of log likelihoods; at most 4.4 for 26 sets of one camera
+  constexpr double kSeparation = 6;  // up to 5 if no lens of the model matches the real one
   double single = -std::numeric_limits<double>::infinity();
   Mixture mixture;
   for (double width = 1e-3; width < 2; width *= 1.7) {
@@ -246,15 +247,14 @@ bool areTwoGroups(std::span<const Estimate> estimates) {
   }
   constexpr double kRounding = 0.5;
   const bool are_groups =
-      mixture.num_smaller > static_cast<double>(kFewestPlaces) - kRounding;  // no odd view
+      mixture.num_smaller > static_cast<double>(kFewestPlaces) - kRounding;  // no single odd view
   return are_groups && mixture.likelihood - single > kEvidence && mixture.separation > kSeparation;
 }
 
-// A division that the names suggest is tested first: it is not chosen by the data.
+// A division by names is tested first, because it does not depend on the data.
 std::optional<Division> significantDivision(std::span<const Place> places,
                                             const std::optional<std::vector<int>>& by_name) {
-  constexpr double kNamedF =
-      4;  // of halves of real sets at most 3, where a lens of the model follows the real one
+  constexpr double kNamedF = 4;  // at most 3 for halves of real sets if the model fits the lens
   if (by_name) {
     Division named{.group = *by_name,
                    .offset = {offsetOf(places, *by_name, 0), offsetOf(places, *by_name, 1)}};

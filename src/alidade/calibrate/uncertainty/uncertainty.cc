@@ -28,7 +28,7 @@ double ParameterUncertainty::parameterStdByNoise(int i) const {
 }
 
 bool ParameterUncertainty::isNoiseExceeded() const {
-  constexpr double kExactPx = 1e-4;  // corners without noise: rounding is no disagreement
+  constexpr double kExactPx = 1e-4;  // for corners without noise, where rounding is not disagreement
   return by_views && coordinate_sigma_px > kExactPx && by_views->excess_sigmas > kBeyondChance;
 }
 
@@ -38,8 +38,8 @@ DenseMatrix ParameterUncertainty::statedCovariance() const {
                            : is_other        ? *ignored_bend->covariance
                                              : *covariance;
   if (ignored_bend) stated += ignored_bend->params_step.view() * ignored_bend->params_step.view().transpose();
-  // Inverses are symmetric but for rounding, which a nearly singular covariance carries to the digits of
-  // pixels. Files state the lower triangle, and recomputing from the file gives the same result.
+  // Inverses are symmetric except for rounding, which a nearly singular covariance amplifies to visible
+  // digits of pixels. Files state the lower triangle, and recomputing from the file gives the same result.
   return Eigen::MatrixXd(stated.selfadjointView<Eigen::Lower>());
 }
 
@@ -66,7 +66,7 @@ std::optional<ParameterUncertainty::Correlation> ParameterUncertainty::strongest
 }
 
 bool Uncertainty::hasBias() const {
-  constexpr double kBiasSigmas = 0.3;  // of a corner's coordinate: less is no harm
+  constexpr double kBiasSigmas = 0.3;  // of a corner's coordinate; less is harmless
   return image_bias.isSeen() && image_bias.rms_px > kBiasSigmas * coordinate_sigma_px;
 }
 

@@ -30,7 +30,7 @@
 namespace alidade {
 namespace {
 
-// The information whose inverse along the directions is given; it is zero across them.
+// The information whose inverse in the given directions is known; zero perpendicular to them.
 Eigen::MatrixXd informationOf(const Eigen::MatrixXd& inverse, const Eigen::MatrixXd& directions) {
   if (directions.cols() == 0) return Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
   const Eigen::VectorXd squares = directions.colwise().squaredNorm();  // they are orthogonal
@@ -39,7 +39,7 @@ Eigen::MatrixXd informationOf(const Eigen::MatrixXd& inverse, const Eigen::Matri
   return onto.transpose() * along.inverse() * onto;
 }
 
-// The prior's information about the free directions.
+// The prior's information in the free directions.
 Eigen::MatrixXd precisionOn(const Eigen::MatrixXd& directions, const LensPrior& prior) {
   if (prior.isNone()) return Eigen::MatrixXd::Zero(directions.rows(), directions.rows());
   const Eigen::VectorXd squares = directions.colwise().squaredNorm();  // they are orthogonal
@@ -47,15 +47,15 @@ Eigen::MatrixXd precisionOn(const Eigen::MatrixXd& directions, const LensPrior& 
   return onto * Eigen::Map<const Eigen::VectorXd>(prior.precision.data(), onto.rows()).asDiagonal() * onto;
 }
 
-// Knowledge of the parameters, by the corners and by the views.
+// Covariances of the parameters, by corners and by views.
 struct Known {
   double variance = 0;               // of the coordinate of a corner of weight 1
-  Eigen::MatrixXd information = {};  // by the corners, what else is unknown being free
+  Eigen::MatrixXd information = {};  // by the corners, with all other unknowns free
   std::optional<Eigen::MatrixXd> covariance = {};
   std::optional<ViewCovariance> by_views = {};
 };
 
-// The same under the camera's prior.
+// The same with the camera's prior.
 void applyPrior(const FitCamera& camera, Known& known) {
   if (camera.weak_prior.isNone()) return;
   known.covariance = heldCovariance(known.information, camera, known.variance);
@@ -65,7 +65,7 @@ void applyPrior(const FitCamera& camera, Known& known) {
     *by_views = *heldCovariance(known.information, camera, known.variance, *by_views);
 }
 
-// Values of a fit that several stages need.
+// Values of a fit that several stages use.
 struct Residuals {
   explicit Residuals(const Fit& fit)
       : directions(
@@ -84,21 +84,21 @@ struct Residuals {
   double variance = 0;  // of the coordinate of a corner of weight 1, px^2; infinite if unknown
 };
 
-// Adds what the uncertainty of the boards' offsets takes from what is known: see offsetShare().
-// @param prior  information that is in the covariance beside that of the corners
+// Adds the effect of the uncertainty of the boards' offsets, see offsetShare().
+// @param prior  information in the covariance besides that of the corners
 void addOffsets(const Eigen::MatrixXd& share, const Eigen::MatrixXd& directions, const Eigen::MatrixXd& prior,
                 Known& known) {
   if (share.isZero(0) || !known.covariance) return;
   *known.covariance += known.variance * share;
   known.information = informationOf(*known.covariance / known.variance, directions) - prior;
   if (!known.by_views) return;
-  // Views that disagree know the offsets no better than each other.
+  // If views disagree, they know the offsets equally poorly.
   const Eigen::MatrixXd by_views = known.variance * std::max(1.0, known.by_views->excess) * share;
   known.by_views->covariance = known.by_views->covariance.view() + by_views;
   known.by_views->larger = known.by_views->larger.view() + by_views;
 }
 
-// With the boards' shapes as they are.
+// Covariances with the boards' shapes held.
 Known withShapeGiven(const Fit& fit, const Residuals& residuals, const IntrinsicsInformation& information,
                      const Eigen::MatrixXd& share) {
   const Eigen::MatrixXd& directions = residuals.directions;
@@ -113,7 +113,7 @@ Known withShapeGiven(const Fit& fit, const Residuals& residuals, const Intrinsic
   return known;
 }
 
-// With the bends among the unknowns.
+// Covariances with the bends free.
 Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance, const ShapeInformation& bent,
                     const Eigen::MatrixXd& share) {
   const FitCamera& camera = onlyCamera(fit);
@@ -129,7 +129,7 @@ Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance,
   return known;
 }
 
-// The sigmas of bends that were estimated: where the views disagree, theirs if larger.
+// The sigmas of estimated bends: by the disagreement of the views if that is larger.
 void setBendStd(const Fit& fit, const Residuals& residuals, const ShapeInformation& bent,
                 ParameterUncertainty& result) {
   const Eigen::VectorXd all_by_noise = (residuals.variance * bent.bend_inverse.diagonal()).cwiseSqrt();
@@ -163,7 +163,7 @@ ParameterUncertainty parameterUncertainty(const Fit& fit, const Residuals& resid
   const auto bent = is_estimated          ? shapeInformation(fit, estimatedShapes(fit))
                     : result.ignored_bend ? shapeInformation(fit, result.ignored_bend->boards)
                                           : std::nullopt;
-  // Without the bends' share the covariance would be too small, so there is none then.
+  // Without the bends' share the covariance would be too small, so it is omitted.
   if (is_estimated && !bent) return result;
   const auto of_all = offsetShare(fit);
   if (!of_all) return result;
@@ -176,8 +176,8 @@ ParameterUncertainty parameterUncertainty(const Fit& fit, const Residuals& resid
   result.by_views = std::move(known.by_views);
   if (is_estimated) setBendStd(fit, residuals, *bent, result);
   if (!result.ignored_bend || !bent || !result.covariance) return result;
-  // Where the views show bends that the user wants ignored, what is missing is known: the camera with the
-  // bends has the uncertainty that it states, and the one without lies so far from it.
+  // If the views show bends that the user wants ignored, the error is known: the camera with the bends has
+  // its stated uncertainty, and the one without differs from it by a known step.
   IgnoredBend& ignored = *result.ignored_bend;
   const Known with_bend =
       withShapeFree(fit, residuals, residuals.variance * ignored.cost_share, *bent, share);
@@ -187,7 +187,7 @@ ParameterUncertainty parameterUncertainty(const Fit& fit, const Residuals& resid
   return result;
 }
 
-// Corners that are all stated to be equal need no weights, and tau is what their variance leaves.
+// Corners with equal stated sigmas need no weights; tau is the rest of their variance.
 double unexplainedSigma(const Fit& fit, double variance) {
   const CornerNoise& noise = onlyCamera(fit).noise;
   if (!noise.isStated()) return std::numeric_limits<double>::quiet_NaN();

@@ -6,7 +6,7 @@
 
 namespace alidade {
 
-/// Of a fit of one camera, solved.
+/// The uncertainty of a solved fit of one camera.
 [[nodiscard]] Uncertainty uncertaintyOf(const ModelSolution& solution, const CalibratorOptions& options);
 
 }  // namespace alidade

@@ -16,7 +16,7 @@ double inflation(double freedom) {
   return studentT95(freedom) / kNormal95;
 }
 
-// In every direction the larger of two covariances, of which the first is `variance` times the identity.
+// In every direction the larger of two covariances, the first of which is `variance` times the identity.
 Eigen::MatrixXd larger(double variance, const Eigen::MatrixXd& covariance) {
   const SymmetricEigen solver(covariance);
   const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(variance);
@@ -28,8 +28,8 @@ Eigen::MatrixXd larger(double variance, const Eigen::MatrixXd& covariance) {
 std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
                                              const Eigen::MatrixXd& directions, int num_params,
                                              double variance, double mean_slope) {
-  constexpr std::size_t kFewestViews = 3;  // two disagree with each other in any case
-  constexpr double kLeastFreedom = 2;      // with less no factor is large enough
+  constexpr std::size_t kFewestViews = 3;  // two always disagree
+  constexpr double kLeastFreedom = 2;      // with less, no factor is large enough
   const Eigen::Index m = directions.cols();
   if (m == 0 || pulls.size() < kFewestViews) return std::nullopt;
   const auto shares = ViewShares::make(pulls, directions, mean_slope);

@@ -19,7 +19,7 @@ constexpr int kShear = 1;
 constexpr int kStretch = 2;
 constexpr int kNumWays = 3;
 
-// The ways in which a view may differ, as further columns.
+// The ways in which a view may differ, as additional columns.
 struct WayColumns {
   std::array<double, 2> focal;
   double centre_y;
@@ -27,14 +27,14 @@ struct WayColumns {
   static int size() { return kNumWays; }
   [[nodiscard]] ExtraElements<2> elements(const CornerRows& rows, int axis) const {
     const double* J = rows.J_px_params[static_cast<std::size_t>(axis)];
-    // Of the projected pixel, which is the observed one and the error.
+    // For the projected pixel, the sum of the observed one and the error.
     const double below_centre = rows.root_weight * (rows.corner.pixel.y() - centre_y) + rows.error[1];
     return {.column = {kFocal, axis == 0 ? kShear : kStretch},
             .value = {focal[0] * J[0] + focal[1] * J[1], below_centre}};
   }
 };
 
-// The normal equations of one view by the ways in which it may differ, its pose eliminated.
+// The normal equations of one view for its possible differences, with its pose eliminated.
 struct ViewWays {
   Eigen::Matrix3d information;
   Eigen::Vector3d gradient;
@@ -42,7 +42,7 @@ struct ViewWays {
   int num_corners = 0;
 };
 
-// By how much the sum of squares of one view falls if it may differ, and in how many ways it can.
+// Decrease of the sum of squares of one view if it may differ, and the number of ways in which it can.
 struct Drop {
   double squares = 0;
   int freedom = 0;
@@ -56,7 +56,7 @@ Drop dropByFocal(const ViewWays& view) {
 
 Drop dropByRows(const ViewWays& view) {
   const SymmetricEigen solver(view.information.bottomRightCorner<2, 2>());
-  // Seen from the front a plane tells nothing of one of the two.
+  // In a frontal view a plane does not determine one of the two.
   constexpr double kUnseen = 1e-6;
   Drop drop;
   for (int i = 0; i < 2; ++i) {
@@ -69,7 +69,7 @@ Drop dropByRows(const ViewWays& view) {
   return drop;
 }
 
-// Of values with the given informations at unit variance, as the class comment says.
+// Spread of values with given informations at unit variance, see ViewVariation::spread.
 class Spread {
  public:
   explicit Spread(double variance) : variance_(variance) {}
@@ -99,7 +99,7 @@ class Spread {
   int count_ = 0;
 };
 
-// F statistic of `drops` against what they leave; nothing is free but poses and, in all, as many values as
+// F statistic of `drops` against the remaining squares; free are only poses and, in total, as many values as
 // the camera has parameters.
 double statistic(std::span<const Drop> drops, double squares, int freedom, double& variance) {
   Drop all;

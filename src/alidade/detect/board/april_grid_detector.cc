@@ -35,7 +35,8 @@ Detection findBoard(const GrayImage& image, const AprilGrid& board) {
   const Detection detection = findMarkerBoard(image, board, patterns);
   if (detection.reason != DetectionReason::kNoBoard && detection.reason != DetectionReason::kUnplaced)
     return detection;
-  // Bright tags touch the small squares at their corners, which hides their outlines among dark ones.
+  // Bright tags touch the small squares at their corners. On a negative, the dark squares hide the outlines
+  // of the tags.
   const Detection inverted = findMarkerBoard(negativeOf(image), board, patterns);
   return inverted.hasCorners() ? inverted : detection;
 }

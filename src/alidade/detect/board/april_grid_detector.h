@@ -7,7 +7,7 @@
 
 namespace alidade {
 
-/// Finds an AprilGrid whose tags have any of AprilGrid::kBorders, black on white or white on black. Tags of
+/// Finds an AprilGrid whose tags have any of AprilGrid::kBorders, black on white or white on black. Tags with
 /// other ids belong to other boards.
 [[nodiscard]] Detection findBoard(const GrayImage& image, const AprilGrid& board);
 

@@ -8,18 +8,18 @@ namespace {
 
 using Eigen::Vector2d;
 
-// The picture from the outermost line of corners outwards, over one square.
+// The image from the outermost line of corners outwards, over one square.
 struct OuterSquare {
-  bool is_dark = false;  // as the mesh's colours have it
-  // What lies beyond is like the margin; a dark square also ends a step from the line, give or take.
+  bool is_dark = false;  // by the colours of the mesh
+  // The part beyond looks like the margin; a dark square must also end about one step from the line.
   bool closes = false;
-  bool continues = false;  // what lies beyond is like a square of the other colour
+  bool continues = false;  // the part beyond looks like a square of the other colour
 };
 
 enum class Visibility { kSeen, kHidden, kOutside };
 
-// The square outside corners `a` and `b` of the outermost line, `direction` leading out. Hidden if it does
-// not have its colour.
+// Examines the square outside corners `a` and `b` of the outermost line, with `direction` leading out. Hidden
+// if the square does not have its colour.
 Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNode a, MeshNode b,
                         int direction, OuterSquare& square) {
   const MeshCorner* corner_a = mesh.find(a);
@@ -30,7 +30,7 @@ Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNo
   if (!next_a || !next_b) return Visibility::kHidden;
   const Vector2d middle = 0.5 * (corner_a->pixel + corner_b->pixel);
   const Vector2d outwards = 0.5 * (*next_a + *next_b) - middle;
-  // Margins may be narrow; where the image ends early, a narrower strip of them must do.
+  // Margins may be narrow; where the image ends early, a narrower strip of the margin must be enough.
   constexpr double kInside = 0.35;
   constexpr double kBeyond = 1.25;
   constexpr double kNearBeyond = 1.1;
@@ -40,7 +40,7 @@ Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNo
   if (!image.covers(inner) || !image.covers(outer)) return Visibility::kHidden;
   if (!image.covers(middle + beyond * outwards)) return Visibility::kOutside;
 
-  // The square between two neighbours on the far side is named by its lowest node.
+  // The lowest node of the square between two neighbours on the far side identifies it.
   const MeshNode out_a = step(a, direction);
   const MeshNode out_b = step(b, direction);
   const MeshNode lowest{std::min({a.i, b.i, out_a.i, out_b.i}), std::min({a.j, b.j, out_a.j, out_b.j})};
@@ -53,14 +53,14 @@ Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNo
   const double bright = square.is_dark ? level_inner : level_outer;
   const double dark = square.is_dark ? level_outer : level_inner;
   const double level_beyond = image.at(middle + beyond * outwards);
-  // A cover, a sleeve or glare that is brighter than the middle is not yet a margin.
-  constexpr double kAlike = 0.3;  // of the contrast; light changes along a square
+  // A cover, a sleeve or glare that is brighter than the centre is not a margin.
+  constexpr double kAlike = 0.3;  // share of the contrast; light changes along a square
   const bool is_bright_beyond = std::abs(level_beyond - bright) < kAlike * contrast;
   const bool is_dark_beyond = std::abs(level_beyond - dark) < kAlike * contrast;
   square.continues = square.is_dark ? is_bright_beyond : is_dark_beyond;
   square.closes = is_bright_beyond;
   if (square.is_dark) {
-    // Nor does a cover end just where the square does.
+    // A cover rarely ends exactly where the square does.
     constexpr double kStep = 0.05;
     constexpr double kMinEnd = 0.82;
     constexpr double kMaxEnd = 1.18;
@@ -74,7 +74,7 @@ Visibility lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNo
 
 MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direction) {
   const std::vector<MeshNode> nodes = sideNodes(mesh, direction);
-  // Bright and dark squares.
+  // Dark and bright squares.
   std::array<int, 2> num_seen{};
   std::array<int, 2> num_closing{};
   std::array<int, 2> num_continuing{};
@@ -89,8 +89,8 @@ MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direct
     num_closing[colour] += square.closes ? 1 : 0;
     num_continuing[colour] += square.continues ? 1 : 0;
   }
-  // Bright follows the dark squares either way, be it a square or the margin; what follows the bright ones
-  // tells. Where dark follows dark (a shadow, the rim of the image circle) nothing can be told.
+  // Dark squares are followed by a bright square or by the margin, so the bright squares decide. If dark
+  // follows dark (a shadow, the rim of the image circle), the side is unclear.
   const auto are_most = [&](const std::array<int, 2>& counts) {
     constexpr double kMost = 0.75;
     return counts[0] >= kMost * num_seen[0] && counts[1] >= kMost * num_seen[1];
@@ -104,7 +104,7 @@ MeshSide lookAtSide(const SmoothImage& image, const CornerMesh& mesh, int direct
   return 2 * num_outside >= num_squares ? MeshSide::kOutside : MeshSide::kUnclear;
 }
 
-// Where a cell of a grid of `columns` x `rows` lies, counted along the directions after that many quarter
+// Position of a cell of a grid of `columns` x `rows`, counted along the directions after so many quarter
 // turns.
 std::array<int, 2> turned(std::array<int, 2> cell, int columns, int rows, int quarter_turns) {
   const std::array<int, 4> along = {cell[0], cell[1], columns - 1 - cell[0], rows - 1 - cell[1]};
@@ -144,7 +144,7 @@ std::vector<Placement> possiblePlacements(const CornerMesh& mesh, const MeshSide
         if (!fits) continue;
         const Placement placement{.quarter_turns = turns, .column = column, .row = row};
         if (board.coloursTellCorner0()) {
-          // The square inside of the mesh's origin, on the board: its lowest column and row.
+          // The square inside the mesh's origin, on the board: its lowest column and row.
           const auto a = placement.cell(mesh, {0, 0});
           const auto b = placement.cell(mesh, {1, 1});
           const int parity = std::min(a[0], b[0]) + std::min(a[1], b[1]);

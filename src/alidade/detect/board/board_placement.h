@@ -10,12 +10,13 @@
 
 namespace alidade {
 
-/// What the picture shows beyond the outermost corners of a mesh on one side.
+/// Content of the image beyond the outermost corners of a mesh on one side.
 enum class MeshSide {
   kUnclear,    ///< something in front of the board, a dark background, or it cannot be decided
-  kOutside,    ///< the next line of corners would lie outside the image, and no margin is seen before it
-  kCloses,     ///< the last squares, whole, and then a margin as bright as the bright squares: the board ends
-  kContinues,  ///< more squares: the board goes on
+  kOutside,    ///< the next line of corners would lie outside the image, and no margin is visible before it
+  kCloses,     ///< the last squares are complete, followed by a margin as bright as the bright squares: the
+               ///< board ends
+  kContinues,  ///< more squares: the board continues
 };
 
 /// The four sides of a mesh, by direction (+i, +j, -i, -j).
@@ -23,9 +24,9 @@ using MeshSides = std::array<MeshSide, 4>;
 
 [[nodiscard]] MeshSides lookAtSides(const SmoothImage& image, const CornerMesh& mesh);
 
-/// A way to lay a mesh on a board: after turning it by quarter turns, its first column and row are these.
+/// A way to lay a mesh on a board: after rotation by quarter turns, its first column and row are these.
 struct Placement {
-  int quarter_turns = 0;  ///< the board's columns run along the mesh's direction of this number
+  int quarter_turns = 0;  ///< number of the mesh direction along which the board's columns run
   int column = 0;
   int row = 0;
 
@@ -33,13 +34,14 @@ struct Placement {
   [[nodiscard]] std::array<int, 2> cell(const CornerMesh& mesh, MeshNode node) const;
 };
 
-/// All ways to lay the mesh on the board that neither its sides nor the colours of its squares exclude.
-/// The colours of a board that looks the same turned by 180 degrees may be printed either way round, so they
-/// exclude nothing there, except that corner 0 of a square board has a dark square wherever that is possible.
+/// All ways to lay the mesh on the board that neither its sides nor the colours of its squares exclude. A
+/// board that looks the same after 180 degrees may have either colouring, so colours exclude nothing there,
+/// except that corner 0 of a square board has a dark square if possible.
 [[nodiscard]] std::vector<Placement> possiblePlacements(const CornerMesh& mesh, const MeshSides& sides,
                                                         const Checkerboard& board);
 
-/// True if all placements put the mesh on the same corners up to turns of the board that cannot be seen.
+/// True if all placements put the mesh on the same corners, up to rotations under which the board looks the
+/// same.
 [[nodiscard]] bool areEquivalent(const std::vector<Placement>& placements, const CornerMesh& mesh,
                                  const Checkerboard& board);
 

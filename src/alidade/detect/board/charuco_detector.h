@@ -7,7 +7,7 @@
 
 namespace alidade {
 
-/// Finds a ChArUco board of either layout, dark on white or white on dark. Ids of corners are those of the
+/// Finds a ChArUco board of either layout, dark on white or white on dark. Ids of corners follow from the
 /// markers around them.
 [[nodiscard]] Detection findBoard(const GrayImage& image, const CharucoBoard& board);
 

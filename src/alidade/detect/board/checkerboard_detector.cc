@@ -23,26 +23,26 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Longest sides of the halved copies that are searched: the first that is no longer than this, then finer
-// ones for boards that are far away, then coarser ones for boards that are blurred.
+// Longest sides of the reduced copies that are searched: the first that is at most this long, then finer ones
+// for distant boards, then coarser ones for blurred boards.
 constexpr int kFirstSearchPx = 1280;
 constexpr int kFinestSearchPx = 2600;
 constexpr int kCoarsestSearchPx = 160;
 constexpr std::size_t kMinMesh = 4;
-constexpr std::size_t kMaxMeshes = 4;  // of a level, the largest
+constexpr std::size_t kMaxMeshes = 4;  // per level, the largest ones
 constexpr std::size_t kMinSeen =
     9;  // fewest corners that count as a board; fewer are seen in window panes and tiles
 constexpr std::size_t kMinPlaced = 8;  // corners that are worth placing on the board
 constexpr double kMinSpacingPx = 5;
 
-// A mesh at one level of the pyramid, and how it lies on the board.
+// A mesh at one level of the pyramid, and its placement on the board.
 struct BoardCandidate {
   CornerMesh mesh;
   MeshSides sides{};
   int level = 0;
   std::vector<Placement> placements;
   bool is_placed = false;
-  Eigen::AlignedBox2d box;  // of its corners in the whole image
+  Eigen::AlignedBox2d box;  // of its corners in the full-size image
 
   [[nodiscard]] bool isWhole(const Checkerboard& board) const {
     return is_placed && mesh.size() == static_cast<std::size_t>(board.numCorners());
@@ -58,17 +58,17 @@ SeenGrid seenGrid(const BoardCandidate& candidate) {
                                    [](MeshSide side) { return side == MeshSide::kCloses; })};
 }
 
-// A mesh might also be a piece of another board, or of a pattern without end. It counts as this board where
-// enough of the border is seen.
+// True if the mesh is this board. A mesh may also be a piece of another board, or of an endless pattern; it
+// counts as this board if enough of the border is visible.
 bool isConvincing(const BoardCandidate& candidate, const Checkerboard& board) {
   const auto num = [&](MeshSide side) {
     return std::count(candidate.sides.begin(), candidate.sides.end(), side);
   };
   const auto num_closing = num(MeshSide::kCloses);
   const double share = static_cast<double>(candidate.mesh.size()) / board.numCorners();
-  constexpr std::size_t kManyCorners = 20;  // of these, no other pattern has so many by chance
+  constexpr std::size_t kManyCorners = 20;  // no other pattern has so many by chance
   const bool is_large = candidate.mesh.size() >= kManyCorners;
-  // All corners, and not just as many as happen to fit into the image.
+  // All corners are visible, not only as many as happen to fit into the image.
   if (share == 1.0)
     return num_closing >= 2 || (is_large && num(MeshSide::kOutside) + (num_closing > 0 ? 0 : 1) < 4);
   constexpr double kNearlyAll = 0.75;
@@ -77,14 +77,14 @@ bool isConvincing(const BoardCandidate& candidate, const Checkerboard& board) {
 }
 
 bool overlap(const BoardCandidate& a, const BoardCandidate& b) {
-  constexpr double kShare = 0.25;  // of the smaller one
+  constexpr double kShare = 0.25;  // share of the smaller box
   const Eigen::AlignedBox2d common = a.box.intersection(b.box);
   return !common.isEmpty() && common.volume() > kShare * std::min(a.box.volume(), b.box.volume());
 }
 
-// The largest mesh, at the finest level where it was found. Another one may only be preferred, because it can
-// be placed, if it is somewhere else: what can be placed only where less of it is seen is not to be trusted.
-// Candidates are sorted that way.
+// The largest mesh, at the finest level where it was found. A smaller mesh that can be placed is preferred
+// only if it is elsewhere in the image: a placement that works only with fewer corners of the same board is
+// not reliable. Candidates are sorted accordingly.
 const BoardCandidate& choose(const std::vector<BoardCandidate>& candidates) {
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (!candidates[c].is_placed) continue;
@@ -96,7 +96,7 @@ const BoardCandidate& choose(const std::vector<BoardCandidate>& candidates) {
   return candidates.front();
 }
 
-// True if another board fits as well as the chosen one, elsewhere in the image.
+// True if another board elsewhere in the image fits as well as the chosen one.
 bool isOneOfSeveral(const std::vector<BoardCandidate>& candidates, const BoardCandidate& chosen) {
   constexpr double kAsLarge = 0.75;
   return std::any_of(candidates.begin(), candidates.end(), [&](const BoardCandidate& other) {
@@ -116,7 +116,7 @@ std::vector<int> levelsToSearch(const GrayImage& image) {
   return levels;
 }
 
-// The mesh in pixels of the whole image.
+// The mesh in pixels of the full-size image.
 CornerMesh inWholeImage(const CornerMesh& mesh, int level) {
   CornerMesh out;
   out.origin_square_is_dark = mesh.origin_square_is_dark;
@@ -126,7 +126,7 @@ CornerMesh inWholeImage(const CornerMesh& mesh, int level) {
   return out;
 }
 
-// Meshes of a level, laid on the board, are added to `candidates`.
+// Adds the meshes of a level to `candidates`, laid on the board.
 void searchLevel(const GrayImage& image, int level, const Checkerboard& board,
                  std::vector<BoardCandidate>& candidates) {
   const SmoothImage smooth = smoothed(image);
@@ -145,7 +145,7 @@ void searchLevel(const GrayImage& image, int level, const Checkerboard& board,
     });
     candidate.mesh = std::move(mesh);
     candidate.is_placed = is_unique && isConvincing(candidate, board);
-    // Two pieces of one board both grow into all of it.
+    // Two pieces of one board both grow to the whole board.
     const auto is_same = [&](const BoardCandidate& other) {
       return other.level == level && other.mesh.size() == candidate.mesh.size() && overlap(other, candidate);
     };
@@ -163,7 +163,7 @@ Vector2d meanStep(const CornerMesh& mesh, int direction) {
   return sum;
 }
 
-// Among placements that look the same, the one whose columns run to the right.
+// Among placements that look the same, the one whose columns point most to the right.
 Placement choosePlacement(const std::vector<Placement>& placements, const CornerMesh& mesh,
                           const Checkerboard& board) {
   const auto merit = [&](const Placement& placement) {
@@ -181,7 +181,7 @@ Detection refused(Detection detection, DetectionReason reason, std::string detai
   return detection;
 }
 
-// Why a mesh does not go on the board in one way.
+// Explains why a mesh has no unique placement on the board.
 Detection describeUnplaced(Detection detection, const BoardCandidate& candidate, const Checkerboard& board) {
   const SeenGrid seen = *detection.seen;
   if (candidate.mesh.size() < kMinSeen) {
@@ -208,7 +208,7 @@ Detection describeUnplaced(Detection detection, const BoardCandidate& candidate,
       "shows part of a board (" + counts + "); too little of its border is visible to identify the part");
 }
 
-// Names what hides the corners that were not found.
+// Names the cause of missing corners.
 void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& placement,
                      const Checkerboard& board, Detection& detection) {
   const auto num_found = detection.corners.size();
@@ -217,10 +217,10 @@ void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& pl
     detection.reason = DetectionReason::kFound;
     return;
   }
-  constexpr double kMarginPx = 3;  // nearer to the border no corner is seen
+  constexpr double kMarginPx = 3;  // closer to the border, no corner is visible
   const Eigen::AlignedBox2d visible(Vector2d(kMarginPx, kMarginPx),
                                     Vector2d(size.width - 1 - kMarginPx, size.height - 1 - kMarginPx));
-  // Corners of the board next to those found, which the mesh can predict: inside the image or not.
+  // Missing corners next to found ones, where the mesh can predict their position: inside the image or not.
   int num_inside = 0;
   int num_outside = 0;
   for (int j = mesh.min().j - 1; j <= mesh.max().j + 1; ++j) {
@@ -242,7 +242,7 @@ void describeMissing(const CornerMesh& mesh, ImageSize size, const Placement& pl
                                         : "the others are outside the image, covered or not clear enough");
 }
 
-// The corners of a mesh that could be refined, at their refined places.
+// The corners of a mesh that could be refined, at their refined positions.
 struct RefinedMesh {
   CornerMesh mesh;
   std::vector<std::pair<MeshNode, CornerFit>> fits;
@@ -268,8 +268,7 @@ RefinedMesh refineMesh(const GrayImage& image, const CornerMesh& mesh) {
   return refined;
 }
 
-// All squares must be turned the same way round, and no corner may stand far from where its neighbours put
-// it.
+// True if all squares have the same orientation, and no corner is far from the prediction of its neighbours.
 bool isRegular(const CornerMesh& mesh) {
   bool is_regular = true;
   forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
@@ -289,7 +288,7 @@ bool isRegular(const CornerMesh& mesh) {
   return is_regular;
 }
 
-// Measures of the view by its refined corners.
+// Measures of the view from its refined corners.
 ViewMeasures measure(const RefinedMesh& refined, ImageSize size) {
   const auto median = [](std::vector<double> values) {
     return values.empty() ? std::numeric_limits<double>::quiet_NaN() : medianOf(std::move(values));
@@ -365,7 +364,7 @@ Detection placeAndRefine(const GrayImage& image, const BoardCandidate& candidate
 
 Detection findBoard(const GrayImage& image, const Checkerboard& board) {
   expect(!image.empty(), "the image has pixels");
-  std::vector<GrayImage> halves;  // made when asked for
+  std::vector<GrayImage> halves;  // made on demand
   const auto imageAt = [&](int level) -> const GrayImage& {
     while (static_cast<int>(halves.size()) < level)
       halves.push_back(halved(halves.empty() ? image : halves.back()));

@@ -20,12 +20,12 @@ namespace alidade {
 namespace {
 
 struct SeenGrids {
-  std::vector<std::vector<GridPlacement>> of_lattices;  // of the largest first
+  std::vector<std::vector<GridPlacement>> of_lattices;  // of the largest lattice first
   int num_lattices = 0;
 };
 
-// Dark circles and bright ones, beside their wider and their closer neighbourhood, until a grid is seen for
-// which `is_wanted` is true.
+// Searches dark circles and bright ones, by comparison with a wide and a close neighbourhood, until
+// `is_wanted` is true for a grid.
 template <class F>
 SeenGrids lookForGrids(const GrayImage& image, const F& is_wanted) {
   SeenGrids best;
@@ -66,17 +66,18 @@ Detection refuseOther(const SeenGrids& seen, const CircleCounts& asked) {
                             is_part ? "; all of the outer lines must be seen" : ""));
 }
 
-constexpr double kMostStretch = 1.2;  // a print may be out of proportion, but not so much
+constexpr double kMostStretch = 1.2;  // a print may be slightly out of proportion
 
 bool isStretched(const SeenProportions& seen) {
   return std::max(seen.rows_apart, 1 / seen.rows_apart) > kMostStretch;
 }
 
-// In which proportion the circles are not those of the board; empty if they are. The camera would be wrong:
-// what a disc's centroid differs from the image of its middle goes with the square of its diameter.
+// Describes how the proportions of the circles differ from those of the board; empty if they agree. Otherwise
+// the camera would be wrong: the distance between a disc's centroid and the image of its centre is
+// proportional to the square of the diameter.
 std::string otherProportion(const SeenProportions& seen, const Board& board) {
   constexpr double kMostOff = 0.15;
-  constexpr double kMostOffPx = 1;  // of small discs, which print and blur change by more
+  constexpr double kMostOffPx = 1;  // for small discs, whose size print and blur change by more
   if (isStretched(seen)) {
     return fmt::format(
         "rows of circles are {:.2f} times as far apart as on {}, beside the distance of columns",
@@ -136,9 +137,9 @@ Detection findCircles(const GrayImage& image, const Kind& kind) {
   return detection;
 }
 
-// With a spacing of 1 and discs that leave little room between them.
+// A board with spacing 1 and discs that leave little room between them.
 Board unitBoard(const CircleCounts& counts) {
-  constexpr double kLargest = 0.84;  // of the distance of neighbours
+  constexpr double kLargest = 0.84;  // share of the distance between neighbours
   if (!counts.is_asymmetric) {
     return CircleGrid{.columns = counts.columns, .rows = counts.rows, .spacing_m = 1, .diameter_m = kLargest};
   }

@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kMostLines = 100;  // of a board, in each direction
+constexpr int kMostLines = 100;  // largest board, in each direction
 
 struct PlacedNode {
   int x = 0;
@@ -24,9 +24,9 @@ struct PlacedNode {
   const Blob* blob = nullptr;
 };
 
-// Lines at the ends with next to nothing on them are something else than the grid.
+// Removes nearly empty lines at the ends, which do not belong to the grid.
 void trimEnds(std::vector<PlacedNode>& nodes, int PlacedNode::*line_of) {
-  constexpr double kMinShare = 0.25;  // of the typical line
+  constexpr double kMinShare = 0.25;  // share of the typical line
   std::map<int, int> counts;
   for (const PlacedNode& node : nodes) ++counts[node.*line_of];
   std::deque<std::pair<int, int>> lines(counts.begin(), counts.end());
@@ -96,7 +96,7 @@ std::string countsText(const CircleCounts& counts) {
 std::vector<GridPlacement> gridPlacementsOf(const DiscLattice& lattice) {
   constexpr int kMost = 2;
   constexpr double kMinFilled = 0.6;
-  constexpr std::size_t kMostNodes = 11 * kMostLines * kMostLines / 10;  // a tenth may be something else
+  constexpr std::size_t kMostNodes = 11 * kMostLines * kMostLines / 10;  // allows a tenth of other spots
   std::vector<GridPlacement> placements;
   if (lattice.size() > kMostNodes) return placements;
   for (int a = -kMost; a <= kMost; ++a) {
@@ -109,7 +109,7 @@ std::vector<GridPlacement> gridPlacementsOf(const DiscLattice& lattice) {
             for (const LatticeNode& node : lattice) {
               const int i = a * node.i + b * node.j;
               const int j = c * node.i + d * node.j;
-              // The steps of an asymmetric grid's lattice are its diagonals.
+              // The steps of an asymmetric grid's lattice are the diagonals of the grid.
               nodes.push_back(is_asymmetric ? PlacedNode{i - j, i + j, &node.blob}
                                             : PlacedNode{i, j, &node.blob});
             }

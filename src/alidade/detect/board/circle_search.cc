@@ -17,11 +17,12 @@ using Eigen::Vector2d;
 
 CircleSearch::CircleSearch(const GrayImage& image, const Board& board, const GridPlacement& placement)
     : image_(image), board_(board), found_(static_cast<std::size_t>(board.numCorners())) {
-  constexpr double kSafe = 0.8;  // of the way to the middle between neighbours
+  constexpr double kSafe = 0.8;  // share of the way to the midpoint between neighbours
   reach_ = 1 + kSafe * (0.5 * board.spacing() / board.discRadius() - 1);
   for (const auto& [id, blob] : placement.blobs) fitAt(id, blob.pixel, blob.shape);
   dropOdd();
-  // What was no blob of its own, as in a shadow's edge, is looked for between those that were.
+  // Circles that were not blobs of their own, for example at the edge of a shadow, are searched between their
+  // neighbours.
   for (int id = 0; id < board.numCorners(); ++id) {
     if (at(id)) continue;
     if (const auto guess = between(id)) fitAt(id, guess->pixel, guess->shape);
@@ -42,13 +43,13 @@ std::array<std::pair<int, int>, 2> CircleSearch::oppositePairs(int id) const {
   const auto idAt = [&](int c, int r) {
     return c >= 0 && c < columns && r >= 0 && r < board_.rows() ? r * columns + c : -1;
   };
-  // Two rows apart, those of an asymmetric grid lie below each other again.
+  // Circles of an asymmetric grid are aligned again two rows apart.
   const int rows_apart = board_.pattern() == BoardPattern::kStaggeredDiscs ? 2 : 1;
   return {{{idAt(column - 1, row), idAt(column + 1, row)},
            {idAt(column, row - rows_apart), idAt(column, row + rows_apart)}}};
 }
 
-// The mean of opposite neighbours, in each of the two directions that have a pair.
+// The mean of opposite neighbours, for each of the two directions that has a pair.
 std::optional<DiscFit> CircleSearch::between(int id) const {
   DiscFit mean{
       .pixel = Vector2d::Zero(), .shape = Eigen::Matrix2d::Zero(), .covariance = Eigen::Matrix2d::Zero()};
@@ -65,7 +66,8 @@ std::optional<DiscFit> CircleSearch::between(int id) const {
   return mean;
 }
 
-// A disc's image is that of a circle where the image of its neighbours' distances says what a circle is.
+// In the frame where neighbours have the distances of the board, a disc must be a circle, because both have
+// the same perspective.
 std::optional<SeenProportions> CircleSearch::proportions() const {
   std::vector<double> along_rows;
   std::vector<double> along_columns;
@@ -111,10 +113,10 @@ void CircleSearch::fitAt(int id, const Vector2d& pixel, const Eigen::Matrix2d& s
   found_[static_cast<std::size_t>(id)] = fitDisc(image_, {.pixel = pixel, .shape = shape, .reach = reach_});
 }
 
-// Those of the other colour, and those that lie elsewhere or are shaped otherwise than their neighbours say.
+// Drops circles of the other colour, and those whose position or shape disagrees with their neighbours.
 void CircleSearch::dropOdd() {
   keepOneColour(found_, [](std::size_t, const DiscFit& disc) { return disc.contrast > 0; });
-  // Shares of the step and of the shape: perspective and the lens change less between neighbours.
+  // Shares of the step and of the shape; perspective and the lens cause smaller changes between neighbours.
   constexpr double kMostOff = 0.25;
   constexpr double kMostReshaped = 0.4;
   std::vector<int> misplaced;

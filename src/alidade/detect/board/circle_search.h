@@ -14,21 +14,22 @@
 
 namespace alidade {
 
-/// The proportions of a grid by the shapes of its discs, which no perspective changes.
+/// The proportions of a grid from the shapes of its discs, which no perspective changes.
 struct SeenProportions {
-  double diameter_m = 0;  ///< where the board's spacing is as told
-  double rows_apart = 1;  ///< as a multiple of what the board says, beside the distance of columns
+  double diameter_m = 0;  ///< if the spacing of the board is as stated
+  double rows_apart = 1;  ///< distance of rows divided by that on the board, relative to the distance of
+                          ///< columns
   double diameter_px = 0;
 };
 
-/// The circles of a placed grid: fitted where a blob is, or else looked for between those that were found.
+/// The circles of a placed grid: fitted to blobs, or searched between the found ones if there is no blob.
 class CircleSearch {
  public:
   /// `image` and `board` must outlive it.
   CircleSearch(const GrayImage& image, const Board& board, const GridPlacement& placement);
 
   [[nodiscard]] const std::vector<std::optional<DiscFit>>& found() const { return found_; }
-  /// Nothing where too few have neighbours.
+  /// Nothing if too few circles have neighbours.
   [[nodiscard]] std::optional<SeenProportions> proportions() const;
   [[nodiscard]] ViewMeasures measures() const;
 

@@ -97,7 +97,7 @@ std::optional<Vector2d> CornerMesh::predict(MeshNode node) const {
     if (a != nullptr && b != nullptr) {
       const MeshCorner* c = find(step(n2, d));
       add(2 * a->pixel - b->pixel, 1);
-      // Distortion bends lines; a third corner tells how, but triples the noise.
+      // Distortion bends lines; a third corner measures the bend, but triples the noise.
       if (c != nullptr) add(3 * a->pixel - 3 * b->pixel + c->pixel, 1);
     }
     const MeshCorner* side = find(step(node, d + 1));

@@ -27,9 +27,9 @@ struct MeshCorner {
   double contrast = 0;  ///< between bright and dark squares around it, grey levels
 };
 
-/// Corners that were found to be neighbours of each other, as a piece of a square grid with holes. Directions
-/// 0 to 3 are +i, +j, -i, -j and turn clockwise in the image. The colours of the squares alternate, so one
-/// flag tells all of them.
+/// Corners that are neighbours of each other, as a piece of a square grid with holes. Directions 0 to 3 are
+/// +i, +j, -i, -j and turn clockwise in the image. The colours of the squares alternate, so one flag
+/// determines all of them.
 class CornerMesh {
  public:
   /// True if the square between (0, 0) and (1, 1) is dark.
@@ -46,23 +46,24 @@ class CornerMesh {
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] MeshNode min() const { return min_; }  ///< of the nodes' bounding box
   [[nodiscard]] MeshNode max() const { return max_; }
-  /// Nodes of the bounding box along a direction.
+  /// Number of nodes of the bounding box along a direction.
   [[nodiscard]] int length(int direction) const {
     return 1 + (direction % 2 == 0 ? max_.i - min_.i : max_.j - min_.j);
   }
-  /// Draws the bounding box in to the nodes that are there.
+  /// Shrinks the bounding box to the existing nodes.
   void shrink();
 
   [[nodiscard]] bool squareIsDark(MeshNode node) const {
     return origin_square_is_dark == ((node.i + node.j) % 2 == 0);
   }
 
-  /// Step from a node towards the next one in a direction, from the neighbours there are: forward, backward
-  /// or the mean of both; then from those of neighbouring nodes. Nothing for a node that stands alone.
+  /// Step from a node towards the next one in a direction, from the existing neighbours: forward, backward or
+  /// the mean of both; otherwise from those of neighbouring nodes. Nothing for an isolated node.
   [[nodiscard]] std::optional<Eigen::Vector2d> stepAt(MeshNode node, int direction) const;
 
-  /// Where a node that is not there would lie, judged by its neighbours: quadratic along each line of three
-  /// that leads to it, parallelograms, or the middle between two. Nothing without such neighbours.
+  /// Predicted position of a missing node: by quadratic extrapolation along each line of three nodes that
+  /// leads to it, by parallelograms, or by the midpoint of two neighbours. Nothing without neighbours like
+  /// these.
   [[nodiscard]] std::optional<Eigen::Vector2d> predict(MeshNode node) const;
 
  private:
@@ -78,7 +79,7 @@ class CornerMesh {
   std::size_t size_ = 0;
 };
 
-/// The nodes of the mesh's bounding box on its side in a direction, or so many lines further in.
+/// The nodes on one side of the mesh's bounding box, or some lines further in.
 [[nodiscard]] std::vector<MeshNode> sideNodes(const CornerMesh& mesh, int direction, int lines_in = 0);
 
 /// Calls `visit(node, corner)` for every corner of `mesh`, row by row.

@@ -13,7 +13,7 @@
 
 namespace alidade {
 
-/// The outcome of the search for a board in an image. Only the first three give corners.
+/// The outcome of the search for a board in an image. Only the first three yield corners.
 enum class DetectionReason {
   kFound,          ///< every corner of the board
   kPartial,        ///< some corners are covered or unclear; the ids of the others are certain
@@ -45,13 +45,13 @@ struct SeenGrid {
   [[nodiscard]] bool hasCountsOf(int board_columns, int board_rows) const;
 };
 
-/// How well a board is visible. NaN if not measured.
+/// Quality of the view of a board. NaN if not measured.
 struct ViewMeasures {
   double blur_px =
       std::numeric_limits<double>::quiet_NaN();  ///< median over corners of the edge blur (sigma)
   double spacing_px = std::numeric_limits<double>::quiet_NaN();  ///< median distance between neighbours
-  double area_share = 0;  ///< share of the image covered by squares between corners
-  /// Median over corners of the apparent tilt of a square seen from afar: arccos of the ratio of the singular
+  double area_share = 0;  ///< share of the image that is covered by squares between corners
+  /// Median over corners of the tilt of a square, as in a distant view: arccos of the ratio of the singular
   /// values of [step_u step_v]. It uses no intrinsics, so it has an error of a few degrees for wide lenses.
   double tilt_deg = std::numeric_limits<double>::quiet_NaN();
 };
@@ -74,7 +74,7 @@ struct ImageOutcome {
   int exif_orientation = 1;
   Detection detection;
   std::optional<std::size_t> same_as =
-      std::nullopt;  ///< kDuplicate: index of the outcome that shows the same
+      std::nullopt;  ///< kDuplicate: index of the outcome with the same corners
   std::optional<std::size_t> sequence = std::nullopt;  ///< ImageSet::sequenceOf()
 
   [[nodiscard]] bool isReadable() const { return detection.reason != DetectionReason::kUnreadable; }

@@ -38,7 +38,7 @@ std::optional<Blob> blobOf(const Moments& of) {
       of.xy / of.count - mean.x() * mean.y(), of.yy / of.count - mean.y() * mean.y();
   const double det = covariance.determinant();
   const double trace = covariance.trace();
-  constexpr double kMinRatio = 0.02;  // of the variances: ellipses seven times as long as wide
+  constexpr double kMinRatio = 0.02;  // of the variances: ellipses up to seven times as long as wide
   if (!(det > kMinRatio * 0.25 * trace * trace)) return std::nullopt;
   // A filled ellipse has the area 4 pi sqrt(det).
   constexpr double kMostOff = 0.12;
@@ -52,7 +52,7 @@ std::optional<Blob> blobOf(const Moments& of) {
 // Labels of the pixels that differ from the mean of their neighbourhood, 0 for the others.
 struct Spots {
   cv::Mat labels;
-  std::vector<Moments> moments;  // of each label; zero for what the border cuts
+  std::vector<Moments> moments;  // of each label; zero if the border cuts the spot
 };
 
 Spots findSpots(const cv::Mat& grey, bool is_bright, double window_share) {
@@ -97,8 +97,8 @@ Spots findSpots(const cv::Mat& grey, bool is_bright, double window_share) {
 }
 
 // True for spots without the corners of a polygon: in coordinates z = x + iy in which a spot's second moments
-// are those of a disc of radius 1, the means of z^3 and z^4 vanish for an ellipse. For a square, as those of
-// checkerboards, |z^4| is 0.15, and for a triangle |z^3| is 0.2.
+// are those of a disc of radius 1, the means of z^3 and z^4 vanish for an ellipse. For a square of a
+// checkerboard, |z^4| is 0.15, and for a triangle, |z^3| is 0.2.
 std::vector<char> areRound(const Spots& spots, const std::vector<std::optional<Blob>>& blobs) {
   using Complex = std::complex<double>;
   std::vector<Matrix2d> roots(blobs.size());
@@ -134,7 +134,7 @@ std::vector<Blob> findBlobs(const GrayImage& image, bool is_bright, double windo
   const int fraction = (std::max(image.size.width, image.size.height) + kLargeSide - 1) / kLargeSide;
   if (std::min(image.size.width, image.size.height) / fraction < kLeastSide) return {};
   cv::Mat grey(image.size.height, image.size.width, CV_8UC1,
-               const_cast<std::uint8_t*>(image.pixels.data()));  // OpenCV only reads
+               const_cast<std::uint8_t*>(image.pixels.data()));  // OpenCV only reads it
   if (fraction > 1) {
     const cv::Rect whole(0, 0, grey.cols / fraction * fraction, grey.rows / fraction * fraction);
     cv::Mat small;
@@ -156,7 +156,7 @@ std::vector<Blob> findBlobs(const GrayImage& image, bool is_bright, double windo
   return blobs;
 }
 
-// Blobs by place.
+// Blobs by position.
 class BlobIndex {
  public:
   BlobIndex(const std::vector<Blob>& blobs, ImageSize size) : blobs_(blobs) {
@@ -182,7 +182,7 @@ class BlobIndex {
     }
   }
 
-  // The nearest one of about this area.
+  // The nearest blob of about this area.
   [[nodiscard]] std::optional<std::size_t> nearest(const Vector2d& at, double radius, double area_px) const {
     std::optional<std::size_t> best;
     double least = radius;
@@ -195,7 +195,7 @@ class BlobIndex {
   }
 
   static bool haveLikeArea(double a, double b) {
-    constexpr double kMostRatio = 2.5;  // of neighbours on an oblique board
+    constexpr double kMostRatio = 2.5;  // of neighbours on a strongly tilted board
     return a < kMostRatio * b && b < kMostRatio * a;
   }
 
@@ -262,7 +262,7 @@ class LatticeGrowth {
     node_of_[blob] = place;
   }
 
-  // Two pairs of opposite neighbours, the shortest that are not in line.
+  // Two pairs of opposite neighbours, the shortest that are not collinear.
   [[nodiscard]] std::optional<Basis> basisAt(std::size_t seed) const {
     constexpr double kReach = 6;  // in radii
     constexpr double kOpposite = 0.2;
@@ -319,7 +319,7 @@ class LatticeGrowth {
 
 std::vector<DiscLattice> findLattices(const GrayImage& image, bool is_bright, double window_share) {
   constexpr std::size_t kFewest = 9;
-  constexpr std::size_t kMostBlobs = 40'000;  // more are no board but noise
+  constexpr std::size_t kMostBlobs = 40'000;  // more are noise, not a board
   const std::vector<Blob> blobs = findBlobs(image, is_bright, window_share);
   std::vector<DiscLattice> lattices;
   if (blobs.size() < kFewest || blobs.size() > kMostBlobs) return lattices;

@@ -9,15 +9,15 @@
 
 namespace alidade {
 
-/// A spot that is about as an ellipse.
+/// A spot that resembles an ellipse.
 struct Blob {
   Eigen::Vector2d pixel;  ///< its centroid
   Eigen::Matrix2d shape;  ///< see DiscGuess
   double area_px = 0;
 };
 
-/// A blob at a place of a lattice, counted along its two directions from an arbitrary origin; the second
-/// direction is clockwise of the first, as the image is seen.
+/// A blob at a place of a lattice, counted along its two directions from an arbitrary origin. The second
+/// direction is clockwise from the first in the image.
 struct LatticeNode {
   int i = 0;
   int j = 0;
@@ -25,10 +25,10 @@ struct LatticeNode {
 };
 using DiscLattice = std::vector<LatticeNode>;
 
-/// Spots that lie as on a plane lattice in perspective, every lattice of nine or more; the largest first. The
-/// basis is that of the shortest steps in the image, which on an oblique board may not be the board's own.
-/// @param is_bright  spots that are brighter than what is around them
-/// @param window_share  the neighbourhood that spots are compared with, as a share of the shorter side
+/// Lattices of nine or more spots that look like a plane lattice in perspective, largest first. The basis is
+/// that of the shortest steps in the image, which on an oblique board may not be the board's own.
+/// @param is_bright  spots that are brighter than their surroundings
+/// @param window_share  neighbourhood with which spots are compared, as a share of the shorter side
 [[nodiscard]] std::vector<DiscLattice> findLattices(const GrayImage& image, bool is_bright,
                                                     double window_share);
 

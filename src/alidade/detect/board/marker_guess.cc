@@ -25,8 +25,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr std::size_t kEnoughMarkers = 4;  // as many different ones are no accident
-constexpr std::size_t kEnoughImages = 4;   // with markers
+constexpr std::size_t kEnoughMarkers = 4;  // so many different ones are no coincidence
+constexpr std::size_t kEnoughImages = 4;   // images with markers
 constexpr std::size_t kMostImages = 12;
 
 // OpenCV's smaller dictionaries are the first markers of the largest one of their kind.
@@ -46,7 +46,7 @@ constexpr std::array<MarkerFamily, 8> kOfSquares = {
      {"DICT_APRILTAG_25h9", 1},
      {"DICT_APRILTAG_16h5", 1}}};
 
-// With those of AprilGrids, of every border, in front.
+// Families of dictionaries; those of AprilGrids, with every border, come first.
 const std::vector<MarkerFamily>& allFamilies() {
   static const std::vector<MarkerFamily> kFamilies = [] {
     std::vector<MarkerFamily> families;
@@ -61,14 +61,14 @@ const std::vector<MarkerFamily>& allFamilies() {
 std::vector<MarkerPrint> allPrints() {
   std::vector<MarkerPrint> prints;
   for (const MarkerFamily& family : allFamilies())
-    // Markers with one cell may be those of a ChArUco board, whose squares come near them.
+    // Markers with a border of one cell may belong to a ChArUco board, whose squares come near them.
     prints.push_back({.dictionary = std::string(family.largest),
                       .border = family.border,
                       .is_apart = family.largest == AprilGrid::kDictionary && family.border > 1});
   return prints;
 }
 
-// The smallest dictionary of the family that has so many markers.
+// The smallest dictionary of the family with at least this many markers.
 std::string dictionaryWith(const MarkerFamily& family, int num_markers) {
   for (const std::string_view name : family.smaller) {
     const auto known = findMarkerDictionary(name);
@@ -77,7 +77,7 @@ std::string dictionaryWith(const MarkerFamily& family, int num_markers) {
   return std::string(family.largest);
 }
 
-// Rounds to a share that somebody may have chosen, if one is within the measurement's uncertainty.
+// Rounds to a share that a user may have chosen, if one is within the uncertainty of the measurement.
 double plausibleShare(double measured) {
   constexpr double kNear = 0.015;  // of the share
   for (const double step : {0.05, 0.01}) {
@@ -99,7 +99,7 @@ const Corner* findCorner(const Detection& detection, int id) {
   return at != detection.corners.end() && at->id == id ? &*at : nullptr;
 }
 
-// Whether a row of the board has corners.
+// True if corners of a row of the board were found.
 bool showRow(const std::vector<Detection>& detections, int columns, int row) {
   constexpr std::ptrdiff_t kLeast = 2;
   return std::ranges::any_of(detections, [&](const Detection& detection) {
@@ -108,7 +108,8 @@ bool showRow(const std::vector<Detection>& detections, int columns, int row) {
   });
 }
 
-// The ratio of a gap to a tag by the cross-ratio of four corners in a line, which no perspective changes.
+// The ratio of a gap to a tag, from the cross-ratio of four collinear corners, which is invariant under
+// perspective.
 std::optional<double> gapByCrossRatio(const std::vector<Detection>& detections, int num_columns,
                                       int num_rows) {
   std::vector<double> gaps;
@@ -118,7 +119,7 @@ std::optional<double> gapByCrossRatio(const std::vector<Detection>& detections, 
     for (int k = 1; k < 4; ++k) c[static_cast<std::size_t>(k)] = findCorner(detection, first.id + k * step);
     if (std::ranges::count(c, nullptr) > 0) return;
     const auto distance = [&](std::size_t a, std::size_t b) { return (c[a]->pixel - c[b]->pixel).norm(); };
-    // For places 0, 1, 1 + gap and 2 + gap it is t / (t - 1), where t is the square of 1 + gap.
+    // For places 0, 1, 1 + gap and 2 + gap, the ratio is t / (t - 1), where t is the square of 1 + gap.
     const double ratio = distance(0, 2) * distance(1, 3) / (distance(1, 2) * distance(0, 3));
     if (ratio > 1) gaps.push_back(std::sqrt(ratio / (ratio - 1)) - 1);
   };
@@ -131,7 +132,7 @@ std::optional<double> gapByCrossRatio(const std::vector<Detection>& detections, 
   return gaps.empty() ? std::nullopt : std::optional(medianOf(std::move(gaps)));
 }
 
-// The four corners of a square of which `first` is the one with the lowest id.
+// The four corners of the square whose lowest id is `first`.
 std::optional<std::array<Vector2d, 4>> squareFrom(const Detection& detection, const Corner& first,
                                                   int columns) {
   const std::array<const Corner*, 4> c = {&first, findCorner(detection, first.id + 1),
@@ -145,8 +146,8 @@ double diagonalsOf(const std::array<Vector2d, 4>& corners) {
   return (corners[2] - corners[0]).norm() + (corners[3] - corners[1]).norm();
 }
 
-// The ratio of a marker to its square, where all four corners of the square are found: by the marker's edges
-// where they are clear, or else by OpenCV's corners.
+// The ratio of a marker to its square, where all four corners of the square were found: from the marker's
+// edges if they are clear, otherwise from OpenCV's corners.
 std::optional<double> markerShare(const std::vector<Detection>& detections,
                                   const std::vector<ShownMarkers>& images, int columns, int num_cells) {
   std::vector<double> coarse;
@@ -185,7 +186,7 @@ bool anyFound(const std::vector<Detection>& detections) {
 constexpr int kMostRows = 100;
 constexpr int kMostTagRows = 24;
 
-// The counts that the ids tell, with as many further rows as the images show.
+// The board with the counts that follow from the ids, and with as many further rows as the images show.
 std::optional<CharucoBoard> charucoOf(const MarkerLayout& layout, const MarkerFamily& family,
                                       const std::vector<ShownMarkers>& images) {
   CharucoBoard board{.columns = layout.columns,
@@ -210,7 +211,7 @@ std::optional<CharucoBoard> charucoOf(const MarkerLayout& layout, const MarkerFa
   return board;
 }
 
-// The same with further rows at the bottom, which have lower ids, and at the top.
+// The same for an AprilGrid, with further rows at the bottom, which have lower ids, and at the top.
 std::optional<AprilGrid> aprilGridOf(const MarkerLayout& layout, const std::vector<ShownMarkers>& images) {
   AprilGrid board{.columns = layout.columns,
                   .rows = layout.rows,
@@ -259,7 +260,7 @@ std::string textOf(const std::vector<AprilGrid>& boards) {
                      boards[0].columns, boards[0].rows, join(flags, " or "));
 }
 
-// Where the counts are not certain.
+// Text for uncertain counts.
 std::string textOf(const MarkerLayout& layout, const MarkerFamily& family) {
   const int lowest = layout.ids.front();
   const int highest = layout.ids.back();
@@ -287,7 +288,7 @@ std::string textOf(const MarkerLayout& layout, const MarkerFamily& family) {
 
 void MarkerGuess::look(const GrayImage& image) {
   static const std::vector<MarkerPrint> prints = allPrints();
-  constexpr std::size_t kMany = 16;  // a closer look would tell no more
+  constexpr std::size_t kMany = 16;  // a closer look would reveal no more
   const auto most = [](const std::vector<std::vector<SeenMarker>>& markers) {
     return std::ranges::max(markers, {}, [](const auto& of_print) { return of_print.size(); }).size();
   };
@@ -300,7 +301,7 @@ void MarkerGuess::look(const GrayImage& image) {
       auto markers = seeMarkers(shown, prints, look);
       if (most(markers) <= most_seen) continue;
       most_seen = most(markers);
-      // Outlines run through the middles of the outermost dark pixels.
+      // Outlines run through the centres of the outermost dark pixels.
       best = {.image = {}, .markers = std::move(markers), .lost_px = 1 / look.scale};
       if (most_seen >= kMany) break;
     }

@@ -12,31 +12,31 @@
 
 namespace alidade {
 
-/// Guesses a board of markers from images of it: its dictionary, counts and proportions.
+/// Guesses a board of markers from images: its dictionary, counts and proportions.
 class MarkerGuess {
  public:
   /// Looks for markers of all dictionaries, dark on white or, if there are none, white on dark.
   void look(const GrayImage& image);
 
-  /// True when further images would say no more.
+  /// True if further images would add nothing.
   [[nodiscard]] bool isSure() const;
 
-  /// What the images show and the flag to give; empty if no markers lie beside one another.
+  /// The board in the images and the flag to give; empty if no markers are neighbours.
   [[nodiscard]] std::string text() const;
 
  private:
   struct Seen {
     GrayImage image;
     std::vector<std::vector<SeenMarker>> markers;  ///< by print
-    double lost_px = 0;                            ///< by which their sides are too short
+    double lost_px = 0;                            ///< loss of length of their sides
   };
   void keep(Seen seen);
-  // Those whose markers tell most: the most, the lowest and the highest.
+  // The most informative images: those with the most markers, the lowest id and the highest id.
   [[nodiscard]] std::vector<std::size_t> tellingImages(std::size_t print) const;
 
   std::vector<Seen> seen_;
   std::set<std::pair<std::size_t, int>> ids_;  ///< of prints and markers
-  int num_without_news_ = 0;                   ///< of the last images, that showed no further ids
+  int num_without_news_ = 0;                   ///< number of last images without new ids
 };
 
 }  // namespace alidade

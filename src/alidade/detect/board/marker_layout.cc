@@ -18,17 +18,17 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 
-constexpr std::size_t kMinMarkers = 4;  // as many neighbours are no accident
+constexpr std::size_t kMinMarkers = 4;  // so many neighbours are no coincidence
 
 // Two markers of the same image.
 struct Neighbours {
   int from = 0;
   int to = 0;
-  Vector2d offset;  // along the first one's sides, in sides; perspective averaged out
+  Vector2d offset;  // along the first marker's sides, in sides, without perspective
   Vector2i cells{0, 0};
 };
 
-// Where another marker's middle lies, along a marker's own sides, which are the unit.
+// Position of another marker's centre along a marker's own sides, which are the unit.
 Vector2d offsetFrom(const SeenMarker& marker, const SeenMarker& other) {
   const auto& c = marker.corners;
   Eigen::Matrix2d sides;
@@ -36,10 +36,10 @@ Vector2d offsetFrom(const SeenMarker& marker, const SeenMarker& other) {
   return sides.inverse() * (middleOf(other.corners) - middleOf(c));
 }
 
-// The markers near each one that lie in the same plane and are turned the same way.
+// The markers near each other that lie in the same plane and have the same orientation.
 std::vector<Neighbours> neighboursIn(const std::vector<SeenMarker>& markers) {
-  constexpr double kReach = 7;      // sides: squares of three, two away
-  constexpr double kMostOff = 0.3;  // of the distance: what perspective may change
+  constexpr double kReach = 7;      // in sides of a marker, for squares of three sides, two squares away
+  constexpr double kMostOff = 0.3;  // share of the distance, changed by perspective
   std::vector<Neighbours> result;
   for (const SeenMarker& marker : markers) {
     for (const SeenMarker& other : markers) {
@@ -69,7 +69,7 @@ std::vector<Vector2d> nearestOffsets(const std::vector<std::vector<Neighbours>>&
   return offsets;
 }
 
-// Keeps the neighbours that lie in the lattice's cells, and says in which.
+// Keeps the neighbours that lie in cells of the lattice, and sets their cells.
 void placeInLattice(const MarkerLayout& layout, bool is_turned, std::vector<Neighbours>& neighbours) {
   constexpr double kMostOff = 0.3;  // cells
   const bool is_diagonal = layout.lattice == MarkerLattice::kDiagonal;
@@ -83,8 +83,8 @@ void placeInLattice(const MarkerLayout& layout, bool is_turned, std::vector<Neig
   });
 }
 
-// The commonest difference of ids between neighbours in these cells; 0 without any, or where others are
-// nearly as common.
+// The most frequent difference of ids between neighbours in these cells; 0 if there is none or others are
+// nearly as frequent.
 int commonestStep(const std::vector<Neighbours>& neighbours, const Vector2i& cells) {
   std::map<int, int> counts;
   int total = 0;
@@ -98,7 +98,7 @@ int commonestStep(const std::vector<Neighbours>& neighbours, const Vector2i& cel
   return most != counts.end() && most->second >= kMost * total ? most->first : 0;
 }
 
-// Where a marker of a diagonal lattice lies, in columns and rows.
+// Column and row of a marker of a diagonal lattice.
 Vector2i diagonalCell(int id, int columns, bool is_dark_first) {
   const int in_even_row = is_dark_first ? columns / 2 : (columns + 1) / 2;
   const int rest = id % columns;
@@ -107,14 +107,14 @@ Vector2i diagonalCell(int id, int columns, bool is_dark_first) {
   return {2 * place + (is_odd_row != is_dark_first ? 1 : 0), 2 * (id / columns) + (is_odd_row ? 1 : 0)};
 }
 
-// Rows count upwards, from the id that the first column starts with.
+// Rows count upwards, from the first id of the first column.
 Vector2i uprightCell(int id, int columns, int first_id) {
   const int n = id - first_id;
   const int row = n >= 0 ? n / columns : -((columns - 1 - n) / columns);
   return {n - row * columns, -row};
 }
 
-// How many neighbours lie where their ids say, as a share, and the ids of those.
+// Share of neighbours at the places that their ids predict, and the ids of those neighbours.
 struct Agreement {
   double share = 0;
   std::vector<int> ids = {};
@@ -150,7 +150,7 @@ void countDiagonal(const std::vector<Neighbours>& neighbours, MarkerLayout& layo
   }
 }
 
-// The ids that rows start with are told by where they break; where no break is seen they start at 0.
+// The ends of rows determine the first id of each row; if no end is visible, rows start at 0.
 void countUpright(const std::vector<Neighbours>& neighbours, MarkerLayout& layout) {
   const int columns = commonestStep(neighbours, {0, -1});
   if (columns < 1 || columns > kMostColumns) return;
@@ -169,7 +169,7 @@ void countUpright(const std::vector<Neighbours>& neighbours, MarkerLayout& layou
   if (layout.first_id < 0) layout.columns = layout.rows = 0;
 }
 
-// Sets of ids that neighbours join.
+// Sets of ids that are connected through neighbours.
 std::vector<std::set<int>> joinedIds(const std::vector<Neighbours>& neighbours) {
   std::map<int, std::set<int>> beside;
   for (const Neighbours& n : neighbours) {
@@ -194,9 +194,10 @@ std::vector<std::set<int>> joinedIds(const std::vector<Neighbours>& neighbours) 
   return sets;
 }
 
-// A board has all ids from its first to its last: parts whose ids lie between each other's are of one board.
+// A board has all ids from its first to its last, so parts with overlapping ranges of ids belong to one
+// board.
 std::vector<std::set<int>> boardsOf(std::vector<std::set<int>> parts) {
-  // Without the ends of large parts, where a wrong id may be.
+  // Without the ends of large parts, which may be wrong ids.
   const auto rangeOf = [](const std::set<int>& part) {
     const auto end = static_cast<std::ptrdiff_t>(part.size() / 20);
     return std::pair(*std::next(part.begin(), end), *std::next(part.rbegin(), end));

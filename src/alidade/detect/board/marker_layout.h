@@ -8,27 +8,28 @@
 
 namespace alidade {
 
-/// How markers lie beside one another.
+/// Arrangement of neighbouring markers.
 enum class MarkerLattice {
   kDiagonal,  ///< in every other square, as on ChArUco boards
   kUpright,   ///< in columns and rows, as on AprilGrids
 };
 
-/// What images show of a board's markers.
+/// The layout of a board's markers, as found in images.
 struct MarkerLayout {
   MarkerLattice lattice = MarkerLattice::kDiagonal;
-  double spacing = 0;  ///< between the lattice's columns, as a multiple of a marker's side, to a few per cent
-  std::vector<int> ids = {};  ///< of the markers that have a neighbour in the lattice, in order
-  /// Of squares or tags, by how the ids go on from row to row; 0 where the ids contradict each other or too
-  /// few neighbours are seen. Rows count from the first one, and further ones may follow that nothing shows.
+  double spacing = 0;  ///< between columns of the lattice, in sides of a marker, accurate to a few per cent
+  std::vector<int> ids = {};  ///< of the markers with a neighbour in the lattice, in order
+  /// Number of squares or tags, from the change of ids between rows; 0 if ids contradict each other or there
+  /// are too few neighbours. Rows count from the first one; more rows may exist that no image shows.
   int columns = 0;
   int rows = 0;
   int first_id = 0;  ///< of an upright lattice; diagonal ones start at 0
 };
 
-/// The layouts of the boards that images show, each with four markers or more, by their lowest id; ids of
-/// other boards must differ. `images` are the markers of one print that each image shows.
-/// @param is_upside_down  whether upright markers are turned by 180 degrees on the board
+/// The layouts of the boards in images, each with four or more markers, by their lowest id; different boards
+/// must have different ids.
+/// @param images  the markers of one print in each image
+/// @param is_upside_down  upright markers are rotated by 180 degrees on the board
 [[nodiscard]] std::vector<MarkerLayout> markerLayouts(std::span<const std::vector<SeenMarker>> images,
                                                       bool is_upside_down);
 

@@ -28,26 +28,26 @@ constexpr int kNumNeighbours = 8;
 constexpr std::size_t kMinCorners = 6;
 constexpr std::size_t kMostNear = 12;
 
-// A point of the board and where it is seen.
+// A point of the board and its pixel.
 struct Sighting {
   Vector2d board;
   Vector2d pixel;
   double weight = 1;
-  int corner = -1;  ///< the id of the corner that is there; -1 if there is none
+  int corner = -1;  ///< id of the corner at this point; -1 if there is none
 };
 
-// The image of the board about one of its points.
+// The image of the board around one of its points.
 struct LocalView {
   Vector2d pixel;
   Vector2d step_u;
   Vector2d step_v;
 };
 
-// Those next to a place of the board, and how far they are, squared.
+// Sightings near a place of the board, and their squared distances.
 using NearSightings = std::vector<std::pair<double, const Sighting*>>;
 
-// The homography that takes the sightings next to `at` to their pixels, expanded there; steps are of
-// `step_m`. Nothing where too few are near.
+// The homography that maps the sightings near `at` to their pixels, expanded there; steps have the length
+// `step_m`. Nothing if there are too few nearby.
 std::optional<LocalView> viewAbout(const NearSightings& near, const Vector2d& at, double step_m) {
   constexpr int kMostEquations = 2 * kMostNear;
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, 8, 0, kMostEquations, 8>;
@@ -80,7 +80,7 @@ std::optional<LocalView> viewAbout(const NearSightings& near, const Vector2d& at
   return view;
 }
 
-// Where a marker puts a place of the board in the image, by its corners alone.
+// Pixel of a place of the board, predicted by the corners of one marker alone.
 Vector2d placeBy(const BoardMarker& of, const SeenMarker& seen, const Vector2d& at) {
   const Vector2d u = of.corners[1] - of.corners[0];
   const Vector2d v = of.corners[3] - of.corners[0];
@@ -91,13 +91,13 @@ Vector2d placeBy(const BoardMarker& of, const SeenMarker& seen, const Vector2d& 
          offset.dot(v) / v.squaredNorm() * pixel_v;
 }
 
-// A marker of the pattern and of the image that have the same id.
+// A marker of the pattern and a marker in the image with the same id.
 struct MarkerPair {
   const BoardMarker* of = nullptr;
   const SeenMarker* seen = nullptr;
 };
 
-// Markers of the same id; those agree that most of their nearest others confirm.
+// Pairs of markers with the same id; a pair agrees if most of its nearest neighbours confirm it.
 struct MarkerPairs {
   std::vector<MarkerPair> agreeing = {};
   std::size_t num_others = 0;
@@ -111,7 +111,7 @@ MarkerPairs pairsOf(const MarkerPattern& pattern, const std::vector<SeenMarker>&
     const auto found = by_id.find(marker.id);
     if (found != by_id.end()) pairs.push_back({found->second, &marker});
   }
-  constexpr double kMostOff = 0.3;  // of the distance on the board, which perspective changes
+  constexpr double kMostOff = 0.3;  // share of the distance on the board, changed by perspective
   const auto confirms = [&](const MarkerPair& a, const MarkerPair& b) {
     const Vector2d from = middleOf(a.of->corners);
     const Vector2d to = middleOf(b.of->corners);
@@ -143,8 +143,8 @@ struct ChosenPattern {
   MarkerPairs pairs = {};
 };
 
-// Looks closer until a quarter of a pattern's markers agree: the corners tell the rest. A quick look must
-// have seen nearly all: it misses small ones.
+// Looks closer until a quarter of a pattern's markers agree; the corners reveal the rest. A quick look misses
+// small markers, so it must have found three quarters.
 ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPattern>& patterns) {
   std::vector<MarkerPrint> prints;
   for (const MarkerPattern& pattern : patterns) {
@@ -172,12 +172,12 @@ struct FoundCorner {
   LocalView view;
 };
 
-// The corners of a board while they are looked for.
+// State of the search for the corners of a board.
 class CornerSearch {
  public:
   CornerSearch(const GrayImage& image, const Board& board, const ChosenPattern& chosen)
       : image_(image), board_(board), pattern_(*chosen.pattern) {
-    // OpenCV's corners are whole pixels, and those of tags reach into the small squares beside them.
+    // OpenCV's corners are whole pixels, and those of tags extend into the adjacent small squares.
     constexpr double kMarkerWeight = 0.02;
     for (const MarkerPair& pair : chosen.pairs.agreeing) {
       for (std::size_t k = 0; k < 4; ++k) {
@@ -188,7 +188,8 @@ class CornerSearch {
     found_.resize(static_cast<std::size_t>(board.numCorners()));
   }
 
-  // Goes on from what is found until nothing is added; then once more, as places are better known.
+  // Continues from known corners until nothing is added, then repeats once, because positions are then better
+  // known.
   void run() {
     constexpr int kPasses = 2;
     gatherSightings();
@@ -238,7 +239,7 @@ class CornerSearch {
     return at == board_.corners().end() ? -1 : static_cast<int>(at - board_.corners().begin());
   }
 
-  // Nothing where the corner does not lie where its neighbours put it.
+  // Nothing if the corner is not where its neighbours predict it.
   [[nodiscard]] std::optional<CornerFit> fitAt(const LocalView& view) {
     const auto fit = fitter_.fit(image_, {.pixel = view.pixel,
                                           .step_u = view.step_u,
@@ -265,7 +266,7 @@ class CornerSearch {
     return !added.empty();
   }
 
-  // What is seen: corners, and those of markers where there are none or they are not found.
+  // Collects found corners, and the corners of markers at places without a found corner.
   void gatherSightings() {
     sightings_.clear();
     for (std::size_t i = 0; i < found_.size(); ++i) {
@@ -277,7 +278,7 @@ class CornerSearch {
     }
   }
 
-  // Once more from what all the others say, whatever was found first: the guesses by markers were coarse.
+  // Repeats all fits with guesses from all other corners, because guesses from markers were coarse.
   void refit() {
     std::vector<std::optional<FoundCorner>> refitted(found_.size());
     for (std::size_t i = 0; i < found_.size(); ++i) {
@@ -349,7 +350,7 @@ void describeMissing(const CornerSearch& search, const Board& board, ImageSize s
                                         : "the others are outside the image, covered or not clear enough");
 }
 
-// How many of a board's markers are seen at two places.
+// Number of the board's markers that are seen at two places.
 int numSeenTwice(const ChosenPattern& chosen) {
   std::set<int> twice;
   for (const SeenMarker& a : chosen.seen) {
@@ -372,7 +373,7 @@ Detection refuseAsOther(const ChosenPattern& chosen, const Board& board) {
   return detection;
 }
 
-// A sentence about markers that tell no place of the board.
+// A sentence about markers that fit no place of the board.
 std::string tellStrays(const ChosenPattern& chosen, const Board& board) {
   const std::string marker(board.words().marker);
   const std::string& dictionary = chosen.pattern->print.dictionary;
@@ -386,7 +387,7 @@ std::string tellStrays(const ChosenPattern& chosen, const Board& board) {
                      num_own == 1 ? "too few to place the board" : "but no two as on " + board.spec());
 }
 
-// Corners along one line tell no pose.
+// Corners along one line do not determine a pose.
 bool spansArea(const std::vector<Corner>& corners, int columns) {
   const auto differ = [&](auto part) {
     return std::ranges::any_of(corners, [&](const Corner& c) { return part(c.id) != part(corners[0].id); });

@@ -12,12 +12,13 @@
 
 namespace alidade {
 
-/// Where the markers of a board are, and what is around its corners: four squares in alternating colours.
+/// The positions of a board's markers, and the surroundings of its corners: four squares in alternating
+/// colours.
 struct MarkerPattern {
   MarkerPrint print;
-  double step_m = 0;       ///< how far the sides of the squares reach from a corner
-  double clear_share = 0;  ///< how far off them nothing is printed, as a share of the step
-  /// True if the square between columns and rows 0 and 1 is dark; further ones alternate.
+  double step_m = 0;       ///< distance that the sides of the squares extend from a corner
+  double clear_share = 0;  ///< blank distance from the sides, as a share of the step
+  /// True if the square between columns and rows 0 and 1 is dark; the others alternate.
   bool is_first_dark = true;
   std::vector<Marker<Eigen::Vector2d>> markers = {};  ///< board frame, metres
 };
@@ -25,10 +26,10 @@ struct MarkerPattern {
 /// An upright marker whose top left corner is at `low`.
 [[nodiscard]] Marker<Eigen::Vector2d> squareMarker(int id, const Eigen::Vector2d& low, double side);
 
-/// Finds a board by its markers. OpenCV's markers tell ids and first guesses; a pattern is chosen by how well
-/// neighbouring markers agree on it; corners are predicted from what is known around them, beside markers
-/// that were not found too, and fitted by CornerFitter.
-/// @param patterns  how the board may be printed: at least one, all with the same corners
+/// Finds a board by its markers. OpenCV's markers give ids and first guesses. The pattern on which
+/// neighbouring markers agree best is chosen. Corners are predicted from known ones around them, even next to
+/// undetected markers, and fitted by CornerFitter.
+/// @param patterns  possible prints of the board: at least one, all with the same corners
 [[nodiscard]] Detection findMarkerBoard(const GrayImage& image, const Board& board,
                                         const std::vector<MarkerPattern>& patterns);
 

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// From the unit square to the image.
+// Homography from the unit square to the image.
 Eigen::Matrix3d homographyOf(const std::array<Vector2d, 4>& c) {
   const Vector2d bend = c[0] - c[1] + c[2] - c[3];
   Eigen::Matrix2d sides;
@@ -31,7 +31,7 @@ class Profile {
  public:
   static constexpr int kNumSteps = 64;
 
-  // Empty where the square reaches out of the image.
+  // Nothing if the square extends beyond the image.
   static std::optional<Profile> across(const GrayImage& image, const Eigen::Matrix3d& h, double depth,
                                        double half_length) {
     constexpr int kNumLines = 9;
@@ -51,7 +51,7 @@ class Profile {
     return profile;
   }
 
-  // Where the brightest place is followed by one that is midway to the darkest place behind it.
+  // Position after the brightest place where the level is midway to the darkest place behind it.
   [[nodiscard]] std::optional<double> fallsAt() const {
     constexpr double kLeastContrast = 20;
     const auto* brightest = std::ranges::max_element(values_);
@@ -72,7 +72,7 @@ class Profile {
 
 std::optional<double> measuredMarkerShare(const GrayImage& image, const std::array<Vector2d, 4>& square,
                                           double expected, int num_cells) {
-  constexpr double kLeastMarginPx = 3;  // the corners' edges blur into narrower ones
+  constexpr double kLeastMarginPx = 3;  // in narrower margins, the edges of the corners blur into each other
   const double margin = 0.5 * (1 - expected);
   const double cell = expected / num_cells;
   double shortest_px = (square[0] - square[3]).norm();

@@ -29,7 +29,7 @@ Link& linkAt(Links& links, int corner, int edge) {
   return links[static_cast<std::size_t>(corner)][static_cast<std::size_t>(edge & 3)];
 }
 
-// Corners in square buckets, to look around each other without looking at all.
+// Corners in square buckets, so that neighbours are found without comparing all pairs.
 class Buckets {
  public:
   Buckets(std::span<const XCorner> corners, ImageSize size)
@@ -39,7 +39,8 @@ class Buckets {
       cell(columnOf(corners[c].pixel), rowOf(corners[c].pixel)).push_back(static_cast<int>(c));
   }
 
-  /// Calls visit(corner) for all corners in the ring of buckets at this distance; false once there is none.
+  /// Calls visit(corner) for all corners in the ring of buckets at this distance; false if the ring is
+  /// outside all buckets.
   template <class Visit>
   bool ring(const Vector2d& center, int distance, Visit visit) {
     const int x = columnOf(center);
@@ -71,9 +72,9 @@ class Buckets {
   std::vector<std::vector<int>> cells_;
 };
 
-// True if the picture has an edge between two corners, dark on the given hand (clockwise of the way from a to
-// b). Sampled on both sides of the chord; distortion bends the edge away from it, by less than that in
-// between.
+// True if the image has an edge between two corners, with the dark side on the given hand (clockwise from the
+// direction from a to b). It is sampled on both sides of the chord; distortion bends the edge by less than
+// the distance between the samples.
 bool hasEdge(const SmoothImage& image, const Vector2d& a, const Vector2d& b, bool dark_is_clockwise,
              double contrast) {
   const Vector2d along = b - a;
@@ -81,15 +82,15 @@ bool hasEdge(const SmoothImage& image, const Vector2d& a, const Vector2d& b, boo
   constexpr double kSideShare = 0.16;
   constexpr double kMinSidePx = 1.5;
   const double offset = std::max(kMinSidePx, kSideShare * length);
-  // Clockwise as seen: image y points down.
+  // Clockwise in the image, where y points down.
   const Vector2d clockwise = Vector2d(-along.y(), along.x()) * (offset / length);
   constexpr int kNumPlaces = 5;
   constexpr int kNeeded = 4;
-  constexpr double kNeededShare = 0.35;  // of the corners' contrast
+  constexpr double kNeededShare = 0.35;  // share of the corners' contrast
   int num_good = 0;
   for (int k = 0; k < kNumPlaces; ++k) {
     const Vector2d place = a + along * ((k + 1.0) / (kNumPlaces + 1));
-    // At the image's border there may be room for a narrower look only.
+    // Near the border of the image, there may be room only for narrower samples.
     Vector2d side = clockwise;
     while (side.norm() > kMinSidePx && !(image.covers(place + side) && image.covers(place - side)))
       side *= 0.5;
@@ -124,15 +125,15 @@ class Joiner {
   [[nodiscard]] const XCorner& corner(int c) const { return corners_[static_cast<std::size_t>(c)]; }
   [[nodiscard]] int numCorners() const { return static_cast<int>(corners_.size()); }
 
-  // The edge of corner b that points back along the way from corner a, if it fits.
+  // The edge of corner b that points back towards corner a; none if they do not match.
   [[nodiscard]] int edgeBack(const XCorner& a, int edge, const XCorner& b) const {
-    constexpr double kMinCos = 0.913;  // 24 degrees: bent lenses and small rings
+    constexpr double kMinCos = 0.913;  // 24 degrees, for strong distortion and small rings
     const Vector2d way = b.pixel - a.pixel;
     const double least = kMinCos * way.norm();
     if (way.dot(a.edges[static_cast<std::size_t>(edge)]) < least) return kNone;
     for (int k = 0; k < 4; ++k) {
       if (-way.dot(b.edges[static_cast<std::size_t>(k)]) < least) continue;
-      // Clockwise of the edge as seen from a is counter-clockwise of it as seen from b.
+      // Clockwise of the edge from a is counter-clockwise of it from b.
       if (a.sectorIsDark(edge) == b.sectorIsDark(k)) return kNone;
       return k;
     }
@@ -163,7 +164,7 @@ class Joiner {
       best = {.corner = other, .edge = back};
       best_distance = distance;
     };
-    // A neighbour is among the nearest; without a limit, textures would take the square of their number.
+    // Neighbours are among the nearest corners; without a limit, textures would take quadratic time.
     constexpr int kMaxVisited = 40;
     for (int distance = 0; buckets_.ring(here.pixel, distance, visit); ++distance) {
       if (best_distance <= distance * Buckets::kSide || num_visited > kMaxVisited) break;
@@ -184,13 +185,14 @@ class Joiner {
     }
   }
 
-  // Walks around a square: forward along `edge`, then always the next edge to one hand. True if it closes.
+  // Walks around a square: forward along `edge`, then always along the next edge on one hand. True if the
+  // walk closes.
   [[nodiscard]] bool closes(int c, int edge, int turn) {
     Link at{.corner = c, .edge = edge};
     for (int side = 0; side < 4; ++side) {
       const Link next = linkAt(links_, at.corner, at.edge);
       if (!next.exists()) return false;
-      // Arrived on next.edge, which points back; turned towards the inside of the square.
+      // Arrived on next.edge, which points back; turns towards the inside of the square.
       at = {.corner = next.corner, .edge = (next.edge + turn) & 3};
     }
     return at == Link{c, edge};
@@ -209,7 +211,7 @@ class Joiner {
   CornerMesh walkFrom(int start) {
     CornerMesh mesh;
     mesh.origin_square_is_dark = corner(start).sectorIsDark(0);
-    // Edge k of corner c points in the mesh's direction k + turned[c].
+    // Edge k of corner c points in the direction k + turned[c] of the mesh.
     std::deque<int> open;
     turned_.resize(corners_.size());
     const auto put = [&](int c, MeshNode node, int turned) {
@@ -267,7 +269,7 @@ double contrastAround(const CornerMesh& mesh, MeshNode node) {
   return count > 0 ? sum / count : 0;
 }
 
-// True if the four squares around a place have the colours that the mesh wants there.
+// True if the four squares around a place have the colours that the mesh requires.
 bool hasSectors(const SmoothImage& image, const CornerMesh& mesh, MeshNode node, const Vector2d& place,
                 const Vector2d& u, const Vector2d& v, double contrast) {
   const double sign = mesh.squareIsDark(node) ? 1 : -1;
@@ -278,20 +280,20 @@ bool hasSectors(const SmoothImage& image, const CornerMesh& mesh, MeshNode node,
       return std::all_of(outwards.begin(), outwards.end(),
                          [&](const Vector2d& out) { return image.covers(place + share * out); });
     };
-    // At the image's border there may be room for a closer look only.
+    // Near the border of the image, there may be room only for closer samples.
     constexpr double kMinShare = 0.04;
     while (share > kMinShare && !isCovered()) share *= 0.6;
     if (!isCovered()) return false;
     std::array<double, 4> level{};
     for (std::size_t k = 0; k < 4; ++k) level[k] = sign * image.at(place + share * outwards[k]);
-    // With the sign, squares 0 and 2 are the lower ones.
+    // After multiplication by the sign, squares 0 and 2 are darker.
     constexpr double kNeededShare = 0.3;
     if (std::min(level[1], level[3]) - std::max(level[0], level[2]) < kNeededShare * contrast) return false;
   }
   return true;
 }
 
-// Looks for the corner that the mesh wants at a node.
+// Searches the corner that the mesh predicts at a node.
 std::optional<MeshCorner> lookFor(const SmoothImage& image, const CornerMesh& mesh, MeshNode node) {
   const auto predicted = mesh.predict(node);
   const auto u = mesh.stepAt(node, 0);
@@ -310,21 +312,21 @@ std::optional<MeshCorner> lookFor(const SmoothImage& image, const CornerMesh& me
   return MeshCorner{.pixel = found.pixel, .contrast = found.contrast};
 }
 
-// Corners that stand far from the middle of their neighbours were linked wrongly.
+// Drops corners far from the centre of their neighbours: they were linked wrongly.
 void dropMisfits(CornerMesh& mesh) {
-  constexpr double kMaxMisfit = 0.25;  // of the spacing
+  constexpr double kMaxMisfit = 0.25;  // share of the spacing
   std::vector<MeshNode> misfits;
   forEachNode(mesh, [&](MeshNode node, const MeshCorner& corner) {
     const auto predicted = mesh.predict(node);
     if (predicted && (*predicted - corner.pixel).norm() > kMaxMisfit * spacingAt(mesh, node))
       misfits.push_back(node);
   });
-  // One bad corner spoils the predictions of its neighbours, so only the worst cases where it stands alone
-  // are clear; all are dropped, and completeMesh() finds the good ones again.
+  // One bad corner spoils the predictions of its neighbours, so it is often unclear which of them is bad. All
+  // are dropped, and completeMesh() finds the good ones again.
   for (const MeshNode node : misfits) mesh.erase(node);
 }
 
-// Takes away outermost lines that hold much fewer corners than the line before them.
+// Drops outermost lines that hold far fewer corners than the next line inwards.
 void dropStrayLines(CornerMesh& mesh) {
   constexpr double kFewest = 0.3;
   const auto count = [&](const std::vector<MeshNode>& nodes) {
@@ -353,7 +355,7 @@ std::vector<CornerMesh> joinCorners(const SmoothImage& image, std::span<const XC
 
 void completeMesh(const SmoothImage& image, CornerMesh& mesh) {
   dropMisfits(mesh);
-  constexpr int kMaxRounds = 200;  // a line of corners a round, and no board has more lines
+  constexpr int kMaxRounds = 200;  // each round adds a line of corners, and no board has more lines
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<std::pair<MeshNode, MeshCorner>> found;
     for (int j = mesh.min().j - 1; j <= mesh.max().j + 1; ++j) {

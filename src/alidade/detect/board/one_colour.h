@@ -7,8 +7,8 @@
 
 namespace alidade {
 
-/// A board is dark on white or white on dark, but not both: drops what contradicts the most.
-/// @param isDark  of an index and what is found there
+/// Keeps the results of the more frequent colour: a board is dark on white or white on dark, not both.
+/// @param isDark  for an index and the result at it
 template <class Found, class F>
 void keepOneColour(std::vector<std::optional<Found>>& found, const F& isDark) {
   int balance = 0;

@@ -18,7 +18,7 @@ namespace {
 
 using Quad = std::vector<cv::Point2f>;
 
-// OpenCV only reads.
+// OpenCV only reads it.
 cv::Mat matOf(const GrayImage& image) {
   return {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
 }
@@ -30,7 +30,8 @@ struct PrintReader {
         dictionary(cv::aruco::getPredefinedDictionary(known.opencv_id)),
         border(print.border),
         is_apart(print.is_apart) {
-    // Among fewer bits, correcting as many errors as a dictionary can finds its markers in any clutter.
+    // With fewer bits, correcting all errors that the dictionary allows would find its markers in any
+    // clutter.
     constexpr int kManyBits = 6;
     if (known.num_bits >= kManyBits) correction_rate = 1.0;
   }
@@ -43,10 +44,10 @@ struct PrintReader {
 };
 
 constexpr int kCellPx = 8;
-constexpr double kCellMargin = 0.2;  // of a cell, on each side
+constexpr double kCellMargin = 0.2;  // share of a cell, on each side
 constexpr double kMostBorderErrors = 0.35;
 
-// Grey value at a place between pixels; places outside of the image have that of its border.
+// Grey value at a place between pixels; places outside the image have the value of the border.
 double levelAt(const cv::Mat& image, const cv::Point2d& place) {
   const double x = std::clamp(place.x, 0.0, image.cols - 1.0);
   const double y = std::clamp(place.y, 0.0, image.rows - 1.0);
@@ -62,7 +63,7 @@ double levelAt(const cv::Mat& image, const cv::Point2d& place) {
                  across * image.at<std::uint8_t>(below, right));
 }
 
-// A quadrilateral of the image whose sides are cut into cells.
+// A quadrilateral of the image whose sides are divided into cells.
 class CellFrame {
  public:
   CellFrame(const cv::Mat& image, const Quad& corners, int num_cells) : image_(image) {
@@ -82,12 +83,12 @@ class CellFrame {
   cv::Matx33d image_from_cells_;
 };
 
-// Whether a quadrilateral's sides are edges. A border that is wider than the window of the threshold has an
-// inner outline too, behind which it goes on.
+// True if the sides of a quadrilateral are edges. A border wider than the window of the threshold also has an
+// inner outline, behind which the border continues.
 bool hasEdges(const cv::Mat& image, const Quad& corners, int num_cells) {
   const CellFrame frame(image, corners, num_cells);
   constexpr double kLeastContrast = 10;
-  constexpr double kOff = 0.5;  // cells, on either side
+  constexpr double kOff = 0.5;  // in cells, on either side
   double sum = 0;
   int count = 0;
   for (double share = 0.25; share <= 0.75; share += 0.125) {
@@ -103,10 +104,10 @@ bool hasEdges(const cv::Mat& image, const Quad& corners, int num_cells) {
   return std::abs(sum) >= kLeastContrast * count;
 }
 
-// Mean grey value of each cell of a quadrilateral in the image, the border's cells included.
+// Mean grey value of each cell of a quadrilateral in the image, including the cells of the border.
 cv::Mat cellLevels(const cv::Mat& image, const Quad& corners, int num_cells) {
   const CellFrame frame(image, corners, num_cells);
-  constexpr std::array kPlaces = {0.27, 0.42, 0.58, 0.73};  // of a cell
+  constexpr std::array kPlaces = {0.27, 0.42, 0.58, 0.73};  // positions in a cell
   cv::Mat levels(num_cells, num_cells, CV_64FC1);
   for (int row = 0; row < num_cells; ++row) {
     for (int column = 0; column < num_cells; ++column) {
@@ -137,14 +138,14 @@ std::optional<double> midLevel(const cv::Mat& levels) {
   return mid;
 }
 
-// The marker that a quadrilateral shows, its corners turned as the marker's; pixels of the searched image.
+// The marker in a quadrilateral, with its corners in the order of the marker's; pixels of the searched image.
 std::optional<std::pair<int, Quad>> readMarker(const cv::Mat& levels, const Quad& corners,
                                                const PrintReader& reader) {
   const int num_bits = reader.known.num_bits;
   const cv::Rect inner(reader.border, reader.border, num_bits, num_bits);
   const auto most = static_cast<int>(kMostBorderErrors * num_bits * num_bits);
-  // Blur raises dark bits between bright ones as it lowers the bright ones; the rest of a wide border, which
-  // it leaves dark, would pull the level between them down.
+  // Blur raises dark bits between bright ones as much as it lowers the bright ones. The outer cells of a wide
+  // border stay dark and would lower the threshold, so only the innermost ring of the border counts.
   const cv::Rect around(reader.border - 1, reader.border - 1, num_bits + 2, num_bits + 2);
   const auto mid = midLevel(levels(around));
   if (!mid) return std::nullopt;
@@ -188,7 +189,7 @@ cv::Ptr<cv::aruco::DetectorParameters> searchParameters(const PrintReader& reade
 }  // namespace
 
 std::vector<MarkerLook> markerLooks(ImageSize size) {
-  constexpr int kLeastSide = 12;  // no marker is seen in less
+  constexpr int kLeastSide = 12;  // no marker is visible in fewer pixels
   constexpr int kQuickSide = 1000;
   constexpr int kLargeSide = 2400;
   constexpr int kSmallSide = 1600;

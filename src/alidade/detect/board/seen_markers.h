@@ -27,10 +27,10 @@ using SeenMarker = Marker<Eigen::Vector2d>;  ///< pixels
   return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
 }
 
-/// How markers are printed.
+/// Appearance of printed markers.
 struct MarkerPrint {
-  std::string dictionary;  ///< one of OpenCV's
-  int border = 1;          ///< in cells
+  std::string dictionary;  ///< one of OpenCV's dictionaries
+  int border = 1;          ///< width in cells
   /// Nothing is printed within half a cell of its sides, except near its corners.
   bool is_apart = false;
 
@@ -38,16 +38,15 @@ struct MarkerPrint {
 };
 
 /// The scales at which an image is searched for markers, one after the other until enough are seen: the first
-/// is fast, the last is for cells of a few pixels. Empty for images too small for any marker.
+/// is fast, the last finds cells of a few pixels. Empty if the image is too small for any marker.
 struct MarkerLook {
   double scale = 1;
-  bool is_quick = false;  ///< sees large markers only: what it leaves may still be there
+  bool is_quick = false;  ///< finds only large markers
 };
 [[nodiscard]] std::vector<MarkerLook> markerLooks(ImageSize size);
 
 /// The markers of each print, dark on white or white on dark; an id may occur more than once. The outlines
-/// are searched only once, whatever the number of prints, and prints behind one that has `enough` markers are
-/// not looked for.
+/// are searched only once for all prints, and prints after one that has `enough` markers are skipped.
 [[nodiscard]] std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image,
                                                               std::span<const MarkerPrint> prints,
                                                               MarkerLook look, std::size_t enough = SIZE_MAX);

@@ -13,16 +13,16 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Weaker patterns than this many grey levels are noise or shadows of something.
+// Patterns weaker than this many grey levels are noise or shadows.
 constexpr double kMinSquareContrast = 10;
 constexpr double kRingPx = 4;
 constexpr double kSmallRingPx = 2.8;
 constexpr int kBorder = 3;
-// Differences below are of 256 times the grey levels, over two pixels: 4 times the second derivatives.
+// The differences below are 4 times the second derivatives of the grey levels, over two pixels, times 256.
 constexpr double kDerivativeScale = 256.0 * 4.0;
 
-// The response of an X-corner of contrast c and total blur s is (c / (pi s^2))^2; with the binomial's own
-// blur and that of the differences, s is rarely below 1.5 and for blurred pictures 3.
+// The response of an X-corner with contrast c and total blur s is (c / (pi s^2))^2. Including the blur of the
+// binomial filter and of the differences, s is rarely below 1.5, and is 3 for blurred images.
 constexpr double kMinResponse = (kMinSquareContrast * 0.04) * (kMinSquareContrast * 0.04);
 
 struct Hessian {
@@ -44,7 +44,8 @@ Hessian hessianAt(const SmoothImage& image, int x, int y) {
           .y = value(0, 2) - value(0, -2)};
 }
 
-// Where the gradient vanishes, by one Newton step from a pixel; at most one pixel away along each axis.
+// The point where the gradient vanishes, by one Newton step from a pixel; at most one pixel away along each
+// axis.
 Vector2d saddleNear(const SmoothImage& image, int x, int y) {
   const Hessian h = hessianAt(image, x, y);
   const double det = h.xx * h.yy - h.xy * h.xy;
@@ -67,9 +68,8 @@ const std::array<Vector2d, kNumRing>& ringDirections() {
   return kDirections;
 }
 
-// A quick look at the pixels of a circle of radius 4: at an X-corner opposite ones are alike, and unlike
-// those a quarter of the circle away (Bennett and Lasenby 2014, ChESS). Passes about one place in ten of a
-// texture.
+// Quick test on a circle of radius 4: at an X-corner, opposite pixels are alike and differ from those a
+// quarter of the circle away (Bennett and Lasenby 2014, ChESS). Passes about one place in ten of a texture.
 bool looksLikeCorner(const SmoothImage& image, int x, int y) {
   constexpr int kReach = 4;
   if (x < kReach || y < kReach || x >= image.size.width - kReach || y >= image.size.height - kReach)
@@ -81,14 +81,14 @@ bool looksLikeCorner(const SmoothImage& image, int x, int y) {
   std::array<int, 16> level{};
   for (std::size_t k = 0; k < 16; ++k) level[k] = here[kCircleY[k] * w + kCircleX[k]];
   int alike = 0;   // differences of opposite pixels
-  int unlike = 0;  // of pairs a quarter apart
+  int unlike = 0;  // differences of pairs a quarter apart
   for (std::size_t k = 0; k < 8; ++k) alike += std::abs(level[k] - level[k + 8]);
   for (std::size_t k = 0; k < 4; ++k)
     unlike += std::abs(level[k] + level[k + 8] - level[k + 4] - level[k + 12]);
   return unlike > alike;
 }
 
-// Reads the circle around `center`; false if it is not that of an X-corner.
+// Reads the circle around `center`; false if it does not look like an X-corner.
 bool readRing(const SmoothImage& image, const Vector2d& center, double radius, XCorner& corner) {
   if (!image.covers(center - Vector2d(radius, radius)) || !image.covers(center + Vector2d(radius, radius)))
     return false;
@@ -103,8 +103,8 @@ bool readRing(const SmoothImage& image, const Vector2d& center, double radius, X
   const double range = high - low;
   if (range < kMinSquareContrast) return false;
   const double middle = 0.5 * (low + high);
-  // At the corner itself the level is half-way.
-  constexpr double kMaxOffCenter = 0.3;  // of the range
+  // At the corner itself, the level is halfway.
+  constexpr double kMaxOffCenter = 0.3;  // share of the range
   if (std::abs(image.at(center) - middle) > kMaxOffCenter * range) return false;
 
   std::size_t count = 0;
@@ -115,8 +115,8 @@ bool readRing(const SmoothImage& image, const Vector2d& center, double radius, X
     crossing[count++] = k;
   }
   if (count != 4) return false;
-  // The sector after crossing n is between that and the next one; its extreme says how clear it is.
-  constexpr double kMinSector = 0.22;  // of the range
+  // Sector n is between crossings n and n + 1; its extreme value shows how distinct it is.
+  constexpr double kMinSector = 0.22;  // share of the range
   double sum_of_extremes = 0;
   for (std::size_t n = 0; n < 4; ++n) {
     const std::size_t first = crossing[n];
@@ -133,7 +133,7 @@ bool readRing(const SmoothImage& image, const Vector2d& center, double radius, X
         ((1 - share) * ringDirections()[first] + share * ringDirections()[(first + 1) % kNumRing])
             .normalized();
   }
-  // Opposite edges are one line, bent by the lens at most.
+  // Opposite edges form one line, bent at most by the lens.
   constexpr double kMaxBendCos = -0.825;  // 34 degrees
   if (corner.edges[0].dot(corner.edges[2]) > kMaxBendCos ||
       corner.edges[1].dot(corner.edges[3]) > kMaxBendCos)
@@ -144,7 +144,7 @@ bool readRing(const SmoothImage& image, const Vector2d& center, double radius, X
   return true;
 }
 
-// OpenCV has no views of constant data: this one must not be written to.
+// OpenCV has no view of constant data; the result must not be written to.
 cv::Mat viewOf(const GrayImage& image) {
   return {image.size.height, image.size.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
 }
@@ -167,7 +167,7 @@ SmoothImage smoothed(const GrayImage& image) {
   cv::Mat smooth(image.size.height, image.size.width, CV_16UC1, out.values.data());
   cv::Mat scaled;
   viewOf(image).convertTo(scaled, CV_16U, 256);
-  // Without a standard deviation OpenCV's kernel of five is the binomial one, and the result is exact.
+  // With a standard deviation of 0, OpenCV's kernel of five is the binomial one, and the result is exact.
   cv::GaussianBlur(scaled, smooth, cv::Size(5, 5), 0, 0, cv::BORDER_REPLICATE);
   return out;
 }
@@ -180,7 +180,7 @@ std::vector<XCorner> findXCorners(const SmoothImage& image) {
   const auto stride = static_cast<std::size_t>(width);
   constexpr float kThreshold = static_cast<float>(kMinResponse * kDerivativeScale * kDerivativeScale);
 
-  // Responses of three rows, in a ring; outside the border they stay 0.
+  // Responses of three rows, in a ring buffer; outside the border they stay 0.
   std::array<std::vector<float>, 3> rows;
   for (auto& row : rows) row.assign(stride, 0.0F);
   const auto respond = [&](int y) {
@@ -221,7 +221,7 @@ std::vector<XCorner> findXCorners(const SmoothImage& image) {
         corners.push_back(corner);
     }
   }
-  // More than the largest board has are a fine texture, in which nothing is lost.
+  // More corners than the largest board has come from a fine texture, so dropping some loses nothing.
   constexpr std::size_t kMaxCorners = 60000;
   if (corners.size() > kMaxCorners) {
     std::stable_sort(corners.begin(), corners.end(),

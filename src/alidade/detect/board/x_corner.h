@@ -10,11 +10,11 @@
 
 namespace alidade {
 
-/// A place where four sectors, dark and bright in turn, meet: an inner corner of a checkerboard, or something
-/// that looks like one from near.
+/// A place where four alternately dark and bright sectors meet: an inner corner of a checkerboard, or a local
+/// pattern that resembles one.
 struct XCorner {
-  Eigen::Vector2d pixel;  ///< to about half a pixel
-  /// Unit directions of the four edges that leave the corner, clockwise as the image is seen.
+  Eigen::Vector2d pixel;  ///< accurate to about half a pixel
+  /// Unit directions of the four edges that leave the corner, clockwise in the image.
   std::array<Eigen::Vector2d, 4> edges{};
   bool first_sector_is_dark = false;  ///< the sector from edges[0] clockwise to edges[1]
   double contrast = 0;                ///< between bright and dark sectors, grey levels
@@ -23,11 +23,11 @@ struct XCorner {
   [[nodiscard]] bool sectorIsDark(int k) const { return first_sector_is_dark == (k % 2 == 0); }
 };
 
-/// Half the size (rounded down): each pixel is the mean of four. A pixel c of the half image lies at
-/// 2 (c + 0.5) - 0.5 of the whole one. Empty where a side is shorter than 2.
+/// The image at half size (rounded down); each pixel is the mean of four. A coordinate c of the result is 2
+/// (c + 0.5) - 0.5 in `image`. Empty if a side is shorter than 2.
 [[nodiscard]] GrayImage halved(const GrayImage& image);
 
-/// Where a pixel of an image that was halved `times` times lies in the whole one.
+/// Position in the full-size image of a pixel of an image that was halved `times` times.
 [[nodiscard]] inline Eigen::Vector2d fromHalved(const Eigen::Vector2d& pixel, int times) {
   const double scale = 1 << times;
   return scale * (pixel.array() + 0.5).matrix() - Eigen::Vector2d(0.5, 0.5);
@@ -41,7 +41,8 @@ struct SmoothImage {
   [[nodiscard]] const std::uint16_t* row(int y) const {
     return values.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width);
   }
-  /// Grey level between pixels, bilinear, where covers() says so.
+  /// Grey level between pixels, bilinear.
+  /// @pre covers(pixel)
   [[nodiscard]] double at(const Eigen::Vector2d& pixel) const {
     const int x = static_cast<int>(pixel.x());
     const int y = static_cast<int>(pixel.y());
@@ -52,7 +53,7 @@ struct SmoothImage {
     return ((1 - fy) * ((1 - fx) * upper[0] + fx * upper[1]) + fy * ((1 - fx) * lower[0] + fx * lower[1])) /
            256;
   }
-  /// True if at() may be asked for.
+  /// True if at() may be called.
   [[nodiscard]] bool covers(const Eigen::Vector2d& pixel) const {
     return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < size.width - 1 && pixel.y() < size.height - 1;
   }
@@ -66,7 +67,7 @@ struct SmoothImage {
 /// pairs.
 [[nodiscard]] std::vector<XCorner> findXCorners(const SmoothImage& image);
 
-/// The X-corner at the strongest saddle within about `radius_px` of `guess`, seen on a circle of `ring_px`
+/// The X-corner at the strongest saddle within about `radius_px` of `guess`, tested on a circle of `ring_px`
 /// around it. False if there is none.
 [[nodiscard]] bool xCornerNear(const SmoothImage& image, const Eigen::Vector2d& guess, double radius_px,
                                double ring_px, XCorner& corner);

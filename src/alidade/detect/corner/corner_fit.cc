@@ -15,30 +15,29 @@
 namespace alidade {
 namespace {
 
-// The lines may differ from the guess' steps by no more than this.
+// Largest angle between the lines and the steps of the guess.
 constexpr double kMaxTurnDeg = 25;
 
-// First search: all pixels near the guess, thinned out to about this many, narrowing the window until nearly
-// none are left out. Half of its window as a share of the spacing reaches as far as it can without the next
-// corners.
+// First search: all pixels near the guess, thinned out to about this many, in windows that shrink until
+// nearly no pixel is dropped. The half size of the first window, as a share of the spacing, is the largest
+// without neighbouring corners.
 constexpr double kSearchShare = 0.45;
 constexpr double kSearchSamples = 420;
 constexpr std::size_t kMinSearchPixels = 20;
 
-// The windows of the fit proper. The first is safe where a board ends in squares of half the size; the last
-// uses all the edge there is. Large windows are approached by a fit over this many pixels' reach.
+// Half sizes of the windows of the actual fit. The first is safe if a board ends in squares of half the size;
+// the last uses the whole edge. A fit with this reach in pixels precedes large windows.
 constexpr double kSafeShare = 0.5;
 constexpr double kFullShare = 0.8;
 constexpr double kNarrowShare = 0.3;
 constexpr double kApproachPx = 30;
-// Pixels this many blurs off a line still tell the grey levels on both sides.
+// Pixels within this many blurs of a line determine the grey levels on both sides.
 constexpr double kBandBlurs = 3.0;
 constexpr double kMinReachPx = 2.5;
 constexpr double kFewBlurs = 4;
 constexpr std::size_t kFewestPixels = 50;
 
-// Expectations that only count where the pixels say little: curvature and shading are those of any lens and
-// lamp.
+// Expectations that matter only if the pixels contain little information: typical curvature and shading.
 EdgePrior priorFor(const CornerTask& task) {
   constexpr double kVariance = 4;  // of the noise, squared grey levels
   constexpr double kCurvatureTimesStep = 0.1;
@@ -56,7 +55,7 @@ EdgePrior priorFor(const CornerTask& task) {
   return prior;
 }
 
-// Grey levels of the guess: their mean, and how they go with the squares' pattern.
+// Initial grey levels: their mean, and their regression on the pattern of the squares.
 void startLevels(const EdgePixels& pixels, EdgeModel& model) {
   const Eigen::Vector2d n1 = model.normal(0);
   const Eigen::Vector2d n2 = model.normal(1);
@@ -82,15 +81,15 @@ struct WindowFit {
   EdgeQuality quality;
   Eigen::Matrix2d covariance;
   double window = 0;
-  double reach_px = 0;  // the shorter of both lines'
+  double reach_px = 0;  // of the line with the shorter reach
   [[nodiscard]] double sigma() const { return std::sqrt(0.5 * covariance.trace()); }
 };
 
-// Covariance of the corner. Each line's share of the error scales with the noise that its own cross-sections
-// show: the corner moves across line i only as far as line i is off.
+// Covariance of the corner. Each line's share of the error scales with the noise of its own cross-sections,
+// because the corner moves across line i only by the error of line i.
 Eigen::Matrix2d cornerCovariance(const EdgeModel& model, const NormalEquations& sums,
                                  const EdgeQuality& quality) {
-  constexpr double kLeastVariance = 1.0 / 12;  // whole grey levels
+  constexpr double kLeastVariance = 1.0 / 12;  // rounding to whole grey levels
   using Matrix = Eigen::Matrix<double, NormalEquations::kSize, NormalEquations::kSize>;
   using Columns = Eigen::Matrix<double, NormalEquations::kSize, 2>;
   const Eigen::Matrix<double, NormalEquations::kSize, 1> scale =
@@ -106,7 +105,7 @@ Eigen::Matrix2d cornerCovariance(const EdgeModel& model, const NormalEquations& 
   return back * unit * back.transpose();
 }
 
-// The lines must be the guess' ones, at the guess' place.
+// True if the lines and their crossing are near those of the guess.
 bool isPlausible(const CornerTask& task, const EdgeModel& model) {
   static const double max_turn_sine = std::sin(kMaxTurnDeg * std::numbers::pi / 180);
   static const double min_crossing_sine = std::sin(kMinCrossingDeg * std::numbers::pi / 180);
@@ -119,9 +118,8 @@ bool isPlausible(const CornerTask& task, const EdgeModel& model) {
          std::abs(2 * model[EdgeModel::kAmplitude] * model.shadeAtCorner()) >= kMinContrast;
 }
 
-// An X-corner shows the contrast of its squares on all four arms, above the noise.
-// Fits that had to be softened are held to closer limits: what kept them from converging may be an object in
-// front of the board.
+// True if all four arms of the corner show the contrast of its squares, above the noise. Softened fits have
+// tighter limits, because an object in front of the board may have prevented convergence.
 bool isCrossing(const WindowFit& candidate, bool is_softened) {
   const double kLeastArm = is_softened ? 0.6 : 0.5;
   const double kMostArm = is_softened ? 1.5 : 1.7;
@@ -141,7 +139,7 @@ class Refinement {
   Refinement(const CornerTask& task, EdgePixels& pixels, EdgeResiduals& residuals)
       : task_(task), prior_(priorFor(task)), pixels_(pixels), residuals_(residuals) {}
 
-  // From the guess to within a pixel or so.
+  // Searches from the guess to within about a pixel.
   [[nodiscard]] std::optional<EdgeModel> search() {
     EdgeModel model;
     const Eigen::Vector2d start = task_.guess.pixel - task_.origin.cast<double>();
@@ -164,7 +162,7 @@ class Refinement {
       gatherLattice(task_.image, window, task_.origin, stride, pixels_);
       if (pixels_.size() < kMinSearchPixels) return std::nullopt;
       if (is_first) startLevels(pixels_, model);
-      // Starting blurred widens the basin.
+      // Starting with more blur widens the basin of convergence.
       const double start_blur = std::max(0.3 * share * task_.spacing, 0.7);
       model[EdgeModel::kBlur1] = model[EdgeModel::kBlur2] =
           is_first ? start_blur : std::clamp(model[EdgeModel::kBlur1], 0.7, start_blur);
@@ -181,30 +179,32 @@ class Refinement {
     }
   }
 
-  // The window of half size `share` about a model's corner, without what the neighbours' blur reaches.
+  // The window of half size `share` around a model's corner, without parts that the blur of neighbours
+  // reaches.
   [[nodiscard]] EdgeWindow windowFor(const EdgeModel& model, double share) const {
     // Steps along u end at edges that run along v, and blur like line 1.
     return task_.window(model.corner(), share,
                         task_.marginShare(task_.guess.step_u.norm(), model[EdgeModel::kBlur2]),
                         task_.marginShare(task_.guess.step_v.norm(), model[EdgeModel::kBlur1]));
   }
-  // How far off a line no marker's blur reaches.
+  // Distance from a line that the blur of markers does not reach.
   [[nodiscard]] double clearPx(const EdgeModel& model, std::size_t line) const {
     constexpr double kMarginBlurs = 1.5;
     constexpr double kLeastPx = 1.2;
     return std::max(kLeastPx, task_.clearPx(line) - kMarginBlurs * model[EdgeModel::kBlur1 + line]);
   }
-  // Whether the window reaches as far along both lines, in pixels and in blurs.
+  // True if the window is long enough along both lines, in pixels and in blurs.
   [[nodiscard]] bool hasRoom(const EdgeModel& model, double share, double least_px,
                              double least_blurs) const {
     return windowFor(model, share).shorterReach() >= std::max(least_px, least_blurs * model.largerBlur());
   }
-  // An edge shorter than some blurs hardly tells its place from its other properties.
+  // True if an edge is shorter than a few blurs: its position then correlates strongly with its other
+  // parameters.
   [[nodiscard]] bool isShort(const EdgeModel& model, double share) const {
     return !hasRoom(model, share, kMinReachPx, kFewBlurs);
   }
 
-  // A fit in a window of half size `share`, from a model that is nearly right. Nothing if the window is too
+  // Fits a window of half size `share`, starting from a nearly correct model. Nothing if the window is too
   // small.
   [[nodiscard]] std::optional<WindowFit> fit(const EdgeModel& start, double share) {
     if (!hasRoom(start, share, kMinReachPx, 1)) return std::nullopt;
@@ -217,7 +217,8 @@ class Refinement {
     EdgeSolution solution = solveEdgeModel(pixels_, start, prior_, options);
     const bool is_softened = !solution.converged;
     if (is_softened) {
-      // Edges sharper than the model can follow from pixel to pixel; a softer one finds the same corner.
+      // Edges may be too sharp for the model to follow from pixel to pixel; a softer one finds the same
+      // corner.
       constexpr double kSoftPx = 0.8;
       options.min_blur_px = kSoftPx;
       solution = solveEdgeModel(pixels_, solution.model, prior_, options);
@@ -230,14 +231,14 @@ class Refinement {
                         .window = share,
                         .reach_px = window.shorterReach()};
     candidate.covariance = cornerCovariance(solution.model, solution.sums, candidate.quality);
-    // The model did not follow these pixels, so neither does what it says of its own error.
+    // The model did not fit these pixels well, so its own estimate of the error is too small.
     constexpr double kSoftenedSigmas = 2;
     if (is_softened) candidate.covariance *= kSoftenedSigmas * kSoftenedSigmas;
     if (!candidate.covariance.allFinite() || !isCrossing(candidate, is_softened)) return std::nullopt;
     return candidate;
   }
 
-  // The largest window that is described as well as the smaller ones.
+  // Fits the largest window that the model describes as well as the smaller ones.
   [[nodiscard]] std::optional<WindowFit> fitBestWindow(const EdgeModel& start) {
     const double approach = std::min(kSafeShare, kApproachPx / task_.spacing);
     std::optional<WindowFit> best = fit(start, approach);
@@ -246,7 +247,8 @@ class Refinement {
       const std::optional<WindowFit> narrow = fit(best ? best->model : start, kNarrowShare);
       if (narrow && !(best && isAsGood(*best, *narrow))) best = narrow;
     }
-    // Without a smaller window to judge it by, the full one counts only where there is no room for that.
+    // Without a smaller window for comparison, the full one is accepted only if there was no room for a
+    // smaller one.
     if (!best && hasRoom(start, approach, 2 * kMinReachPx, kFewBlurs)) return std::nullopt;
     const std::optional<WindowFit> full = fit(best ? best->model : start, kFullShare);
     if (!best) return full;
@@ -259,7 +261,7 @@ class Refinement {
   }
 
  private:
-  // The band of pixels was chosen for another blur than there is.
+  // True if the band of pixels was chosen for a different blur than the fitted one.
   static bool isBlurOff(const EdgeModel& assumed, const EdgeModel& fitted) {
     constexpr double kFactor = 1.3;
     for (const auto p : {EdgeModel::kBlur1, EdgeModel::kBlur2}) {
@@ -268,7 +270,7 @@ class Refinement {
     return false;
   }
 
-  // Something in the window may not be of the corner: an arm shows less or more contrast than the others, or
+  // True if the window may contain a different object: one arm has less or more contrast than the others, or
   // the residuals grow outwards.
   static bool isSuspicious(const WindowFit& candidate) {
     constexpr double kUnevenArm = 0.12;
@@ -281,8 +283,7 @@ class Refinement {
   }
 
   static bool isAsGood(const WindowFit& large, const WindowFit& small) {
-    // Variances from few cross-sections vary by themselves; taking whichever looks less would promise too
-    // much.
+    // Variances from few cross-sections scatter, so choosing the smaller one would be too optimistic.
     constexpr double kMoreSigma = 1.3;
     constexpr double kMoreResidual = 1.4;
     constexpr double kMoreScatter = 3.0;
@@ -311,7 +312,7 @@ CornerFit asFit(const CornerTask& task, const WindowFit& candidate) {
   fit.sigma_px = candidate.sigma();
   fit.blur_px = std::sqrt(0.5 * (model[EdgeModel::kBlur1] * model[EdgeModel::kBlur1] +
                                  model[EdgeModel::kBlur2] * model[EdgeModel::kBlur2]));
-  // Which of the four squares the model's positive distances mean.
+  // Squares on the positive side of the model's distances.
   const double side1 = model.normal(0).dot(task.guess.step_v);
   const double side2 = model.normal(1).dot(task.guess.step_u);
   const double sign = side1 * side2 > 0 ? -1 : 1;
@@ -328,7 +329,7 @@ std::optional<CornerFit> CornerFitter::fit(const GrayImage& image, const CornerG
   Refinement refinement(*task, pixels_, residuals_);
   const std::optional<EdgeModel> start = refinement.search();
   const std::optional<WindowFit> best = start ? refinement.fitBestWindow(*start) : std::nullopt;
-  // Where there is room for edges, what they refuse is no corner.
+  // If there is room for an edge fit and it fails, there is no corner.
   constexpr double kSmallSpacingPx = 30;
   if (best && !refinement.isShort(best->model, best->window)) {
     const CornerFit fit = asFit(*task, *best);
@@ -338,7 +339,7 @@ std::optional<CornerFit> CornerFitter::fit(const GrayImage& image, const CornerG
     return std::nullopt;
   const auto saddle =
       fitSaddleCorner(*task, start ? (start->corner() + task->origin.cast<double>()).eval() : guess.pixel);
-  // The sigma of so short edges may promise too much where the blur is not Gaussian: the saddle is preferred.
+  // For short edges, sigma may be too small if the blur is not Gaussian, so the saddle is preferred.
   constexpr double kPreferSaddle = 2.5;
   if (best && !(saddle && saddle->sigma_px < kPreferSaddle * best->sigma())) return asFit(*task, *best);
   return saddle;

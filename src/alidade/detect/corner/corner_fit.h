@@ -9,13 +9,13 @@
 
 namespace alidade {
 
-/// Refines the corners of checkerboards. An object keeps its buffers from corner to corner; each thread needs
-/// its own. The result depends on the arguments alone.
+/// Refines the corners of checkerboards. An object reuses its buffers; each thread needs its own. The result
+/// depends only on the arguments.
 class CornerFitter {
  public:
-  /// Nothing where there is no X-corner, or it cannot be decided: the contrast is lost in the noise or
-  /// missing on one of the four arms, the lines are not the guess' ones, or the fit leads away from the guess
-  /// by more than 0.35 steps.
+  /// Nothing if there is no X-corner or it cannot be decided: the contrast is lost in the noise or missing on
+  /// one of the four arms, the lines differ from those of the guess, or the fit moves away from the guess by
+  /// more than 0.35 steps.
   [[nodiscard]] std::optional<CornerFit> fit(const GrayImage& image, const CornerGuess& guess);
 
  private:

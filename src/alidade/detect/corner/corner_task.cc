@@ -12,10 +12,10 @@
 namespace alidade {
 namespace {
 
-// The squares around a corner; those that look like the one between step_u and step_v come first.
+// The squares around a corner; those with the colour of the one between step_u and step_v come first.
 constexpr std::array<std::array<double, 2>, 4> kSquares = {{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
 
-// Grey levels of the four squares, at `share` of the way along both steps.
+// Grey levels of the four squares, at the share `share` of both steps.
 std::array<std::optional<double>, 4> greyOfSquares(const CornerTask& task, const Eigen::Vector2d& corner,
                                                    double share) {
   constexpr double kClearOfMarkers = 0.6;
@@ -30,11 +30,12 @@ std::array<std::optional<double>, 4> greyOfSquares(const CornerTask& task, const
   return grey;
 }
 
-// Beyond cut squares lies a margin as bright as the bright squares, where whole ones would still alternate.
+// Sides on which the squares are cut: the margin beyond them is as bright as the bright squares, whereas
+// complete squares still alternate there.
 std::array<bool, 4> cutSides(const CornerTask& task) {
-  constexpr double kNear = 0.17;    // nearer than a quarter by what a guess may be off
-  constexpr double kBeyond = 0.45;  // squares of half the size and more have room for the usual windows
-  constexpr double kAlike = 0.3;    // of the contrast
+  constexpr double kNear = 0.17;    // less than a quarter by the possible error of the guess
+  constexpr double kBeyond = 0.45;  // squares of at least half the size have room for the usual windows
+  constexpr double kAlike = 0.3;    // share of the contrast
   const auto near = greyOfSquares(task, task.guess.pixel, kNear);
   const auto beyond = greyOfSquares(task, task.guess.pixel, kBeyond);
   if (!std::ranges::all_of(near, [](const auto& level) { return level.has_value(); })) return {};
@@ -51,7 +52,7 @@ std::array<bool, 4> cutSides(const CornerTask& task) {
   return is_cut;
 }
 
-// Tells whether places, relative to the origin, are in the window.
+// Tests if places, relative to the origin, are in the window.
 class WindowTest {
  public:
   WindowTest(const EdgeWindow& window, const Eigen::Vector2i& origin) {
@@ -73,7 +74,7 @@ class WindowTest {
   Eigen::Vector2d center_;
 };
 
-// Pixels of the window's bounding box that are in the image, relative to the origin; empty if last < first.
+// Pixels of the window's bounding box within the image, relative to the origin; empty if last < first.
 struct PixelRange {
   int first = 0;
   int last = -1;
@@ -127,8 +128,8 @@ void gatherLattice(const GrayImage& image, const EdgeWindow& window, const Eigen
   pixels.clear();
   const WindowTest test(window, origin);
   const PixelBox box = boxOf(image, window, origin);
-  // Each row starts elsewhere: an edge along the columns would otherwise fall between the same two samples in
-  // all.
+  // Rows start at different columns; otherwise an edge along the columns would lie between the same two
+  // samples in all rows.
   const int shift = std::max(1, static_cast<int>(std::lround(0.38 * stride)));
   int start = 0;
   for (int y = box.y.first; y <= box.y.last; y += stride) {
@@ -151,13 +152,14 @@ void gatherBands(const GrayImage& image, const EdgeWindow& window, const Eigen::
                                      Line(model, 1, blur_reach, most_px[1])};
   for (std::size_t i = 0; i < 2; ++i) {
     const Line& line = lines[i];
-    // Steps along the image axis the line runs along more, and takes the pixels about it on the other one.
+    // Steps along the image axis that is closer to the line, and takes the pixels around the line on the
+    // other axis.
     const int along = std::abs(line.direction.x()) >= std::abs(line.direction.y()) ? 0 : 1;
     const int across = 1 - along;
     const PixelRange& outer = along == 0 ? box.x : box.y;
     const PixelRange& inner = along == 0 ? box.y : box.x;
     const double slope = line.direction[across] / line.direction[along];
-    // A pixel more for the curve, which is not followed exactly here: isNear() decides.
+    // One more pixel for the curvature, which is only approximate here: isNear() decides.
     const double half = line.half_width / std::abs(line.direction[along]) + 1;
     for (int p = outer.first; p <= outer.last; ++p) {
       const double off = p - line.corner[along];
@@ -216,7 +218,7 @@ std::optional<double> CornerTask::contrastOfSquares(const Eigen::Vector2d& corne
 
 bool CornerTask::hasColoursOf(const CornerFit& fit) const {
   constexpr double kShare = 0.35;
-  constexpr double kLeastGap = 0.25;  // of the contrast
+  constexpr double kLeastGap = 0.25;  // share of the contrast
   const auto grey = greyOfSquares(*this, fit.pixel, kShare);
   double darkest_bright = std::numeric_limits<double>::infinity();
   double brightest_dark = -darkest_bright;

@@ -22,7 +22,8 @@ constexpr int kNumParameters = 10;
 using DiscVector = Eigen::Matrix<double, kNumParameters, 1>;
 using DiscMatrix = Eigen::Matrix<double, kNumParameters, kNumParameters>;
 
-// In the order of the solver's unknowns. Lengths are in units of the guess' mean radius, from its middle.
+// Parameters in the order of the solver's unknowns. Lengths are in units of the guess's mean radius, from its
+// centre.
 struct DiscModel {
   enum Parameter { kX, kY, kShapeXX, kShapeXY, kShapeYY, kBlur, kMean, kAmplitude, kShadeX, kShadeY };
   DiscVector values = DiscVector::Zero();
@@ -39,7 +40,7 @@ struct RimPixel {
   double x, y, grey;
 };
 
-// What the model makes of one pixel.
+// The model at one pixel.
 struct PixelValue {
   double distance;  // outwards from the rim
   double pattern;   // -1 inside, 1 outside
@@ -114,7 +115,7 @@ double rimCost(const DiscModel& model, const std::vector<RimPixel>& pixels) {
 
 // False if no minimum was reached.
 bool solveDisc(const std::vector<RimPixel>& pixels, double min_blur, DiscModel& model, DiscSums& sums) {
-  constexpr double kStepShare = 0.02;  // of the estimate's standard deviation
+  constexpr double kStepShare = 0.02;  // share of the estimate's standard deviation
   constexpr double kLeastVariance = 1.0 / 12;
   sums = sumUpRim(model, pixels);
   const DampingRule rule{
@@ -134,7 +135,7 @@ bool solveDisc(const std::vector<RimPixel>& pixels, double min_blur, DiscModel& 
     trial.values += step;
     trial.values(DiscModel::kBlur) = std::max(trial.values(DiscModel::kBlur), min_blur);
     if (!trial.isEllipse() || !(rimCost(trial, pixels) <= sums.cost))
-      return is_short ? StepResult::kConverged : StepResult::kWorse;  // rounding decides which is better
+      return is_short ? StepResult::kConverged : StepResult::kWorse;  // the difference is rounding
     model = trial;
     if (is_short && damping < 0.1) return StepResult::kConverged;
     sums = sumUpRim(model, pixels);
@@ -142,7 +143,7 @@ bool solveDisc(const std::vector<RimPixel>& pixels, double min_blur, DiscModel& 
   });
 }
 
-// One disc while it is fitted.
+// The fit of one disc.
 class DiscTask {
  public:
   DiscTask(const GrayImage& image, const DiscGuess& guess)
@@ -155,10 +156,10 @@ class DiscTask {
   }
 
   std::optional<DiscFit> fit() {
-    constexpr int kRounds = 3;  // the pixels about the rim are known once the rim is
+    constexpr int kRounds = 3;  // the first rounds determine the pixels around the rim
     for (int round = 0; round < kRounds; ++round) {
       if (!gather() || (round == 0 && !guessTones())) return std::nullopt;
-      constexpr double kMinBlurPx = 0.3;  // a pixel's own width has 0.29
+      constexpr double kMinBlurPx = 0.3;  // the width of a pixel alone is 0.29
       const bool is_solved = solveDisc(pixels_, kMinBlurPx / unit_px_, model_, sums_);
       if (!is_solved || !isSound()) return std::nullopt;
     }
@@ -166,7 +167,7 @@ class DiscTask {
   }
 
  private:
-  // The pixels about the rim; false if there are too few, or the image does not have the whole rim.
+  // Gathers the pixels around the rim; false if there are too few, or a part of the rim is outside the image.
   bool gather() {
     constexpr double kBlurs = 3;
     constexpr double kMarginPx = 1;
@@ -202,7 +203,7 @@ class DiscTask {
     return half + std::sqrt(std::max(0.0, half * half - shape.determinant()));
   }
 
-  // Mean grey levels on both sides; false without a contrast.
+  // Estimates the mean grey levels on both sides; false without contrast.
   bool guessTones() {
     std::array<double, 2> sums{};
     std::array<double, 2> counts{};
@@ -220,10 +221,10 @@ class DiscTask {
   }
 
   [[nodiscard]] bool isSound() const {
-    constexpr double kMostMove = 0.5;     // of the radius
-    constexpr double kMostGrowth = 2;     // of the mean radius, either way
-    constexpr double kMinRadiusPx = 1.5;  // of the shorter axis
-    constexpr double kMostBlur = 0.8;     // of the shorter axis
+    constexpr double kMostMove = 0.5;     // share of the radius
+    constexpr double kMostGrowth = 2;     // factor on the mean radius, in both directions
+    constexpr double kMinRadiusPx = 1.5;  // of the shorter semi-axis
+    constexpr double kMostBlur = 0.8;     // share of the shorter semi-axis
     constexpr double kMinContrast = 4;    // grey levels
     const DiscVector& m = model_.values;
     const double shorter = 1 / std::sqrt(largestOf(model_.shape()));
@@ -239,7 +240,7 @@ class DiscTask {
     double score = 0;        // sum of slope times residual
     double count = 0, pattern = 0, pattern2 = 0, residual = 0, product = 0;
 
-    // Share of the model's contrast.
+    // Share of the contrast of the model.
     [[nodiscard]] double contrast(double amplitude) const {
       const double spread = pattern2 - pattern * pattern / std::max(1.0, count);
       if (!(spread > 0.05 * count)) return 0;
@@ -269,9 +270,9 @@ class DiscTask {
     return sections;
   }
 
-  // True if the rim is no ellipse, as that of a square or of a disc that something covers.
+  // True if the rim is not an ellipse, for example that of a square or of a partly covered disc.
   [[nodiscard]] bool isOtherShape() const {
-    constexpr double kMostOff = 0.04;  // of the radius, RMS: the best ellipse is 0.09 off a square
+    constexpr double kMostOff = 0.04;  // share of the radius, RMS: the best ellipse for a square is 0.09 off
     double square = 0;
     for (const RimSection& section : sections(kNumSections)) {
       const double off = section.information > 0 ? section.score / section.information : 0;
@@ -280,7 +281,7 @@ class DiscTask {
     return square > kMostOff * kMostOff * kNumSections;
   }
 
-  // True if something covers a part of the rim.
+  // True if an object covers a part of the rim.
   [[nodiscard]] bool isCovered() const {
     constexpr int kParts = 8;
     constexpr double kMinShare = 0.6;
@@ -290,9 +291,9 @@ class DiscTask {
     });
   }
 
-  // Grey levels squared: that which explains how far the rim's sections scatter about the ellipse.
+  // Noise variance, squared grey levels, that explains the scatter of the rim's sections around the ellipse.
   [[nodiscard]] double noiseVariance() const {
-    constexpr int kShapes = 5;  // of the rim, that the ellipse takes up
+    constexpr int kShapes = 5;  // deformations of the rim that the ellipse absorbs
     constexpr double kLeastVariance = 1.0 / 12;
     double square = 0;
     int count = 0;
@@ -314,7 +315,7 @@ class DiscTask {
                 .blur_px = model_.values(DiscModel::kBlur) * unit_px_,
                 .contrast = 2 * model_.values(DiscModel::kAmplitude)};
     fit.sigma_px = std::sqrt(0.5 * fit.covariance.trace());
-    constexpr double kMostSigmaShare = 0.1;  // of the mean radius
+    constexpr double kMostSigmaShare = 0.1;  // share of the mean radius
     if (!std::isfinite(fit.sigma_px) || !(fit.sigma_px < kMostSigmaShare * unit_px_)) return std::nullopt;
     return fit;
   }

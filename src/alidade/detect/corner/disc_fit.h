@@ -9,32 +9,33 @@
 
 namespace alidade {
 
-/// What is known of a disc before it is refined. Pixels; (0, 0) is the centre of the top left pixel.
+/// Approximate position and shape of a disc before refinement. Pixels; (0, 0) is the centre of the top left
+/// pixel.
 struct DiscGuess {
-  Eigen::Vector2d pixel;  ///< its middle, within a third of its radius
+  Eigen::Vector2d pixel;  ///< its centre, within a third of its radius
   Eigen::Matrix2d shape;  ///< symmetric, px^-2: (x - pixel)^T shape (x - pixel) = 1 on the rim
-  double reach = 1.5;     ///< how far from the middle nothing else is printed, in radii
+  double reach = 1.5;     ///< distance from the centre without other print, in radii
 };
 
 /// An ellipse whose rim follows the edge of a disc.
 struct DiscFit {
-  Eigen::Vector2d pixel;       ///< its middle
+  Eigen::Vector2d pixel;       ///< its centre
   Eigen::Matrix2d shape;       ///< see DiscGuess
-  Eigen::Matrix2d covariance;  ///< of the middle, px^2
-  double sigma_px = 0;         ///< one standard deviation an axis: sqrt(trace(covariance) / 2)
-  double blur_px = 0;          ///< one standard deviation of the edge's blur, the pixel's own width included
-  double contrast = 0;         ///< grey levels outside less inside
+  Eigen::Matrix2d covariance;  ///< of the centre, px^2
+  double sigma_px = 0;         ///< one standard deviation per axis: sqrt(trace(covariance) / 2)
+  double blur_px = 0;          ///< one standard deviation of the edge's blur, including the pixel's own width
+  double contrast = 0;         ///< grey levels outside minus inside
 };
 
-/// Fits I(X, Y) = (1 + sx X + sy Y) (a + b erf(d / (sqrt2 s))) to the pixels about the rim, d being the
+/// Fits I(X, Y) = (1 + sx X + sy Y) (a + b erf(d / (sqrt2 s))) to the pixels around the rim, where d is the
 /// signed distance to an ellipse to first order (Sampson 1982, Fitting conic sections to very scattered
-/// data): ten parameters, Levenberg and Marquardt. The image of a disc is an ellipse through a pinhole and
-/// nearly one through any lens; blur and contrast move its rim alike on both sides, so its middle is the
-/// centroid of the disc's image. The covariance is by the scatter of the rim about the ellipse in sections of
-/// its circumference, which noise that goes together over some pixels raises.
+/// data): ten parameters, by Levenberg and Marquardt's method. The image of a disc is an ellipse through a
+/// pinhole and nearly one through any lens. Blur and contrast move its rim equally on both sides, so its
+/// centre is the centroid of the disc's image. The covariance follows from the scatter of sections of the rim
+/// around the ellipse, so it includes noise that is correlated over a few pixels.
 ///
-/// Nothing where there is no disc: the contrast is lost in the noise or missing on a part of the rim, the fit
-/// leads away from the guess, or too few pixels are left.
+/// Nothing if there is no disc: the contrast is lost in the noise or missing on a part of the rim, the fit
+/// moves away from the guess, or too few pixels remain.
 [[nodiscard]] std::optional<DiscFit> fitDisc(const GrayImage& image, const DiscGuess& guess);
 
 }  // namespace alidade

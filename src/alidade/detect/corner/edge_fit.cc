@@ -16,7 +16,7 @@ namespace {
 using Matrix = Eigen::Matrix<double, NormalEquations::kSize, NormalEquations::kSize>;
 using Vector = Eigen::Matrix<double, NormalEquations::kSize, 1>;
 
-// Leaves nothing to solve for in a parameter.
+// Removes a parameter from the normal equations.
 void takeOut(int parameter, NormalEquations& sums) {
   sums.hessian.col(parameter).setZero();
   sums.hessian.row(parameter).setZero();
@@ -24,7 +24,7 @@ void takeOut(int parameter, NormalEquations& sums) {
   sums.gradient(parameter) = 0;
 }
 
-// Adds the prior's terms; `sums` are those of the pixels alone.
+// Adds the prior's terms; `sums` are from the pixels alone.
 void addPrior(const EdgePrior& prior, const EdgeModel& model, NormalEquations& sums) {
   for (int i = 0; i < NormalEquations::kSize; ++i) {
     const auto p = static_cast<std::size_t>(i);
@@ -36,7 +36,7 @@ void addPrior(const EdgePrior& prior, const EdgeModel& model, NormalEquations& s
   const double off = model[EdgeModel::kBlur2] - model[EdgeModel::kBlur1];
   constexpr int k1 = EdgeModel::kBlur1;
   constexpr int k2 = EdgeModel::kBlur2;
-  if (prior.common_blur) {  // one unknown in the place of the first, and nothing to solve for the second
+  if (prior.common_blur) {  // the first blur stands for both, and the second is removed
     sums.hessian.col(k1) += sums.hessian.col(k2);
     sums.hessian.row(k1) += sums.hessian.row(k2);
     sums.gradient(k1) += sums.gradient(k2);
@@ -51,7 +51,7 @@ void addPrior(const EdgePrior& prior, const EdgeModel& model, NormalEquations& s
   sums.cost += prior.equal_blur * off * off;
 }
 
-// Takes a blur that is at its bound and wants beyond out of the step.
+// Removes a blur from the step if it is at its bound and would exceed it.
 void holdAtBounds(const EdgeModel& model, const EdgeSolverOptions& options, NormalEquations& sums) {
   for (const auto p : {EdgeModel::kBlur1, EdgeModel::kBlur2}) {
     const int i = p;
@@ -64,7 +64,7 @@ void holdAtBounds(const EdgeModel& model, const EdgeSolverOptions& options, Norm
 constexpr int kSectionsPerArm = 32;
 constexpr int kNumSections = 2 * kSectionsPerArm;
 constexpr int kNumShapes =
-    4;  // of a line's offset: place, angle, curvature, and opposite steps on the two arms
+    4;  // offset of a line: position, angle, curvature, and opposite steps on the two arms
 
 struct Section {
   double information = 0;  // sum of squared slopes
@@ -85,8 +85,8 @@ struct LineSums {
   std::array<Arm, 2> arms;  // forwards, backwards
 };
 
-// Noise variance from the scatter of the sections about the best smooth line. Each section counts by its
-// information, which is what the fit does.
+// Noise variance from the scatter of the sections around the best smooth line. Each section is weighted by
+// its information, as in the fit.
 double scatterVariance(const LineSums& line, double otherwise) {
   double most = 0;
   for (const Section& section : line.sections) most = std::max(most, section.information);
@@ -124,7 +124,7 @@ double armContrast(const Arm& arm, double amplitude) {
 
 EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, const EdgePrior& prior,
                             const EdgeSolverOptions& options) {
-  // Images are stored in whole grey levels: no residuals are smaller than their rounding.
+  // Images are stored in whole grey levels, so residuals cannot be smaller than rounding.
   constexpr double kLeastVariance = 1.0 / 12;
   EdgeSolution solution{.model = start, .sums = {}, .converged = false};
   const auto sumUp = [&](const EdgeModel& model, NormalEquations& sums) {
@@ -146,7 +146,7 @@ EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, co
     system.diagonal().array() += damping;
     const Vector step = scale.cwiseProduct(system.llt().solve(scale.cwiseProduct(sums.gradient)));
     if (!step.allFinite()) return StepResult::kFailed;
-    // Length of the step in standard deviations, by what Gauss-Newton expects to gain.
+    // Length of the step in standard deviations, from the decrease that Gauss-Newton predicts.
     const double variance = std::max(kLeastVariance, sums.cost / static_cast<double>(pixels.size()));
     const bool is_short = step.dot(sums.gradient) <= options.step_share * options.step_share * variance;
     EdgeModel trial = solution.model;
@@ -154,13 +154,13 @@ EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, co
     if (prior.common_blur) trial[EdgeModel::kBlur2] = trial[EdgeModel::kBlur1];
     for (const auto blur : {EdgeModel::kBlur1, EdgeModel::kBlur2})
       trial[blur] = std::clamp(trial[blur], options.min_blur_px, options.max_blur_px);
-    if (damping < 0.1 && is_short) {  // too short to look at
+    if (damping < 0.1 && is_short) {  // too short to evaluate
       solution.model = trial;
       return StepResult::kConverged;
     }
     sumUp(trial, trial_sums);
     if (!(trial_sums.cost < sums.cost))
-      return is_short ? StepResult::kConverged : StepResult::kWorse;  // rounding decides which is better
+      return is_short ? StepResult::kConverged : StepResult::kWorse;  // the difference is rounding
     solution.model = trial;
     std::swap(solution.sums, trial_sums);
     return StepResult::kBetter;
@@ -170,12 +170,13 @@ EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, co
 
 EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model, const EdgeResiduals& residuals,
                           const std::array<double, 2>& reach_px) {
-  // Some ten sections an arm tell a variance; longer ones take in residuals that go together over some
-  // pixels, as those of JPEG's blocks of 8 do.
+  // About ten sections per arm are enough for a variance; longer ones average residuals that are correlated
+  // over a few pixels, as in the 8-pixel blocks of JPEG.
   constexpr double kSectionsWanted = 10;
   constexpr double kMinSectionPx = 1;
   constexpr double kMaxSectionPx = 8;
-  // Where both lines blur into each other a pixel belongs to neither's sections, and still nearer to no arm.
+  // Where both lines blur into each other, pixels belong to the sections of neither line, and even closer to
+  // the corner they belong to no arm.
   constexpr double kSectionBlurs = 2.5;
   constexpr double kArmBlurs = 1.0;
   std::array<LineSums, 2> lines{};

@@ -7,31 +7,30 @@
 
 namespace alidade {
 
-/// What is known of a model's parameters apart from the pixels, as terms precision * (value - expected)^2
-/// next to the sum of squared residuals; precisions are in squared grey levels over the parameter's unit
-/// squared.
+/// Prior knowledge of a model's parameters, as terms precision * (value - expected)^2 next to the sum of
+/// squared residuals; precisions are in squared grey levels over the parameter's unit squared.
 struct EdgePrior {
-  static constexpr double kHeld = 1e12;  ///< a precision that keeps a parameter where it is expected
+  static constexpr double kHeld = 1e12;  ///< a precision that holds a parameter at its expected value
 
   EdgeModel expected;
   EdgeModel precision;
   double equal_blur = 0;     ///< precision of the difference of the two blurs
-  bool common_blur = false;  ///< both lines have the first one's blur
+  bool common_blur = false;  ///< both lines use the first line's blur
 };
 
 struct EdgeSolverOptions {
-  /// Sharper than this, edges pass between the pixels' centres and the cost has steps. The pixel's own width
-  /// alone has a standard deviation of 0.29; sharpened images can show less.
+  /// Edges sharper than this pass between pixel centres, and the cost has steps. The width of a pixel alone
+  /// has a standard deviation of 0.29; sharpened images can show less.
   double min_blur_px = 0.4;
   double max_blur_px = 1e3;
   int max_iterations = 20;
-  /// Ends when the next step is expected to be shorter than this share of the estimate's standard deviation.
+  /// Ends when the expected next step is shorter than this share of the estimate's standard deviation.
   double step_share = 0.1;
 };
 
 struct EdgeSolution {
   EdgeModel model;
-  NormalEquations sums;  ///< at the model
+  NormalEquations sums;  ///< at `model`
   bool converged = false;
 };
 
@@ -39,28 +38,29 @@ struct EdgeSolution {
 [[nodiscard]] EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start,
                                           const EdgePrior& prior, const EdgeSolverOptions& options);
 
-/// How well a model describes the pixels it was fitted to.
+/// Quality of a model for the pixels that it was fitted to.
 struct EdgeQuality {
-  /// Mean square of the residuals, with the parameters' degrees of freedom taken off, squared grey levels.
+  /// Mean square of the residuals, corrected for the number of parameters, squared grey levels.
   double residual_variance = 0;
-  /// Of line 0 and 1: the noise variance, in squared grey levels, that explains how far the line's
-  /// cross-sections scatter about it; see assessEdgeFit().
+  /// For lines 0 and 1: the noise variance, in squared grey levels, that explains the scatter of the line's
+  /// cross-sections around it; see assessEdgeFit().
   std::array<double, 2> line_variance{};
   /// Mean square of the residuals in the inner and in the outer half of the window.
   double inner_variance = 0;
   double outer_variance = 0;
   /// Contrast on the four arms that leave the corner, as a share of the model's: line 0 forwards and
-  /// backwards along its direction, then line 1. NaN where an arm has too few pixels.
+  /// backwards along its direction, then line 1. NaN if an arm has too few pixels.
   std::array<double, 4> arm_contrast{};
 };
 
-/// Cuts each line into short cross-sections, each of which says how far the edge is off the model there, and
-/// compares the scatter of these offsets with what independent pixels would give. That is the noise that
-/// moves the corner. A point spread of another shape than the model's leaves large residuals, but they
-/// balance within each cross-section and move no edge; residuals that are correlated, as after JPEG, move it
-/// more than their size tells.
+/// Cuts each line into short cross-sections, measures the offset of the edge from the model in each, and
+/// compares the scatter of these offsets with that of independent pixels. This scatter is the noise that
+/// moves the corner. A point spread that differs in shape from the model leaves large residuals, but they
+/// balance within each cross-section and move no edge. Correlated residuals, as after JPEG, move it more than
+/// their size suggests.
 ///
-/// `reach_px` is how far the pixels lie from the corner along each line.
+///
+/// @param reach_px  distance of the farthest pixels from the corner along each line
 [[nodiscard]] EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model,
                                         const EdgeResiduals& residuals,
                                         const std::array<double, 2>& reach_px);

@@ -9,7 +9,7 @@
 #include "alidade/core/vector_code.h"
 
 #if defined(ALIDADE_HAS_VECTORS)
-#pragma GCC diagnostic ignored "-Wpsabi"  // vectors cross no call that is not inlined
+#pragma GCC diagnostic ignored "-Wpsabi"  // vectors are passed only to inlined functions
 #endif
 
 namespace alidade {
@@ -26,7 +26,7 @@ using IntLanes = std::int32_t;
 #endif
 
 constexpr std::size_t kChunk =
-    128;  // pixels, a multiple of kNumLanes; the columns of one stay in the first cache
+    128;  // pixels, a multiple of kNumLanes; the columns of one chunk stay in the L1 cache
 constexpr std::size_t kNumColumns = EdgeModel::kNumParameters + 1;  // the derivatives and the residual
 constexpr std::size_t kNumSums = kNumColumns * (kNumColumns + 1) / 2;
 constexpr std::size_t kVectorsPerChunk = kChunk / kNumLanes;
@@ -42,10 +42,10 @@ ALIDADE_ALWAYS_INLINE void store(const Lanes& lanes, float* to) {
   std::memcpy(to, &lanes, sizeof lanes);
 }
 
-// 2^x for x in [-120, 0]: the whole part goes to the exponent, the rest within +-0.5 to a Taylor polynomial
-// whose error is below 3e-8.
+// 2^x for x in [-120, 0]: the integer part goes into the exponent, the rest within +-0.5 into a Taylor
+// polynomial whose error is below 3e-8.
 ALIDADE_ALWAYS_INLINE Lanes powerOfTwo(const Lanes& x) {
-  constexpr float kRounder = 12582912.0F;  // 1.5 * 2^23: adding it leaves the whole part in the lowest bits
+  constexpr float kRounder = 12582912.0F;  // 1.5 * 2^23: adding it leaves the integer part in the lowest bits
   const Lanes shifted = x + kRounder;
   const Lanes rest = x - (shifted - kRounder);
   IntLanes bits;
@@ -188,7 +188,7 @@ ALIDADE_ALWAYS_INLINE void sumAll(const EdgePixels& pixels, const EdgeModel& mod
     const std::size_t count = std::min(kChunk, pixels.size() - begin);
     const std::size_t num_vectors = (count + kNumLanes - 1) / kNumLanes;
     for (std::size_t vector = 0; vector < num_vectors; ++vector) fillColumns(m, x, y, grey, vector, columns);
-    // What lies in the last vector beyond the last pixel must not count.
+    // Lanes of the last vector beyond the last pixel must not count.
     for (auto& column : columns) {
       std::memset(reinterpret_cast<char*>(column) + count * sizeof(float), 0,
                   (num_vectors * kNumLanes - count) * sizeof(float));

@@ -21,8 +21,8 @@ namespace alidade {
 /// where u runs along the line's direction (cos t, sin t) from the corner and v across it, towards (-sin t,
 /// cos t).
 ///
-/// All lengths are pixels, t radians, k 1/px, a b c grey levels; positions count from an origin of the
-/// caller's.
+/// All lengths are pixels, t radians, k 1/px, a b c grey levels; the caller chooses the origin of
+/// positions.
 struct EdgeModel {
   enum Parameter : std::size_t {
     kX,
@@ -47,7 +47,7 @@ struct EdgeModel {
   [[nodiscard]] double& operator[](std::size_t i) { return values[i]; }
 
   [[nodiscard]] Eigen::Vector2d corner() const { return {values[kX], values[kY]}; }
-  /// Of line 0 or 1: its direction at the corner, and the normal its distances are counted along.
+  /// Direction of line 0 or 1 at the corner, and the normal along which its distances are counted.
   [[nodiscard]] Eigen::Vector2d direction(std::size_t line) const {
     return {std::cos(values[kAngle1 + line]), std::sin(values[kAngle1 + line])};
   }
@@ -55,13 +55,13 @@ struct EdgeModel {
     return {-std::sin(values[kAngle1 + line]), std::cos(values[kAngle1 + line])};
   }
   [[nodiscard]] double largerBlur() const { return std::fmax(values[kBlur1], values[kBlur2]); }
-  /// Share of the light at the corner, 1 at the origin.
+  /// Brightness at the corner relative to the origin.
   [[nodiscard]] double shadeAtCorner() const {
     return 1 + values[kShadeX] * values[kX] + values[kShadeY] * values[kY];
   }
 };
 
-/// Pixels that enter a fit, as columns for the vector unit.
+/// Pixels that enter a fit, as columns for vector instructions.
 class EdgePixels {
  public:
   void clear() { size_ = 0; }
@@ -72,8 +72,8 @@ class EdgePixels {
     grey_[size_++] = grey;
   }
   [[nodiscard]] std::size_t size() const { return size_; }
-  /// Positions relative to the model's origin, and grey levels. The columns hold more than size() values: so
-  /// many that the vector unit may read whole chunks.
+  /// Positions relative to the model's origin, and grey levels. The columns are padded beyond size() values,
+  /// so that vector code may read whole chunks.
   [[nodiscard]] const float* x() const { return x_.data(); }
   [[nodiscard]] const float* y() const { return y_.data(); }
   [[nodiscard]] const float* grey() const { return grey_.data(); }
@@ -88,7 +88,7 @@ class EdgePixels {
 };
 
 /// Sums over the pixels: hessian = J^T J, gradient = J^T r and cost = r^T r, where r = observed - modelled
-/// grey level and J is the modelled one's derivative by the parameters.
+/// grey level and J is the derivative of the modelled level by the parameters.
 struct NormalEquations {
   static constexpr int kSize = EdgeModel::kNumParameters;
   Eigen::Matrix<double, kSize, kSize> hessian;
@@ -96,7 +96,7 @@ struct NormalEquations {
   double cost = 0;
 };
 
-/// What remains of each pixel after a fit.
+/// Residuals and derivatives of each pixel after a fit.
 struct EdgeResiduals {
   std::vector<float> residual;  ///< observed - modelled, grey levels
   std::vector<float> slope1;    ///< derivative of the modelled grey level by d1, 1/px
@@ -104,9 +104,9 @@ struct EdgeResiduals {
   std::vector<float> pattern;   ///< E
 };
 
-/// Single precision per pixel: erf to 1.5e-7 (Abramowitz and Stegun 1964, 7.1.26), sums to about 1e-6 of
-/// themselves. The same numbers on every thread; between processors with and without AVX2 they may differ by
-/// rounding.
+/// Single precision per pixel: erf is accurate to 1.5e-7 (Abramowitz and Stegun 1964, 7.1.26), relative
+/// errors of the sums are about 1e-6. Results are the same on every thread; between processors with and
+/// without AVX2, they may differ by rounding.
 void sumNormalEquations(const EdgePixels& pixels, const EdgeModel& model, NormalEquations& sums);
 
 /// Fills columns of at least pixels.size() values.

@@ -10,7 +10,7 @@
 
 namespace alidade {
 
-/// Grey level between pixels, by the four around; nothing outside of the image.
+/// Grey level between pixels, from the four nearest; nothing outside the image.
 [[nodiscard]] inline std::optional<double> greyAt(const GrayImage& image, const Eigen::Vector2d& pixel) {
   if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= image.size.width - 1 &&
         pixel.y() <= image.size.height - 1))

@@ -11,7 +11,7 @@
 namespace alidade {
 namespace {
 
-constexpr int kNumTerms = 11;  // 1, x, y, x^2 / 2, x y, y^2 / 2, and the five of fourth order
+constexpr int kNumTerms = 11;  // 1, x, y, x^2 / 2, x y, y^2 / 2, and the five terms of fourth order
 using Terms = Eigen::Matrix<double, kNumTerms, 1>;
 using TermMatrix = Eigen::Matrix<double, kNumTerms, kNumTerms>;
 
@@ -55,28 +55,28 @@ Sums sumAbout(const GrayImage& image, const Eigen::Vector2d& center, double radi
   return sums;
 }
 
-// Where the grey levels about a corner have their saddle.
+// The saddle of the grey levels near a corner.
 struct Saddle {
   Eigen::Vector2d pixel;
   Eigen::Matrix2d covariance;    // px^2
   Eigen::Matrix2d curvature;     // second derivatives of the grey level, 1/px^2
-  double residual_variance = 0;  // of the grey levels about the polynomial, squared grey levels
+  double residual_variance = 0;  // of the grey levels around the polynomial, squared grey levels
 };
 
 // Fits a polynomial to the grey levels within `radius_px` (weights fall to exp(-2) there) and moves to its
-// saddle until it rests. For squares of a few pixels, and for blur that leaves no straight edges. Nothing if
-// there is no saddle within `max_move_px` of `start`, or too little of its window lies in the image.
+// saddle until convergence. It is for squares of a few pixels, and for blur that leaves no straight edges.
+// Nothing if there is no saddle within `max_move_px` of `start`, or too little of its window is in the image.
 //
-// About an X-corner the pattern is the same when turned by half a circle, so the polynomial has all terms of
-// second and fourth order, and those of first order alone say how far the corner is off. What it leaves
-// counts as noise.
+// An X-corner looks the same after half a turn, so the polynomial has all terms of second and fourth order,
+// and its terms of first order alone measure the offset of the corner. Residuals count as noise.
 std::optional<Saddle> findSaddle(const GrayImage& image, const Eigen::Vector2d& start, double radius_px,
                                  double max_move_px) {
   constexpr int kMaxIterations = 12;
   constexpr int kMinPixels = 18;
   constexpr double kRestPx = 3e-3;
-  constexpr double kMaxUnrestPx = 0.03;        // pixels that come and go at the rim may keep it from resting
-  constexpr double kLeastVariance = 1.0 / 12;  // whole grey levels
+  constexpr double kMaxUnrestPx = 0.03;        // pixels that enter and leave at the rim may prevent
+                                               // convergence
+  constexpr double kLeastVariance = 1.0 / 12;  // rounding to whole grey levels
   Saddle saddle;
   saddle.pixel = start;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
@@ -84,8 +84,8 @@ std::optional<Saddle> findSaddle(const GrayImage& image, const Eigen::Vector2d& 
     if (sums.count < kMinPixels) return std::nullopt;
     const TermMatrix inverse = sums.weighted.inverse();
     const Terms terms = inverse * sums.right;
-    // How fast the slope changes with the window's place is the mean curvature in it, that of the plain
-    // quadratic.
+    // The change of the slope with the position of the window is the mean curvature within it, that of the
+    // plain quadratic.
     const Eigen::Matrix<double, 6, 1> quadratic =
         sums.weighted.topLeftCorner<6, 6>().ldlt().solve(sums.right.head<6>());
     saddle.curvature << quadratic(3), quadratic(4), quadratic(4), quadratic(5);
@@ -94,13 +94,15 @@ std::optional<Saddle> findSaddle(const GrayImage& image, const Eigen::Vector2d& 
     const Eigen::Matrix2d to_shift = saddle.curvature.inverse();
     Eigen::Vector2d shift = -to_shift * terms.segment<2>(1);
     const double length = shift.norm();
-    if (length > 0.5 * radius_px) shift *= 0.5 * radius_px / length;  // the polynomial is only good near by
+    if (length > 0.5 * radius_px)
+      shift *= 0.5 * radius_px / length;  // the polynomial is accurate only
+                                          // nearby
     if (iteration > kMaxIterations / 2) shift *= 0.5;
     saddle.pixel += shift;
     if (!((saddle.pixel - start).norm() <= max_move_px)) return std::nullopt;
     const bool is_last = iteration + 1 == kMaxIterations;
     if (length > (is_last ? kMaxUnrestPx : kRestPx)) continue;
-    // Weighted residuals expect less than their share of the variance by what the terms take.
+    // Weighted residuals are smaller than the variance by the share that the terms absorb.
     const double taken = (inverse * sums.weighted_twice).trace();
     const double left = std::max(0.0, sums.square - sums.right.dot(terms));
     saddle.residual_variance =
@@ -119,7 +121,7 @@ std::optional<CornerFit> fitSaddleCorner(const CornerTask& task, const Eigen::Ve
   constexpr double kMinRadiusPx = 2.7;
   constexpr double kMaxRadiusPx = 20;
   constexpr double kMaxSigmaShare = 0.05;
-  // Along the board's lines the grey levels bend less than between them; motion across both lines bends them
+  // Grey levels bend less along the board's lines than between them; motion blur across both lines bends them
   // most.
   constexpr double kMaxBend = 1.5;
   const CornerGuess& guess = task.guess;
@@ -144,7 +146,7 @@ std::optional<CornerFit> fitSaddleCorner(const CornerTask& task, const Eigen::Ve
   fit.covariance = saddle->covariance;
   fit.sigma_px = std::sqrt(0.5 * saddle->covariance.trace());
   if (!(fit.sigma_px <= kMaxSigmaShare * task.spacing)) return std::nullopt;
-  // At the corner the edge model's twist is (2 / pi) (contrast / 2) sin^2 / s^2.
+  // At the corner, the twist of the edge model is (2 / pi) (contrast / 2) sin^2 / s^2.
   fit.blur_px = task.crossing_sine * std::sqrt(std::abs(*contrast / twist) / std::numbers::pi);
   fit.contrast = *contrast;
   fit.window = radius_share;

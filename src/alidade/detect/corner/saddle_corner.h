@@ -10,7 +10,7 @@
 namespace alidade {
 
 /// The corner as the saddle of the grey levels near `start`, px of the image: for squares too small, or too
-/// blurred, for the edge model. Nothing where there is no saddle, or none with the contrast of four squares.
+/// blurred, for the edge model. Nothing if there is no saddle with the contrast of four squares.
 [[nodiscard]] std::optional<CornerFit> fitSaddleCorner(const CornerTask& task, const Eigen::Vector2d& start);
 
 }  // namespace alidade

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// This program's own camera file (docs/files.md).
+// Alidade's own camera file (docs/files.md).
 #include "alidade/files/formats/alidade_reader.h"
 #include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/formats/camera_document.h"
@@ -41,7 +41,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   return {.cameras = {{.camera = file.camera, .image_size = file.image_size, .own = std::move(file)}}};
 }
 
-// Several cameras are a rig. What made them and how well is not known here.
+// Several cameras make a rig. How it was calibrated is unknown here.
 std::string write(std::span<const NamedCamera> cameras) {
   if (cameras.size() > 1) {
     const std::vector<SE3> poses = posesOf(cameras);

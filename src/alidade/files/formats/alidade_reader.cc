@@ -20,8 +20,8 @@ std::vector<std::string> strings(std::span<const std::string_view> names) {
   return {names.begin(), names.end()};
 }
 
-// Checks that a map has no other keys than a model's parameters, which are `names`. @throws Error (kInput)
-// that names the other model, if the keys are all those of one
+// Checks that the only keys of a map are a model's parameters, `names`. @throws Error (kInput), naming the
+// other model if all keys belong to one
 void allowParameters(const YamlNode& map, std::span<const std::string_view> names) {
   const std::vector<std::string> listed = map.isMap() ? map.keys() : std::vector<std::string>();
   const std::set<std::string> keys(listed.begin(), listed.end());
@@ -98,7 +98,7 @@ WarpRecord readWarp(const YamlNode& node) {
   return warp;
 }
 
-// A map for the only board, a list of maps that name their boards for several.
+// A map for a single board; for several, a list of maps that name their boards.
 std::vector<WarpRecord> readWarps(const YamlNode& node, const std::vector<std::string>& boards) {
   const std::vector<std::string> keys = {"bend_x_m", "bend_y_m", "bend_x_std_m", "bend_y_std_m"};
   if (!node.isSequence()) {
@@ -138,14 +138,14 @@ std::vector<Eigen::Vector2d> readPixels(const YamlNode& node) {
   return pixels;
 }
 
-// The place of a value in the text; an alias has that of its value.
+// The place of a value in the text; an alias has the place of its value.
 using Place = std::pair<int, YAML::NodeType::value>;
 
 Place placeOf(const YAML::Node& node) {
   return {node.Mark().pos, node.Type()};
 }
 
-// Counts how often each value is called for; what is shared is looked into once.
+// Counts the uses of each value; shared values are visited once.
 void countUses(const YAML::Node& node, std::map<Place, int>& uses) {
   if (++uses[placeOf(node)] > 1) return;
   for (const auto& item : node) {
@@ -158,7 +158,7 @@ void countUses(const YAML::Node& node, std::map<Place, int>& uses) {
   }
 }
 
-// Writes a value of the user's as it stood: shared values are written once and named, and strings keep their
+// Writes a value of the user unchanged: shared values are written once with an anchor, and strings keep their
 // quotes, which yaml-cpp would drop.
 void writeAsStated(YAML::Emitter& out, const YAML::Node& node, const std::map<Place, int>& uses,
                    std::map<Place, std::string>& names) {
@@ -215,7 +215,7 @@ Verdict readVerdict(const YamlNode& node) {
   return *verdict;
 }
 
-// The lower triangle of a symmetric matrix, a row an item.
+// The lower triangle of a symmetric matrix, one row per item.
 std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows) {
   const std::vector<YamlNode> items = node.items();
   if (items.size() != num_rows) {

@@ -8,8 +8,8 @@
 #include "alidade/files/text/yaml_node.h"
 #include "alidade/record/rig_record.h"
 
-// The camera and rig files of this program, read strictly: unknown, missing, duplicate and misspelt keys,
-// wrong types, numbers that are not finite and unknown models are errors that name line, key, found and
+// Strict readers of Alidade's camera and rig files: read strictly: unknown, missing, duplicate and misspelt
+// keys, wrong types, numbers that are not finite and unknown models are errors that name line, key, found and
 // expected.
 namespace alidade::detail {
 
@@ -19,7 +19,7 @@ namespace alidade::detail {
 /// Reads the keys model and parameters of a map (other keys are the caller's to check).
 [[nodiscard]] AnyCamera readCamera(const YamlNode& node);
 
-/// Reads a whole camera file, of which only the first four keys are needed.
+/// Reads a whole camera file, of which only the first four keys are required.
 [[nodiscard]] CameraRecord readCameraRoot(const YamlNode& root);
 
 /// Checks the version and the keys of a rig file.
@@ -28,7 +28,7 @@ void checkRigRoot(const YamlNode& root);
 /// Reads an item of a rig file's `cameras`.
 [[nodiscard]] RigCameraRecord readRigCamera(const YamlNode& entry);
 
-/// Reads what a rig file states beside its cameras, which `rig` has already, and their poses.
+/// Reads the rest of a rig file; `rig` already has its cameras and their poses.
 void readRigRest(const YamlNode& root, RigRecord& rig);
 
 }  // namespace alidade::detail

@@ -25,7 +25,7 @@ auto byName(std::span<const std::string_view> names, std::span<const double> val
   };
 }
 
-// One board as a SPEC and the map of its bend, several as lists.
+// One board as a SPEC and the map of its bend; several as lists.
 void writeBoards(YAML::Emitter& out, const CalibrationRecord& record) {
   const auto writeBend = [](YAML::Emitter& to, const WarpRecord& warp) {
     writeEntries(to, "bend_x_m", warp.shape.bend_x_m, "bend_y_m", warp.shape.bend_y_m, "bend_x_std_m",
@@ -118,7 +118,7 @@ std::string cameraFileText(const CameraRecord& file) {
                flowMap("width", file.image_size.width, "height", file.image_size.height), "parameters",
                byName(names, file.camera.parameters()));
   if (!file.name.isEmpty()) {
-    // In quotes: a serial number is no number.
+    // Quoted, because a serial number must not become a number.
     const auto quoted = [](const std::string& text) {
       return [&text](YAML::Emitter& to) { to << YAML::DoubleQuoted << text; };
     };

@@ -8,11 +8,10 @@
 
 namespace alidade {
 
-/// Text of a camera file of this program, with every number in the fewest digits that read back as the same
-/// double.
+/// Text of an Alidade camera file. Every number has the fewest digits that read back as the same double.
 [[nodiscard]] std::string cameraFileText(const CameraRecord& file);
 
-/// Text of a rig file (YAML, `alidade_rig: 1`). Each camera is there as in a camera file, so loadCameras()
+/// Text of a rig file (YAML, `alidade_rig: 1`). Each camera is written as in a camera file, so loadCameras()
 /// reads the cameras of a rig file.
 [[nodiscard]] std::string rigFileText(const RigRecord& rig);
 

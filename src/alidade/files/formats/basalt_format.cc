@@ -42,8 +42,8 @@ bool recognises(const CameraDocument& document) {
   return value.has("intrinsics") && value.has("resolution");
 }
 
-// The radius on the normalised plane beyond which basalt projects nothing; 0 is no limit. Where the lens ends
-// is computed here, so only a narrower limit is news.
+// Remarks on the radius on the normalised plane beyond which basalt projects nothing; 0 is no limit. Alidade
+// computes the limit of the lens itself, so only a narrower one is reported.
 void remarkLimit(const YamlNode& parameters, StatedCamera& camera) {
   const auto node = parameters.find("rpmax");
   if (!node) return;
@@ -62,7 +62,7 @@ SE3 readPoseOf(const YamlNode& node) {
   return {rotation, {at("px"), at("py"), at("pz")}};
 }
 
-// The IMU is the rig. Files of cameras alone have unit poses, which say nothing.
+// The IMU is the rig's origin. Files of single cameras have identity poses, which mean nothing.
 std::vector<SE3> readPoses(const YamlNode& value, std::size_t num_cameras) {
   const auto listed = value.find("T_imu_cam");
   if (!listed || listed->isNull()) return {};
@@ -142,8 +142,8 @@ json poseJson(const NamedCamera& named) {
 std::string write(std::span<const NamedCamera> cameras) {
   const auto intrinsics = [](const NamedCamera& named) { return intrinsicsJson(named.camera); };
   const auto size = [](const NamedCamera& n) { return std::array{n.image_size.width, n.image_size.height}; };
-  // basalt reads no file without the rest. It is what its own calibration of cameras writes before it knows
-  // an IMU.
+  // basalt requires the remaining keys. These values are those that its own camera calibration writes before
+  // the IMU is calibrated.
   const json values = {{"T_imu_cam", mapped(cameras, poseJson)},
                        {"intrinsics", mapped(cameras, intrinsics)},
                        {"resolution", mapped(cameras, size)},

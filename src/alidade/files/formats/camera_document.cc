@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kMaxTreeBytes = 4U << 20U;
 
-// A stream of documents ends each with a line "---", of which `rostopic echo -n1` prints one.
+// In a stream each document ends with a line "---"; `rostopic echo -n1` prints one.
 void dropEndOfDocument(std::string& text) {
   const std::size_t last = text.find_last_not_of(" \t\r\n");
   if (last == std::string::npos || last < 3 || text.compare(last - 3, 4, "\n---") != 0) return;
@@ -38,8 +38,8 @@ std::string withoutHeader(std::string_view message) {
   return said;
 }
 
-// Keeps the first of several messages CameraInfo, as `rostopic echo` prints them with a line "---" behind
-// each, where all say the same but for their headers. Linear in the text.
+// Keeps the first of several CameraInfo messages, as `rostopic echo` prints them with a line "---" after
+// each, if all are equal except for their headers. Linear in the text.
 void keepOneMessage(std::string& text, const std::string& file) {
   constexpr const char* kBetween = " \t\r\n-";
   const auto messageAt = [&text](std::size_t begin) {
@@ -64,8 +64,8 @@ void keepOneMessage(std::string& text, const std::string& file) {
   text.resize(end);
 }
 
-// Replaces the value behind each `key` that starts with `opening` by `instead`. `endOf` finds the end of a
-// value that begins at a place. Lines stay.
+// Replaces the value after each `key` that starts with `opening` by `instead`. `endOf` finds the end of a
+// value from its start. Line numbers do not change.
 template <class EndOf>
 void replaceValues(std::string& text, std::string_view key, char opening, std::string_view instead,
                    const EndOf& endOf) {
@@ -88,7 +88,7 @@ void replaceValues(std::string& text, std::string_view key, char opening, std::s
   text = std::move(kept);
 }
 
-// Takes out what YAML cannot read of mrcal's files: the bytes b'...' of a whole calibration.
+// Removes the bytes b'...' of a whole calibration in mrcal's files, which are not YAML.
 void dropPythonBytes(std::string& text) {
   replaceValues(text, "'optimization_inputs'", 'b', "'bytes'", [&text](std::size_t begin) {
     const std::size_t opening = text.find('\'', begin);
@@ -97,7 +97,7 @@ void dropPythonBytes(std::string& text) {
   });
 }
 
-// nerfstudio's files have a pose for each of thousands of images.
+// Removes the poses of nerfstudio's thousands of images.
 void dropTransformMatrices(std::string& text) {
   replaceValues(text, "\"transform_matrix\"", '[', "[]", [&text](std::size_t begin) {
     int depth = 0;
@@ -111,11 +111,11 @@ void dropTransformMatrices(std::string& text) {
   });
 }
 
-// OpenCV's YAML, which starts with %YAML:1.0 and whose parser (modules/core/src/persistence_yml.cpp) ends a
-// key at the colon, whatever comes next. That first line becomes a comment, and where a value stands right
-// behind its key's colon ("data:[1, 2]") and YAML wants a blank between the two, there is one. That goes for
-// keys at the start of a line, perhaps indented, alone: one further along its line, as within { }, still
-// needs its blank. Linear in the text.
+// Converts OpenCV's YAML, which starts with %YAML:1.0 and whose parser (modules/core/src/persistence_yml.cpp)
+// ends a key at the colon, whatever follows. The first line becomes a comment, and a value directly after its
+// key's colon ("data:[1, 2]") gets the blank that YAML requires. This applies only to keys at the start of a
+// line, possibly indented; a key further along its line, as within { }, still needs its blank. Linear in the
+// text.
 std::string openCvAsYaml(const std::string& text) {
   const auto isKeyCharacter = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
@@ -132,13 +132,13 @@ std::string openCvAsYaml(const std::string& text) {
                      : std::string(line);
     yaml += '\n';
   }
-  yaml.front() = '#';  // what YAML does not know as a directive stays as a comment
+  yaml.front() = '#';  // keeps an unknown YAML directive as a comment
   return yaml;
 }
 
 constexpr int kMaxDepth = 100;
 
-// Values that blanks separate; what stands in quotation marks is one.
+// Values separated by blanks; quoted text is one value.
 std::vector<std::string> valuesOf(const char* text) {
   std::istringstream stream(text);
   std::vector<std::string> values;
@@ -146,7 +146,7 @@ std::vector<std::string> valuesOf(const char* text) {
   return values;
 }
 
-// Writes the tree element by element and starts new lines so that each key stands where its element starts.
+// Writes the tree element by element, with line breaks so that each key is on the line of its element.
 class XmlWriter {
  public:
   XmlWriter(const std::string& source, const std::string& file) : source_(source), file_(file) {}
@@ -181,7 +181,7 @@ class XmlWriter {
   [[nodiscard]] std::string text() && { return std::move(out_); }
 
  private:
-  // Elements come in the order of the text, so lines are counted once.
+  // Elements are in text order, so each line is counted once.
   void goToLineOf(const pugi::xml_node& element) {
     const auto offset = std::min(static_cast<std::size_t>(element.offset_debug()), source_.size());
     for (; offset_ < offset; ++offset_) {
@@ -189,7 +189,7 @@ class XmlWriter {
     }
   }
 
-  // One value is a scalar, which serves as a list of one too.
+  // One value is a scalar, which also serves as a list of one.
   void writeValues(const std::vector<std::string>& values) {
     if (values.size() == 1) {
       out_ += quoted(values.front());
@@ -215,9 +215,9 @@ class XmlWriter {
   std::size_t offset_ = 0;
 };
 
-// OpenCV's XML (root <opencv_storage>) as YAML. Elements that hold no element are strings, or lists where
-// blanks separate several values; elements named "_" are the items of a list.
-// @throws Error (kInput) where the text is not XML, or not OpenCV's
+// OpenCV's XML (root <opencv_storage>) as YAML. Elements without child elements are strings, or lists if
+// blanks separate several values; elements named "_" are list items. @throws Error (kInput) if the text is
+// not XML, or not OpenCV's
 std::string openCvXmlAsYaml(const std::string& text, const std::string& file) {
   pugi::xml_document document;
   const pugi::xml_parse_result parsed =
@@ -241,13 +241,13 @@ std::string openCvXmlAsYaml(const std::string& text, const std::string& file) {
   return std::move(writer).text();
 }
 
-// Makes YAML of the text, in which every value stands in the line that it has in the text.
+// Converts the text to YAML in which every value keeps its line number.
 YamlNode parseTree(std::string text, const std::string& file) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first != std::string::npos && text[first] == '<') {
     text = openCvXmlAsYaml(text, file);
   } else if (nlohmann::json::accept(text)) {
-    // YAML has no tabs between values, JSON has; within its strings they are escaped.
+    // YAML does not allow tabs between values, but JSON does; inside its strings they are escaped.
     std::replace(text.begin(), text.end(), '\t', ' ');
     dropTransformMatrices(text);
   } else {
@@ -256,7 +256,7 @@ YamlNode parseTree(std::string text, const std::string& file) {
     dropEndOfDocument(text);
     dropPythonBytes(text);
   }
-  // A tree costs a second for three megabytes, and no camera needs one.
+  // Parsing takes a second for three megabytes, and no camera file is that large.
   if (text.size() > kMaxTreeBytes) {
     throw inputError({.where = file,
                       .found = std::to_string(text.size()) + " bytes",
@@ -264,11 +264,11 @@ YamlNode parseTree(std::string text, const std::string& file) {
                       .next_step = "remove what does not describe the camera, such as lists of images, or "
                                    "put fewer cameras in a file"});
   }
-  checkUtf8(text, file);  // what XML calls a character may be none
+  checkUtf8(text, file);  // XML entities may denote invalid characters
   return YamlNode::parse(text, file);
 }
 
-// Why a .json file that is not YAML either is not valid JSON.
+// Reason why a .json file that is not YAML either is not valid JSON.
 std::optional<Error> jsonError(const std::string& text, const std::string& file) {
   if (!file.ends_with(".json")) return std::nullopt;
   try {
@@ -297,7 +297,7 @@ CameraDocument::CameraDocument(std::string text, std::string file)
   try {
     is_map_ = root_ && root_->isMap() && !root_->keys().empty();
   } catch (const Error&) {
-    is_map_ = false;  // "{{ name }}" of a template has a map as a key
+    is_map_ = false;  // a template's "{{ name }}" has a map as a key
   }
 }
 

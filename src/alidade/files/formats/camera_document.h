@@ -9,7 +9,7 @@
 namespace alidade::detail {
 
 /// The text of a camera file of any format, and its tree if it is YAML, JSON, OpenCV's XML, or mrcal's Python
-/// literal. Lines of the tree are those of the text.
+/// literal. The tree keeps the line numbers of the text.
 class CameraDocument {
  public:
   /// `file` is only a name for messages.
@@ -18,12 +18,12 @@ class CameraDocument {
   [[nodiscard]] const std::string& text() const { return text_; }
   [[nodiscard]] const std::string& file() const { return file_; }
 
-  /// The tree's root. @throws Error (kInput) with the place where the text is no tree
+  /// The tree's root. @throws Error (kInput) with the place if the text cannot be parsed
   [[nodiscard]] const YamlNode& root() const;
   [[nodiscard]] bool isTree() const { return root_.has_value(); }
-  /// Is there a tree whose root is a map with names as keys?
+  /// True if there is a tree whose root is a map with names as keys.
   [[nodiscard]] bool isMap() const { return is_map_; }
-  /// Is there a tree whose root is a map with this key?
+  /// True if there is a tree whose root is a map with this key.
   [[nodiscard]] bool has(const std::string& key) const { return root_ && root_->has(key); }
 
  private:
@@ -31,7 +31,7 @@ class CameraDocument {
   std::string file_;
   std::optional<YamlNode> root_;
   bool is_map_ = false;
-  std::optional<Error> error_;  ///< why there is no tree
+  std::optional<Error> error_;  ///< reason why there is no tree
 };
 
 }  // namespace alidade::detail

@@ -16,7 +16,7 @@
 namespace alidade {
 namespace {
 
-// "k3 = 0.01", the first parameter that `format` cannot say of the camera; empty if there is none.
+// "k3 = 0.01": the first parameter of the camera that `format` cannot store; empty if there is none.
 std::string absentPart(const CameraFormat& format, const AnyCamera& camera) {
   for (const AbsentParameter& absent : format.absent) {
     if (absent.model != camera.modelId()) continue;
@@ -50,7 +50,7 @@ const CameraFormat& cameraFormat(std::string_view id) {
 
 namespace {
 
-// Two models that are the same lens may still end at different field angles.
+// Two equivalent models may still end at different field angles.
 bool projectsEqually(const AnyCamera& a, const AnyCamera& b, ImageSize size) {
   constexpr double kSamePx = 1e-9;
   const std::vector<SelfCheckPoint> points = makeSelfCheck(a, size);
@@ -60,7 +60,7 @@ bool projectsEqually(const AnyCamera& a, const AnyCamera& b, ImageSize size) {
   });
 }
 
-// The same lens as `camera` in a model that `format` holds.
+// An equivalent of `camera` in a model that `format` stores.
 AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
   const AnyCamera& camera = named.camera;
   const auto& models = format.models;
@@ -85,7 +85,7 @@ AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
                     .next_step = "add --model with one of these to fit it and see the fitting error"});
 }
 
-// A lens of the model of which no coefficient happens to be 0, except the named ones.
+// A lens of the model with no zero coefficient except the named ones.
 AnyCamera generalLens(std::string_view model, const std::vector<std::string_view>& zero) {
   std::vector<double> params = {500, 500, 250, 250};
   for (const double start : modelTraits(model).start_lens) {
@@ -134,7 +134,7 @@ void requireRoom(const CameraFormat& format, std::span<const NamedCamera> camera
                                 " in a file of the format " + std::string(format.title)});
 }
 
-// Are the cameras where they were, as far as the format says it?
+// True if the poses are unchanged, as far as the format stores them.
 bool standEqually(const CameraFormat& format, std::span<const NamedCamera> cameras,
                   const std::vector<StatedCamera>& back) {
   const bool is_from_rig = format.poses == CameraFormat::Poses::kFromRig;
@@ -144,7 +144,7 @@ bool standEqually(const CameraFormat& format, std::span<const NamedCamera> camer
                                                  : std::vector<SE3>();
   constexpr double kSame = 1e-9;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    // A file of one camera may have no place for it.
+    // A file with one camera may not store its pose.
     if (poses.size() == 1 && !back[i].camera_from_rig) return true;
     const SE3 read = back[i].camera_from_rig.value_or(SE3());
     const double rotation = (read.rotation.inverse() * poses[i].rotation).log().norm();
@@ -170,7 +170,7 @@ std::string formatText(const CameraFormat& format, std::span<const NamedCamera> 
   expect(back.size() == cameras.size(), "a written camera file has to hold all cameras");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     if (projectsEqually(cameras[i].camera, back[i].camera, cameras[i].image_size)) continue;
-    // The same coefficients can stand for models that end at different field angles.
+    // The same coefficients may belong to models that end at different field angles.
     throw inputError(
         {.where = cameras[i].where,
          .found = "found a lens that would project differently when it is read from the format " +
@@ -191,9 +191,9 @@ std::string formatText(const CameraFormat& format, std::span<const NamedCamera> 
 namespace {
 
 constexpr std::size_t kMaxKeys = 2000;
-// Shorter words are near too many others.
+// Shorter words resemble too many others.
 constexpr std::size_t kMinNearSize = 8;
-constexpr std::size_t kMaxSlip = 2;  // letters in a row that differ
+constexpr std::size_t kMaxSlip = 2;  // adjacent letters that differ
 
 struct PlacedKey {
   std::string name;
@@ -204,7 +204,7 @@ bool isKeyChar(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
 }
 
-// Words before a colon, in quotes or not, and the names of elements: "<name". A comment has none.
+// Words before a colon, quoted or not, and the names of elements: "<name". Comments have none.
 void addKeys(std::string_view line, int number, std::vector<PlacedKey>& keys) {
   for (std::size_t at = 0; at < line.size();) {
     if (line[at] == '#' && (at == 0 || line[at - 1] == ' ')) return;
@@ -245,7 +245,7 @@ const PlacedKey* findLastWord(const std::vector<PlacedKey>& keys, std::string_vi
   return found == keys.end() ? nullptr : &*found;
 }
 
-// Without case and underscores.
+// Lower case without underscores.
 std::string plain(std::string_view name) {
   std::string text;
   for (const char c : name) {
@@ -254,7 +254,7 @@ std::string plain(std::string_view name) {
   return text;
 }
 
-// Equal but for case, underscores and one slip.
+// True if equal except for case, underscores and one typo.
 bool isNearly(std::string_view key, std::string_view mark) {
   const std::string a = plain(key);
   const std::string b = plain(mark);
@@ -269,7 +269,7 @@ bool isNearly(std::string_view key, std::string_view mark) {
   return prefix >= kMinPrefix && prefix + suffix + kMaxSlip >= size;
 }
 
-// How near the keys come to those of one format.
+// Similarity of the keys to those of one format.
 FormatGuess guessOf(const CameraFormat& format, const std::vector<PlacedKey>& keys) {
   FormatGuess guess{.format = &format};
   for (const std::string_view mark : format.marks) {
@@ -282,7 +282,7 @@ FormatGuess guessOf(const CameraFormat& format, const std::vector<PlacedKey>& ke
       if (guess.missing.empty()) guess.missing = mark;
       continue;
     }
-    // The first slip, or else the first mark.
+    // The first typo, or else the first mark.
     const bool has_near = guess.key != guess.meant;
     if (guess.num_found++ > 0 && (has_near || !is_near)) continue;
     guess.line = found->line;

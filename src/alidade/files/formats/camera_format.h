@@ -15,46 +15,46 @@ namespace detail {
 class CameraDocument;
 }
 
-/// A parameter of a model for which a format has no place, so that it must be zero: k3 of radtan in Kalibr's
-/// files.
+/// A parameter of a model that a format cannot store and that must therefore be zero, such as k3 of radtan in
+/// Kalibr's files.
 struct AbsentParameter {
   std::string_view model;
   std::string_view parameter;
 };
 
-/// A format of camera files: how to know it, to read it and to write it. Adding one is one file that defines
-/// such an object, and a line in camera_format.cc.
+/// A format of camera files: detection, reading and writing. A new format is one file that defines such an
+/// object, and a line in camera_format.cc.
 struct CameraFormat {
   static constexpr std::size_t kAnyNumber = 1'000'000;  ///< of cameras
 
   std::string_view id;     ///< as in --to: "kalibr"
-  std::string_view title;  ///< for people: "Kalibr camchain (YAML)"
-  /// The models that it can hold exactly, in the order in which they are tried where a camera is of another
-  /// model that is the same lens.
+  std::string_view title;  ///< for display: "Kalibr camchain (YAML)"
+  /// The models that the format stores exactly, in the order in which they are tried for a camera of an
+  /// equivalent model.
   std::vector<std::string_view> models;
-  /// What of these models it cannot say.
+  /// Parameters of these models that it cannot store.
   std::vector<AbsentParameter> absent = {};
   std::size_t max_cameras = 1;  ///< in a file
-  /// Where cameras are, as far as a file can say it: nothing, the pose of each from the first, or
-  /// camera_from_rig. What read() knows of poses may be more than what is written.
+  /// Poses that a file can state: none, the pose of each camera from the first, or camera_from_rig. read()
+  /// may find more poses than are written.
   enum class Poses { kNone, kFromFirst, kFromRig };
   Poses poses = Poses::kNone;
-  /// A file tells how its camera is rectified. Two of them tell where the cameras of a pair are.
+  /// A file states how its camera is rectified. Two files state the poses of a pair.
   bool holds_rectification = false;
   bool holds_size = true;  ///< the image size
-  /// Keys that a file of this format has, and that hardly anything but a camera file has. They tell a camera
-  /// file with a slip in a key from a file without a camera.
+  /// Keys of this format that hardly any other file has. They distinguish a camera file with a typo in a key
+  /// from a file without a camera.
   std::vector<std::string_view> marks = {};
 
   bool (*recognises)(const detail::CameraDocument&) = nullptr;
-  /// All cameras of a document that it recognises. @throws Error (kInput) that names line and key;
-  /// UnsupportedCamera where the only camera is of a model that this program does not have
+  /// Reads all cameras of a document that it recognises. @throws Error (kInput) that names line and key;
+  /// UnsupportedCamera if the only camera has a model that Alidade does not support
   StatedCameras (*read)(const detail::CameraDocument&, const ReadOptions&) = nullptr;
-  /// `cameras` are of models that the format holds (see formatText). @throws Error (kInput) for what it
-  /// cannot say of one all the same
+  /// `cameras` have models that the format stores (see formatText). @throws Error (kInput) for other
+  /// properties that it cannot store
   std::string (*write)(std::span<const NamedCamera> cameras) = nullptr;
 
-  /// Another way to write the same, into files with this extension.
+  /// An alternative notation for files with this extension.
   struct Dialect {
     std::string_view extension;  ///< ".xml"
     std::string (*write)(std::span<const NamedCamera> cameras);
@@ -68,38 +68,37 @@ struct CameraFormat {
 /// @throws Error (kUsage) for an unknown id, naming the known ones
 [[nodiscard]] const CameraFormat& cameraFormat(std::string_view id);
 
-/// The models whose every lens a format can represent, if parameters for which it has no place are 0.
+/// The models of which a format can represent every lens, if parameters that it cannot store are 0.
 struct RepresentableModels {
   std::vector<std::string_view> models;
-  std::vector<AbsentParameter>
-      absent;  ///< of these models, where no other model of the format has room for them
+  std::vector<AbsentParameter> absent;  ///< of these models, if no other model of the format stores them
 };
 [[nodiscard]] RepresentableModels representableModels(const CameraFormat& format);
 
-/// The file of these cameras, each in a model that `format` holds, with every parameter that is not zero, and
-/// that is the same lens. It is read back before it is handed out: every camera projects as it did, and
-/// stands where it did, as far as the format says poses.
+/// The file of these cameras. Each is converted to an equivalent model that `format` stores, including every
+/// parameter that is not zero. The text is read back before it is returned: every camera must project as
+/// before, and have its old pose as far as the format stores poses.
 /// @param cameras  at least one; all have a pose, or none
-/// @param path     where it is to be written, as far as its extension tells a dialect
-/// @throws Error (kInput) if a camera cannot be held exactly, or if there are too many, with the reason
+/// @param path     destination, whose extension may select a dialect
+/// @throws Error (kInput) if a camera cannot be stored exactly, or if there are too many, with the reason
 [[nodiscard]] std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras,
                                      const std::string& path = "");
 
-/// The format that a text of no known format comes nearest to.
+/// The known format that resembles a text of unknown format most.
 struct FormatGuess {
   const CameraFormat* format = nullptr;
   int line = 0;              ///< of `key`, from 1
   std::string key = {};      ///< the key in the text that names a camera: "camera_matix"
   std::string meant = {};    ///< the format's key that it is nearest to: "camera_matrix"
   std::string missing = {};  ///< the first key that the format needs and the text does not have; may be empty
-  std::size_t num_found = 0;  ///< keys of the format that the text has, or nearly has
+  std::size_t num_found = 0;  ///< keys of the format that the text has exactly or nearly
 };
 
-/// Looks for keys of camera formats, or keys nearly spelled like them, in YAML, JSON or XML, damaged or not.
+/// Searches YAML, JSON or XML, damaged or not, for keys of camera formats or similar spellings.
 /// @returns std::nullopt if the text does not name a camera
 [[nodiscard]] std::optional<FormatGuess> guessFormat(const std::string& text);
 
-/// The formats, each defined in a file of its name (ros_format.cc). Where the facts come from stands there.
+/// The formats, each defined in a file of its name (ros_format.cc), which cites its sources.
 namespace detail::formats {
 
 [[nodiscard]] const CameraFormat& alidade();

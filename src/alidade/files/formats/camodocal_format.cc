@@ -20,7 +20,7 @@ constexpr std::array<LensLayout, 3> kLenses = {
      {"MEI", "omni", "xi k1 k2 p1 p2 fx fy cx cy"},
      {"KANNALA_BRANDT", "kannala_brandt", "k1 k2 k3 k4 fx fy cx cy"}}};
 
-// The maps that hold the numbers of a lens, in the layout's order, and their names in them.
+// The maps with the numbers of a lens, in the layout's order, and the names of these numbers.
 struct Group {
   std::string_view lens;
   std::string key;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// COLMAP's cameras.txt: a line a camera, ID MODEL WIDTH HEIGHT PARAMS (COLMAP's documentation, "Output
+// COLMAP's cameras.txt: one line per camera, ID MODEL WIDTH HEIGHT PARAMS (COLMAP's documentation, "Output
 // format"; names and orders of the parameters in colmap/sensor/models.h). COLMAP counts pixels from the
 // image's corner: the centre of the first one is (0.5, 0.5).
 #include <algorithm>
@@ -25,7 +25,7 @@ struct Line {
   std::vector<std::string> words;
 };
 
-// All lines but comments and empty ones; up to `max_count`.
+// All lines except comments and empty ones, up to `max_count`.
 std::vector<Line> linesOf(const CameraDocument& document, std::size_t max_count) {
   std::vector<Line> lines;
   std::size_t number = 0;
@@ -80,7 +80,7 @@ const LensLayout& lensOf(const Line& line) {
                   .next_step = "run COLMAP with one of these models, or remove the camera from the file"}));
 }
 
-// A camera's line in our conventions, before a camera is made of it.
+// A camera's line in Alidade's conventions, before a camera is made from it.
 struct Statement {
   std::string_view model;
   std::vector<StatedNumber> parameters;
@@ -121,20 +121,20 @@ StatedCamera readLine(const Line& line) {
   return stateCamera(line.place, line.words[0], stated.model, stated.parameters, stated.size);
 }
 
-// Throws what readLine() does, except for a camera of a model that is not supported; makes no camera.
+// Throws what readLine() throws, except for an unsupported model; makes no camera.
 void checkLine(const Line& line) {
   try {
     const Statement stated = parseLine(line);
     for (std::size_t i = 0; i < stated.parameters.size(); ++i) {
-      // Making the camera throws the complaint with its place.
+      // Making the camera throws the error with its place.
       if (parameterComplaint(stated.model, i, stated.parameters[i].value)) static_cast<void>(readLine(line));
     }
   } catch (const UnsupportedCamera&) {
-    return;  // which is no damage
+    return;  // unsupported, but not damaged
   }
 }
 
-// The count in the comment "# Number of cameras: 2", with its place.
+// The count in the comment "# Number of cameras: 2", with its line.
 struct StatedCount {
   std::string place;
   int count = 0;
@@ -178,7 +178,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   }
   const auto stated = statedCount(document);
   if (stated && stated->count != static_cast<int>(lines.size()) && !all.cameras.empty()) {
-    // For the file as a whole, so it is said once.
+    // Applies to the whole file, so it is stated once.
     all.cameras.front().remarks.push_back(
         {"assumed", stated->place + ": the header states " + std::to_string(stated->count) +
                         " cameras, but the file contains " + std::to_string(lines.size()) +

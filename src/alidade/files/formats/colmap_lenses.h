@@ -11,7 +11,7 @@ namespace alidade::detail {
 
 inline constexpr double kColmapOrigin = 0.5;  ///< px, of the first pixel's centre
 
-/// The first of each of our models is the one that is written.
+/// If several entries have the same model, the first one is written.
 inline constexpr std::array<LensLayout, 13> kColmapLenses = {
     {{"PINHOLE", "pinhole", "fx fy cx cy"},
      {"OPENCV", "radtan", "fx fy cx cy k1 k2 p1 p2"},

@@ -31,7 +31,7 @@ bool recognises(const CameraDocument& document) {
   return !rigs.empty() && rigs.front().isMap() && rigs.front().has("cameras");
 }
 
-// The last folder of each prefix; whole prefixes where two of these are the same.
+// The last folder of each prefix; whole prefixes if two of these are equal.
 std::vector<std::string> namesOf(const std::vector<YamlNode>& cameras) {
   std::vector<std::string> prefixes;
   std::vector<std::string> folders;
@@ -69,7 +69,7 @@ SE3 readPoseOf(const YamlNode& camera) {
   return {camera_from_rig, readVector(camera.at("cam_from_rig_translation"))};
 }
 
-// Empty where one of the poses is left to COLMAP.
+// Empty if a pose is left to COLMAP.
 std::vector<SE3> readPoses(const YamlNode& rig) {
   std::vector<SE3> poses;
   std::size_t num_references = 0;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Kalibr's camera chain (YAML): the wiki page "Yaml formats" and kalibr_common/ConfigReader.py, which reads
-// it. Intrinsics put what belongs to the projection before the focal lengths: [xi, fu, fv, pu, pv] of omni,
-// [alpha, beta, fu, ...] of eucm, [xi, alpha, fu, ...] of ds. Distortion: radtan k1 k2 p1 p2, equidistant k1
-// k2 k3 k4, fov w, none. Pixel (0, 0) is a pixel's centre. OpenVINS reads and writes the same keys below
-// %YAML:1.0. The EuRoC data set's cam0/sensor.yaml has a camera at the top, calls radtan radial-tangential
-// and the coefficients distortion_coefficients.
+// it. Intrinsics start with the parameters of the projection, followed by the focal lengths: [xi, fu, fv, pu,
+// pv] of omni, [alpha, beta, fu, ...] of eucm, [xi, alpha, fu, ...] of ds. Distortion: radtan k1 k2 p1 p2,
+// equidistant k1 k2 k3 k4, fov w, none. Pixel (0, 0) is a pixel's centre. OpenVINS reads and writes the same
+// keys after %YAML:1.0. The EuRoC data set's cam0/sensor.yaml has one camera at the top level, calls radtan
+// radial-tangential and the coefficients distortion_coefficients.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -22,8 +22,8 @@
 namespace alidade::detail::formats {
 namespace kalibr_format {
 
-// camera_model-distortion_model, as on Kalibr's command line; intrinsics and coefficients in one list. Those
-// that come first are written.
+// camera_model-distortion_model, as on Kalibr's command line; intrinsics and coefficients in one list. The
+// first entry of a model is the one that is written.
 constexpr std::array<LensLayout, 8> kLenses = {
     {{"pinhole-none", "pinhole", "fx fy cx cy"},
      {"pinhole-radtan", "radtan", "fx fy cx cy k1 k2 p1 p2"},
@@ -34,7 +34,7 @@ constexpr std::array<LensLayout, 8> kLenses = {
      {"eucm-none", "eucm", "alpha beta fx fy cx cy"},
      {"ds-none", "double_sphere", "xi alpha fx fy cx cy"}}};
 
-// Poses: of a camera from the one before it; of a camera from the IMU; of the IMU (EuRoC's body) from a
+// Poses: of a camera from the previous one, of a camera from the IMU, and of the IMU (EuRoC's body) from a
 // camera.
 constexpr const char* kChain = "T_cn_cnm1";
 constexpr const char* kFromImu = "T_cam_imu";
@@ -70,7 +70,7 @@ std::size_t numIntrinsics(const LensLayout& lens) {
   return split(lens.order.substr(0, lens.order.find(kLast) + kLast.size()), ' ').size();
 }
 
-// "did you mean 'equidistant'?" of "equi" or "equidistand"; else what remains to be done.
+// "did you mean 'equidistant'?" for "equi" or "equidistand"; otherwise the next step.
 std::string adviceFor(const YamlNode& model, const YamlNode& distortion) {
   std::vector<std::string> models;
   std::vector<std::string> distortions;
@@ -104,7 +104,7 @@ const LensLayout& lensOf(const YamlNode& node) {
                   join(names, ", "), adviceFor(model, distortion)));
 }
 
-// The coefficients' key; that of Kalibr where there is none.
+// The coefficients' key; Kalibr's if there is none.
 std::string coefficientsKey(const YamlNode& node) {
   const std::string of_euroc = "distortion_coefficients";
   if (!node.has(of_euroc)) return "distortion_coeffs";
@@ -146,7 +146,7 @@ StatedCamera readOne(const YamlNode& node, const std::string& name) {
   return camera;
 }
 
-// "cam10" comes after "cam2", which is how Kalibr numbers its chain; others keep their order.
+// Sorts "cam10" after "cam2", as Kalibr numbers its chain; other names keep their order.
 std::vector<std::size_t> chainOrder(const std::vector<std::string>& names) {
   std::vector<std::pair<int, std::size_t>> numbered;
   for (std::size_t i = 0; i < names.size(); ++i)
@@ -162,7 +162,7 @@ bool isStated(const YamlNode& node, const char* key) {
   return value && !value->isNull();
 }
 
-// The key of the poses to read in these cameras, which are in the chain's order; null: not all have one.
+// The pose key to read in these cameras, in chain order; null if no key occurs in all.
 const char* poseKey(std::span<const YamlNode> nodes) {
   const auto allHave = [](std::span<const YamlNode> some, const char* key) {
     return !some.empty() &&
@@ -175,7 +175,7 @@ const char* poseKey(std::span<const YamlNode> nodes) {
   return nullptr;
 }
 
-// camera_from_rig, where the rig is the first camera of a chain, or else the IMU.
+// camera_from_rig, with the first camera of a chain, or else the IMU, as the rig's origin.
 std::vector<SE3> readPoses(std::span<const YamlNode> nodes, std::string_view key,
                            std::vector<Remark>& remarks) {
   std::vector<SE3> poses;
@@ -233,7 +233,7 @@ StatedCameras read(const CameraDocument& document, const ReadOptions&) {
   return all;
 }
 
-// omni without distortion is a lens of its own there.
+// Kalibr has a separate lens for omni without distortion.
 const LensLayout& writtenLens(const AnyCamera& camera) {
   const LensLayout& lens = layoutOf(kLenses, camera.modelId());
   const auto lens_parameters = camera.parameters().subspan(4);
@@ -243,7 +243,7 @@ const LensLayout& writtenLens(const AnyCamera& camera) {
   return is_plain ? *findLayout(kLenses, "omni-none") : lens;
 }
 
-// As Kalibr writes it, a row a line.
+// As Kalibr writes it, one row per line.
 std::string chainText(const SE3& camera_from_last) {
   const Eigen::Matrix4d matrix = camera_from_last.matrix();
   std::string text = std::string("  ") + kChain + ":\n";
@@ -259,7 +259,7 @@ std::string write(std::span<const NamedCamera> cameras) {
     const std::vector<double> listed = listedOrder(lens, cameras[i].camera);
     const std::span<const double> all(listed);
     const std::size_t num_intrinsics = numIntrinsics(lens);
-    // Kalibr goes by these keys and wants a topic.
+    // Kalibr identifies cameras by these keys and requires a topic.
     const std::string key = "cam" + std::to_string(i);
     const std::string topic = "/" + (cameras[i].name.empty() ? key : cameras[i].name) + "/image_raw";
     text += key + ":\n";

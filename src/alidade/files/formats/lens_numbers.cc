@@ -12,7 +12,7 @@
 namespace alidade::detail {
 namespace {
 
-// Half a unit of the last digit of "-1.250e-03", 0 for "12".
+// Half a unit of the last digit: of "-1.250e-03"; 0 for "12".
 double halfUnitOf(std::string_view text) {
   const std::size_t e = text.find_first_of("eE");
   const std::string_view mantissa = text.substr(0, e);
@@ -24,7 +24,7 @@ double halfUnitOf(std::string_view text) {
   return 0.5 * std::pow(10.0, exponent - num_decimals);
 }
 
-// Aliases let a small text stand for a list of billions.
+// Aliases let a small text expand to a list of billions.
 constexpr std::size_t kMaxNumbers = 1000;
 
 void appendRow(const YamlNode& node, std::vector<StatedNumber>& numbers) {
@@ -39,7 +39,7 @@ void appendRow(const YamlNode& node, std::vector<StatedNumber>& numbers) {
 bool isZeroOrUnit(std::span<const StatedNumber> numbers) {
   bool is_zero = true;
   bool is_unit = numbers.size() == 9 || numbers.size() == 16;
-  const std::size_t stride = numbers.size() == 9 ? 4 : 5;  // from one to the next on the diagonal
+  const std::size_t stride = numbers.size() == 9 ? 4 : 5;  // index step along the diagonal
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     is_zero = is_zero && numbers[i].value == 0;
     is_unit = is_unit && numbers[i].value == (i % stride == 0 ? 1 : 0);
@@ -47,18 +47,18 @@ bool isZeroOrUnit(std::span<const StatedNumber> numbers) {
   return is_zero || is_unit;
 }
 
-// Does this say no more than that there is nothing?
+// True if the node states no information.
 bool saysNothing(const YamlNode& node) {
   if (node.isNull()) return true;
   try {
     if (node.isSequence() || node.isMap()) return isZeroOrUnit(statedNumbers(node));
     return statedNumber(node).value == 0;
   } catch (const Error&) {
-    return false;  // no numbers, so it is something else
+    return false;  // no numbers, so it states something
   }
 }
 
-// "cam.yaml:8: cam0.a, b (line 12) and 3 more": keys of a map, the first one's line as the place.
+// "cam.yaml:8: cam0.a, b (line 12) and 3 more": keys of a map, with the first one's line as the place.
 std::string keysText(const YamlNode& map, const std::vector<std::string>& keys) {
   constexpr std::size_t kMaxNamed = 8;
   const int first_line = map.lineOfKey(keys.front());
@@ -75,7 +75,7 @@ std::string keysText(const YamlNode& map, const std::vector<std::string>& keys) 
 }  // namespace
 
 bool isSameStated(const StatedNumber& a, const StatedNumber& b) {
-  // A double's own rounding, where all digits are printed, or one is worked out from others.
+  // A double's own rounding, if all digits are printed or a number is computed from others.
   const double rounding = 1e-12 * std::max(std::abs(a.value), std::abs(b.value));
   return std::abs(a.value - b.value) <= a.half_unit + b.half_unit + rounding;
 }
@@ -96,7 +96,7 @@ std::vector<StatedNumber> statedNumbers(const YamlNode& node) {
     if (data.isSequence()) {
       appendRow(data, numbers);
     } else {
-      numbers.push_back(statedNumber(data));  // one value, in XML
+      numbers.push_back(statedNumber(data));  // a single value, in XML
     }
     const int rows = node.at("rows").integer();
     const int columns = node.at("cols").integer();
@@ -149,7 +149,7 @@ std::vector<StatedNumber> numbersOf(const YamlNode& map, std::span<const std::st
 
 ImageSize readSize(const YamlNode& width, const YamlNode& height) {
   const auto side = [](const YamlNode& node) {
-    // Some tools write 640.
+    // Some tools write 640. (with a point).
     const double pixels = node.number();
     constexpr double kMaxSide = 1e6;
     if (!(pixels >= 1) || pixels > kMaxSide || pixels != std::floor(pixels))

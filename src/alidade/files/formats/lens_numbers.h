@@ -12,28 +12,28 @@
 
 namespace alidade::detail {
 
-/// A number as a text states it: never better than half a unit of its last digit. A whole number without a
+/// A number as stated in a text, accurate to half a unit of its last digit at best. A whole number without a
 /// point is taken as exact.
 struct StatedNumber {
   double value = 0;
   double half_unit = 0;
 };
 
-/// Do two texts say the same number, as far as their digits go?
+/// True if two texts state the same number within the accuracy of their digits.
 [[nodiscard]] bool isSameStated(const StatedNumber& a, const StatedNumber& b);
 /// The same of lists of the same length.
 [[nodiscard]] bool isSameStated(std::span<const StatedNumber> a, std::span<const StatedNumber> b);
 
-/// @throws Error (kInput) if the node is no finite number
+/// @throws Error (kInput) if the node is not a finite number
 [[nodiscard]] StatedNumber statedNumber(const YamlNode& node);
 /// The numbers of a list, of a list of lists row by row, or of a map {rows, cols, data} as OpenCV and ROS
-/// write matrices. @throws Error (kInput) also where rows and columns do not go with the number of data, and
-/// for more numbers than any lens has
+/// write matrices. @throws Error (kInput) also if rows and columns do not match the number of data, or if
+/// there are more numbers than any lens has
 [[nodiscard]] std::vector<StatedNumber> statedNumbers(const YamlNode& node);
 [[nodiscard]] std::vector<StatedNumber> statedNumbers(const YamlNode& node, std::size_t count);
 
 /// fx, fy, cx, cy of a camera matrix [fx 0 cx; 0 fy cy; 0 0 1].
-/// @throws Error (kInput) if it is transposed, or is no camera matrix; UnsupportedCamera if it has skew
+/// @throws Error (kInput) if it is transposed or not a camera matrix; UnsupportedCamera if it has skew
 [[nodiscard]] std::vector<StatedNumber> readCameraMatrix(const YamlNode& node);
 
 /// The values of these keys of a map; each must be there. @throws Error (kInput)
@@ -41,84 +41,84 @@ struct StatedNumber {
 
 /// A width and a height in pixels, checked. @throws Error (kInput)
 [[nodiscard]] ImageSize readSize(const YamlNode& width, const YamlNode& height);
-/// The same from a list of two.
+/// The same from a list of two numbers.
 [[nodiscard]] ImageSize readSize(const YamlNode& list);
 
-/// A side of the image, in pixels, as a key of a file may state it.
+/// A side of the image, in pixels, from a key of a file.
 struct StatedSide {
   std::string key;               ///< "image_width"
-  std::optional<YamlNode> node;  ///< nothing: the key is not there
+  std::optional<YamlNode> node;  ///< nothing if the key is missing
 };
 
 /// Sides as keys of `map`.
 [[nodiscard]] StatedSide sideOf(const YamlNode& map, const std::string& key);
 
-/// The size of the image in pixels; nothing where neither side is stated. One side alone is not passed over:
-/// where `given` (--image-size) says the same of it, that is the size, with a remark.
-/// @throws Error (kInput) that names the missing key, where `given` does not help, and for sides that are no
+/// The size of the image in pixels; nothing if neither side is stated. A single stated side is used only if
+/// `given` (--image-size) agrees with it; `given` is then the size, with a remark.
+/// @throws Error (kInput) that names the missing key if `given` does not help, and for sides that are not
 /// numbers of pixels
 [[nodiscard]] std::optional<ImageSize> sizeOfSides(const StatedSide& width, const StatedSide& height,
                                                    const std::optional<ImageSize>& given,
                                                    std::vector<Remark>& remarks);
 
-/// A lens as another program lists it.
+/// A lens in the notation of another program.
 struct LensLayout {
-  std::string_view name;   ///< the program's own name of it
-  std::string_view model;  ///< ours
-  /// The parameters by our names, in the program's order: "xi fx fy cx cy". "f" is fx and fy alike; what is
-  /// not listed is zero.
+  std::string_view name;   ///< the program's name for it
+  std::string_view model;  ///< Alidade's name
+  /// The parameters by Alidade's names, in the program's order: "xi fx fy cx cy". "f" is both fx and fy;
+  /// unlisted parameters are zero.
   std::string_view order;
 };
 
 /// The layout of this name; null if there is none.
 [[nodiscard]] const LensLayout* findLayout(std::span<const LensLayout> layouts, std::string_view name);
 
-/// The layout that a file names. `advice` is for a name that is not even nearly one of them.
+/// The layout that a file names. `advice` is for a name that does not resemble any of them.
 /// @throws UnsupportedCamera with the known names
 [[nodiscard]] const LensLayout& layoutNamed(std::span<const LensLayout> layouts, const YamlNode& name,
                                             const std::string& advice);
 [[nodiscard]] std::vector<std::string> layoutNames(std::span<const LensLayout> layouts);
 
-/// The first layout that can say a camera of this model; there must be one.
+/// The first layout for a camera of this model; @pre there is one.
 [[nodiscard]] const LensLayout& layoutOf(std::span<const LensLayout> layouts, std::string_view model);
 
-/// From the program's order to ours; `listed` has a number for each name.
+/// From the program's order to Alidade's; `listed` has a number for each name.
 [[nodiscard]] std::vector<StatedNumber> storageOrder(const LensLayout& layout,
                                                      std::span<const StatedNumber> listed);
 
-/// From ours to the program's, whose first pixel has its centre at (origin, origin). What the layout does not
-/// list is dropped, so it must be zero.
+/// From Alidade's order to that of a program whose first pixel has its centre at (origin, origin). Parameters
+/// that the layout does not list are dropped, so they must be zero.
 [[nodiscard]] std::vector<double> listedOrder(const LensLayout& layout, const AnyCamera& camera,
                                               double origin = 0);
 
-/// From the origin of a program whose first pixel has its centre at (origin, origin) to ours: the principal
-/// point is the third and fourth parameter.
+/// Converts from the origin of a program whose first pixel has its centre at (origin, origin) to Alidade's:
+/// the principal point is the third and fourth parameter.
 void takeOrigin(std::span<StatedNumber> parameters, double origin);
 
-/// The camera of these parameters, in storage order. @throws Error (kInput), with the place, where they are
-/// no camera
+/// The camera with these parameters, in storage order. @throws Error (kInput), with the place, if they are
+/// invalid
 [[nodiscard]] StatedCamera stateCamera(const std::string& place, std::string name, std::string_view model,
                                        std::span<const StatedNumber> parameters,
                                        std::optional<ImageSize> image_size, std::vector<Remark> remarks = {});
 
-/// Appends what is in `more`.
+/// Appends `more`.
 void append(std::vector<StatedNumber>& numbers, std::span<const StatedNumber> more);
 
 /// The fewest digits that read back as the same number, with a point before the exponent: readers of YAML 1.1
-/// (Python's, and with it Kalibr and ROS) take 1e-05 for a text and 1 for a whole number.
+/// (Python's, and so Kalibr and ROS) read 1e-05 as text and 1 as an integer.
 [[nodiscard]] std::string realText(double value);
 
-/// "[1.0, 0.25, -3.0e-05]": a list of these.
+/// "[1.0, 0.25, -3.0e-05]": a list of such numbers.
 [[nodiscard]] std::string listText(std::span<const double> values);
 
-/// A string as a YAML scalar, in quotation marks where it needs them.
+/// A string as a YAML scalar, quoted if necessary.
 [[nodiscard]] std::string yamlText(const std::string& text);
 
-/// A remark if the map has other keys than these.
+/// Adds a remark if the map has keys other than these.
 void remarkUnknownKeys(const YamlNode& map, const std::vector<std::string>& known, StatedCamera& camera);
 
-/// A remark if one of these keys says something that is not read: times, noise, poses of other things.
-/// Zeros, empty values and unit matrices say nothing.
+/// Adds a remark if one of these keys states information that is not read: times, noise, poses of other
+/// things. Zeros, empty values and unit matrices state none.
 void remarkNotCarried(const YamlNode& map, const std::vector<std::string>& keys, StatedCamera& camera);
 
 }  // namespace alidade::detail

@@ -22,7 +22,7 @@ namespace matlab_format {
 constexpr double kOrigin = 1;  // px, of the first pixel's centre
 constexpr LensLayout kLens = {"cameraIntrinsics", "radtan", "fx fy cx cy k1 k2 k3 p1 p2"};
 
-// Any of these tells a camera; the last is of a fisheye, which is refused with the reason.
+// Each of these identifies a camera; the last one a fisheye, which is refused with the reason.
 constexpr std::array kTelling = {"FocalLength", "IntrinsicMatrix", "RadialDistortion", "MappingCoefficients"};
 constexpr std::array kStereo = {"CameraParameters1", "CameraParameters2"};
 const std::string kPoses = "RotationOfCamera2 TranslationOfCamera2 PoseCamera2 ";
@@ -38,7 +38,7 @@ bool isCamera(const YamlNode& node) {
   return std::any_of(kTelling.begin(), kTelling.end(), [&node](const char* key) { return node.has(key); });
 }
 
-// The properties of a camera are in an object of their own inside of newer ones.
+// Newer objects have the properties of a camera in a nested object.
 YamlNode cameraIn(const YamlNode& node) {
   const auto inner = node.find("Intrinsics");
   return inner && inner->isMap() ? *inner : node;
@@ -57,7 +57,7 @@ bool recognises(const CameraDocument& document) {
                                      "calibrate without EstimateSkew"));
 }
 
-// fx fy cx cy, as one of the properties that state them has them.
+// fx fy cx cy, and the properties that state them.
 struct Pinhole {
   std::string name;  // "FocalLength and PrincipalPoint"
   YamlNode place;
@@ -88,12 +88,12 @@ std::vector<Pinhole> pinholesOf(const YamlNode& node) {
   return all;
 }
 
-// fx fy cx cy, from the properties that name them or from a matrix. Of newer objects, what is in `outer`
-// repeats what is in `node`, its Intrinsics.
+// fx fy cx cy, from the properties that name them or from a matrix. In newer objects, `outer` repeats the
+// numbers in `node`, its Intrinsics.
 std::vector<StatedNumber> readPinhole(const YamlNode& node, const YamlNode& outer) {
   if (const auto skew = node.find("Skew"); skew && skew->number() != 0) refuseSkew(*skew, skew->text());
   std::vector<Pinhole> all = pinholesOf(node);
-  if (all.empty()) static_cast<void>(node.at("FocalLength"));  // says that it is missing
+  if (all.empty()) static_cast<void>(node.at("FocalLength"));  // reports that it is missing
   if (node.where() != outer.where()) {
     for (Pinhole& pinhole : pinholesOf(outer)) all.push_back(std::move(pinhole));
   }
@@ -125,7 +125,7 @@ std::vector<StatedNumber> readCoefficients(const YamlNode& node, const char* key
   return numbers;
 }
 
-// Empty where the calibration never knew.
+// Empty if the calibration did not store it.
 std::optional<ImageSize> statedImageSize(const YamlNode& node) {
   const auto list = node.find("ImageSize");
   if (!list || list->isNull()) return std::nullopt;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// mrcal's .cameramodel: a Python literal, which reads as YAML too (mrcal's documentation, "cameramodel: the
+// mrcal's .cameramodel: a Python literal that is also valid YAML (mrcal's documentation, "cameramodel: the
 // camera model file format" and "lens models"; cameramodel.py names the keys of older files). Intrinsics: fx,
 // fy, cx, cy, then OpenCV's coefficients. Pixel (0, 0) is a pixel's centre.
 #include <array>
@@ -21,11 +21,10 @@ constexpr std::array<LensLayout, 5> kLenses = {
      {"LENSMODEL_OPENCV4", "radtan", "fx fy cx cy k1 k2 p1 p2"},
      {"LENSMODEL_OPENCV8", "rational", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"},
      {"LENSMODEL_OPENCV12", "thin_prism", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4"}}};
-// 2 tan(theta / 2): the unified model half way, with no coefficients of its own.
+// 2 tan(theta / 2): the unified model with a fixed parameter and no coefficients.
 constexpr LensLayout kStereographic = {"LENSMODEL_STEREOGRAPHIC", "ucm", "fx fy cx cy"};
 
-constexpr std::array kModelKeys = {"lensmodel", "lens_model",
-                                   "distortion_model"};  // of today, and of old files
+constexpr std::array kModelKeys = {"lensmodel", "lens_model", "distortion_model"};  // of new and of old files
 const std::string kNotCarried = "valid_intrinsics_region ";
 // Rotation vector and translation, camera from reference.
 constexpr std::array kPoseKeys = {"extrinsics", "rt_cam_ref"};

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// nerfstudio's transforms.json, and instant-ngp's, from which it comes: fl_x fl_y cx cy w h and coefficients
-// at the top, or in each frame (nerfstudio's documentation, "Data conventions"; nerfstudio_dataparser.py; the
-// names in cameras.py). A perspective camera has k1 k2 k3 p1 p2 as OpenCV's five, and k4 of an eighth power
-// that nothing else has; a fisheye k1 k2 k3 k4. Pixels count from the image's corner: the centre of the first
-// one is (0.5, 0.5). Axes that point up and back are those of the poses, which are not read.
+// nerfstudio's transforms.json, and instant-ngp's, from which it derives: fl_x fl_y cx cy w h and
+// coefficients at the top level, or in each frame (nerfstudio's documentation, "Data conventions";
+// nerfstudio_dataparser.py; the names in cameras.py). A perspective camera has k1 k2 k3 p1 p2 as OpenCV's
+// five, and a k4 for the eighth power that no other format has; a fisheye has k1 k2 k3 k4. Pixels count from
+// the image's corner: the centre of the first one is (0.5, 0.5). The axes that point up and back concern the
+// poses, which are not read.
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -30,13 +31,13 @@ constexpr std::array<LensLayout, 3> kWritten = {
      {"OPENCV_FISHEYE", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"}}};
 const std::string kFisheye = "OPENCV_FISHEYE";
 const std::string kPerspective = "OPENCV PINHOLE SIMPLE_PINHOLE SIMPLE_RADIAL RADIAL PERSPECTIVE ";
-// Lenses that instant-ngp knows by a key of their own, beside whatever else the file says.
+// Keys by which instant-ngp selects special lenses, regardless of the rest of the file.
 constexpr std::array kOtherLenses = {"ftheta_p0", "latlong", "equirectangular", "orthographic"};
 
 // Keys of a frame's camera.
 const std::string kCameraKeys =
     "camera_model fl_x fl_y cx cy w h k1 k2 k3 k4 p1 p2 is_fisheye camera_angle_x camera_angle_y ";
-// Poses, images and how to train: not of the camera.
+// Poses, images and training settings, not part of the camera.
 const std::string kOtherKeys =
     "frames applied_transform applied_scale ply_file_path orientation_override train_filenames val_filenames "
     "test_filenames aabb_scale scale offset fl_y_is_fl_x enable_depth_loading integer_depth_scale";
@@ -48,7 +49,7 @@ bool recognises(const CameraDocument& document) {
 
 constexpr std::array kTopCoefficients = {"k1", "k2", "k3", "p1", "p2"};
 
-// Keys at the top count before those of a frame. Coefficients come from one of the two.
+// Keys at the top level take precedence over those of a frame. Coefficients come from only one of the two.
 struct Intrinsics {
   YamlNode top;
   YamlNode frame;
@@ -59,7 +60,7 @@ struct Intrinsics {
   }
   [[nodiscard]] StatedNumber number(const std::string& key) const {
     if (const auto node = find(key)) return statedNumber(*node);
-    return statedNumber(frame.at(key));  // says that it is missing
+    return statedNumber(frame.at(key));  // reports that it is missing
   }
   [[nodiscard]] StatedNumber coefficient(const std::string& key) const {
     const bool is_at_top = std::any_of(kTopCoefficients.begin(), kTopCoefficients.end(),
@@ -69,7 +70,7 @@ struct Intrinsics {
   }
 };
 
-// Tells by camera_model whether the lens is a fisheye.
+// True if camera_model names a fisheye.
 bool isFisheyeModel(const YamlNode& model) {
   const std::string name = model.text();
   const std::vector<std::string> known = words(kPerspective + kFisheye);
@@ -105,7 +106,7 @@ void refuseOtherLenses(const Intrinsics& intrinsics) {
   }
 }
 
-// Names the key that may mean the focal length where no known key states it.
+// Names the key that may mean the focal length if no known key states it.
 void refuseNoFocalLength(const Intrinsics& intrinsics) {
   if (intrinsics.find("fl_x") || intrinsics.find("camera_angle_x")) return;
   for (const char* key : {"fx", "focal_x", "focal", "focal_length", "fl", "f"}) {
@@ -122,7 +123,7 @@ bool hasAngleAlone(const Intrinsics& intrinsics) {
   return !intrinsics.find("fl_x") && intrinsics.find("camera_angle_x");
 }
 
-// The focal length at which an image of `side` pixels sees the field angle of `node`.
+// The focal length at which an image of `side` pixels spans the field angle of `node`.
 double focalOf(const YamlNode& node, int side) {
   const double angle = node.number();
   if (!(angle > 0 && angle < std::numbers::pi))
@@ -130,8 +131,8 @@ double focalOf(const YamlNode& node, int side) {
   return 0.5 * side / std::tan(0.5 * angle);
 }
 
-// A field angle beside a focal length says the same, or one of the two is of another camera or image. Of a
-// fisheye, colmap2nerf.py writes the angle by the formula of a pinhole; others by that of the lens itself.
+// A field angle beside a focal length must agree with it; otherwise one of them belongs to a different camera
+// or image. For a fisheye, colmap2nerf.py computes the angle as for a pinhole; others use the lens itself.
 void refuseOtherAngle(const Intrinsics& intrinsics, const char* angle_key, const char* focal_key,
                       bool is_fisheye, int side) {
   constexpr double kSameShare = 0.01;
@@ -149,8 +150,8 @@ void refuseOtherAngle(const Intrinsics& intrinsics, const char* angle_key, const
                      "correct or remove the wrong one");
 }
 
-// instant-ngp's files may have no more than the angle that the width of the image spans; what is left out is
-// as in its own reader (nerf_loader.cu).
+// instant-ngp's files may state only the angle that the image width spans; missing values are completed as in
+// its own reader (nerf_loader.cu).
 std::vector<StatedNumber> pinholeOfAngle(const Intrinsics& intrinsics, bool is_fisheye,
                                          std::optional<ImageSize> size, std::vector<Remark>& remarks) {
   const YamlNode angle = *intrinsics.find("camera_angle_x");
@@ -242,7 +243,7 @@ bool saysSame(const YamlNode& a, const YamlNode& b) {
   return a.text() == b.text() || (x && y && *x == *y);
 }
 
-// The readers of this format differ in whether the top or the frame counts.
+// Readers of this format disagree on whether the top level or the frame takes precedence.
 void refuseOtherCamera(const YamlNode& top, const YamlNode& frame) {
   for (const std::string& key : words(kCameraKeys)) {
     const auto theirs = top.find(key);
@@ -260,7 +261,7 @@ bool isSame(const StatedCamera& a, const StatedCamera& b) {
                     b.camera.parameters().begin());
 }
 
-// All that a frame states of its camera. Frames that state the same have the same camera, which is made once.
+// Everything that a frame states about its camera. Frames with equal statements share one camera, made once.
 std::string statementOf(const YamlNode& frame) {
   std::string statement;
   for (const std::string& key : words(kCameraKeys)) {
@@ -276,14 +277,14 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   const bool has_frames = list && list->isSequence() && !list->items().empty();
   if (!has_frames) {
     if (list && !list->isSequence() && !root.has("fl_x") && !root.has("camera_angle_x"))
-      static_cast<void>(list->items());  // says that it is no list
+      static_cast<void>(list->items());  // reports that it is not a list
     return {.cameras = {readOne({root, root}, "", options)}};
   }
   constexpr std::size_t kMaxFrames = 100'000;
   constexpr std::size_t kMaxCameras = 1000;
   const std::vector<YamlNode> frames = list->items();
   if (frames.size() > kMaxFrames) throw list->error(std::to_string(frames.size()) + " frames", "fewer");
-  // Each frame has a camera, and mostly they are all the same.
+  // Each frame states a camera, and usually all are equal.
   StatedCameras all;
   std::set<std::string> statements;
   for (const YamlNode& frame : frames) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// OpenCV's FileStorage: YAML with the header %YAML:1.0, XML, or JSON. What the nodes are called is up to each
-// program; known here are the names of OpenCV's own samples (calibration, stereo_calib, the tutorial
-// camera_calibration, omnidir), of its application interactive-calibration, and the commonest ones beside
-// them. Coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]] as in cv::projectPoints, k1 k2 k3 k4
-// as in cv::fisheye. Pixel (0, 0) is a pixel's centre.
+// OpenCV's FileStorage: YAML with the header %YAML:1.0, XML, or JSON. Each program chooses its own node
+// names; known here are those of OpenCV's samples (calibration, stereo_calib, the tutorial
+// camera_calibration, omnidir), of its application interactive-calibration, and the most common others.
+// Coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]] as in cv::projectPoints, k1 k2 k3 k4 as in
+// cv::fisheye. Pixel (0, 0) is a pixel's centre.
 #include <algorithm>
 #include <array>
 #include <map>
@@ -30,7 +30,7 @@ const std::vector<std::string> kCoefficientKeys = words(
     "dist D");
 const std::string kPair = "R T ";
 const std::string kStereo = "R1 R2 P1 P2 extrinsic_parameters ";
-// Names that mean something, or that OpenCV's samples write beside the camera.
+// Names with a meaning, or that OpenCV's samples write beside the camera.
 const std::vector<std::string> kOtherKeys = words(
     kPair + kStereo +
     "Q E F image_width image_height image_Width image_Height image_size imageSize cameraResolution width "
@@ -53,7 +53,7 @@ std::optional<std::string> findKey(const YamlNode& root, const std::vector<std::
   return found;
 }
 
-// A camera without coefficients is a pinhole only if nothing is left over that may be its coefficients.
+// A camera without coefficients is a pinhole only if no remaining key may hold its coefficients.
 void refuseLeftOver(const YamlNode& matrix, const YamlNode& root) {
   for (const std::string& name : root.keys()) {
     const YamlNode node = root.at(name);
@@ -78,7 +78,7 @@ void refuseLeftOver(const YamlNode& matrix, const YamlNode& root) {
 constexpr std::array kSuffixes = {"", "1", "2"};
 
 bool recognises(const CameraDocument& document) {
-  // ROS and MATLAB call matrices by the same names.
+  // ROS and MATLAB use the same names for matrices.
   if (!document.isMap() || ros().recognises(document) || matlab().recognises(document)) return false;
   for (const char* suffix : kSuffixes) {
     if (findKey(document.root(), kMatrixKeys, suffix)) return true;
@@ -106,7 +106,7 @@ std::optional<ImageSize> findSize(const YamlNode& root, const ReadOptions& optio
   for (const char* key : {"image_size", "imageSize", "cameraResolution"}) {
     if (root.has(key)) take(root.at(key), readSize(root.at(key)));
   }
-  // A side alone: where the size is known, it has to agree.
+  // A single side must agree with the size, if that is known.
   for (const auto& [width, height] : kPairs) {
     if (root.has(width) == root.has(height)) continue;
     if (!found) {
@@ -119,7 +119,7 @@ std::optional<ImageSize> findSize(const YamlNode& root, const ReadOptions& optio
   return found;
 }
 
-// cv::fisheye with 1, an ordinary lens with 0; OpenCV's sample writes no other number.
+// cv::fisheye for 1, an ordinary lens for 0; OpenCV's sample writes no other number.
 bool saysFisheye(const YamlNode& flag) {
   const std::string text = flag.text();
   const auto number = parseDouble(text);
@@ -129,7 +129,7 @@ bool saysFisheye(const YamlNode& flag) {
                    "correct it, or remove it and add --read-as radtan or --read-as kannala_brandt");
 }
 
-// The model that the file names; "" where it names none.
+// The model that the file names; "" if it names none.
 std::string namedModel(const YamlNode& root) {
   const auto name = root.find("distortion_model");
   if (!name) return "";
@@ -183,7 +183,7 @@ StatedCamera readOne(const YamlNode& root, const std::string& suffix, const Read
   std::vector<StatedNumber> parameters = readCameraMatrix(matrix);
   const auto key = findKey(root, kCoefficientKeys, suffix);
   if (!key) refuseLeftOver(matrix, root);
-  // One value in XML is no list.
+  // A single value in XML is not a list.
   std::vector<StatedNumber> coefficients = key ? statedNumbers(root.at(*key)) : std::vector<StatedNumber>();
   const YamlNode place = key ? root.at(*key) : matrix;
   const auto flag = root.find("fisheye_model");
@@ -241,11 +241,11 @@ StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   return all;
 }
 
-// How a dialect of OpenCV's FileStorage writes the nodes at the top of a file, as formats of fmt.
+// Format strings (fmt) for top-level nodes in a dialect of OpenCV's FileStorage.
 struct Style {
   const char* head;
-  const char* number;  // of a key and a number
-  const char* matrix;  // of a key, the numbers of rows and columns, and the values row by row
+  const char* number;  // arguments: key, number
+  const char* matrix;  // arguments: key, numbers of rows and columns, values row by row
   const char* between_values;
   const char* between_nodes;
   const char* tail;
@@ -305,13 +305,13 @@ void addLens(NodeWriter& writer, const AnyCamera& camera, const std::string& mat
   std::vector<double> coefficients(p.begin() + 4, p.end());
   if (camera.modelId() == "pinhole") coefficients.assign(5, 0.0);
   if (camera.modelId() == "omni") {
-    writer.addNumber("xi", realText(coefficients.front()));  // as the sample omni_calibration writes it
+    writer.addNumber("xi", realText(coefficients.front()));  // as in the sample omni_calibration
     coefficients.erase(coefficients.begin());
   }
   writer.addMatrix(coefficients_key, coefficients.size(), 1, coefficients);
 }
 
-// The two cameras of a file have one size and one kind of lens.
+// The two cameras of a file must have the same size and kind of lens.
 void requirePair(std::span<const NamedCamera> cameras) {
   const NamedCamera& first = cameras.front();
   const NamedCamera& second = cameras.back();

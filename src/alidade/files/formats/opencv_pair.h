@@ -9,13 +9,12 @@
 
 namespace alidade::detail {
 
-/// Is this a file that cv::stereoCalibrate()'s results were written to: R and T? The cameras may be in it
-/// too, or in a file of their own, as the sample stereo_calib writes them.
+/// True if the file holds results of cv::stereoCalibrate(): R and T. The cameras may be in the same file, or
+/// in a separate one as the sample stereo_calib writes them.
 [[nodiscard]] bool statesPair(const CameraDocument& document);
 
-/// second_from_first: X2 = R X1 + T. R is a rotation matrix, or a rotation vector. T is in the unit of the
-/// board that was used, which no file states; it is taken as metres, with a remark where it is longer than
-/// ordinary rigs are.
+/// second_from_first: X2 = R X1 + T. R is a rotation matrix or a rotation vector. T is in the unit of the
+/// board, which no file states; metres are assumed, with a remark if it is longer than usual for rigs.
 /// @throws Error (kInput) with the place
 [[nodiscard]] SE3 readPair(const YamlNode& root, std::vector<Remark>& remarks);
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // ORB-SLAM3's settings (OpenCV's YAML; src/Settings.cc): Camera.type, Camera.width, Camera.height, and keys
 // Camera1.fx ... of the first camera, Camera2.fx ... of the second. Files without File.version, and those of
-// ORB-SLAM2, call the first camera Camera.fx ... PinHole has k1 k2 p1 p2 [k3], KannalaBrandt8 k1 k2 k3 k4.
-// Pixel (0, 0) is a pixel's centre. OpenVSLAM and stella_vslam (camera/perspective.cc, camera/fisheye.cc)
-// have the same keys, Camera.model in place of the type, Camera.cols and Camera.rows of the size;
-// stella_vslam has them in a map Camera.
+// ORB-SLAM2, name the first camera's keys Camera.fx ... PinHole has k1 k2 p1 p2 [k3], KannalaBrandt8 k1 k2 k3
+// k4. Pixel (0, 0) is a pixel's centre. OpenVSLAM and stella_vslam (camera/perspective.cc, camera/fisheye.cc)
+// use the same keys, but Camera.model instead of the type and Camera.cols and Camera.rows for the size;
+// stella_vslam puts them into a map Camera.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -32,10 +32,10 @@ const std::string kOtherCameraKeys =
     "lappingEnd name setup model cols rows color_order focal_x_baseline depth_threshold";
 const std::string kTransforms =
     "Stereo.T_c1_c2 Tbc IMU.T_b_c1 Camera.newWidth Camera.newHeight Camera.imageScale LEFT.R RIGHT.R";
-// Camera matrices of the images as they were taken, where those of the cameras are of rectified ones.
+// Camera matrices of the original images in files whose cameras refer to rectified ones.
 const std::string kRawMatrices =
     "LEFT.K RIGHT.K StereoRectifier StereoRectifier.K_left StereoRectifier.K_right";
-// Settings beside the camera's, by the start of the key.
+// Prefixes of settings that do not concern the camera.
 const std::string kOtherSettings =
     "File. ORBextractor. Viewer. IMU. Stereo. RGBD. System. LEFT. RIGHT. ThDepth DepthMapFactor thFarPoints "
     "Tbc loopClosing Initializer. Feature. StereoRectifier PangolinViewer. Mapping. Tracking. "
@@ -61,7 +61,7 @@ bool recognises(const CameraDocument& document) {
          document.has("Camera.model") || (document.isMap() && isNested(document.root()));
 }
 
-// Ours of OpenVSLAM's Camera.model; empty where there is none.
+// Alidade's model for OpenVSLAM's Camera.model; empty if there is none.
 std::string typeOfModel(const Keys& common) {
   const auto model = common.find("model");
   if (!model) return "";
@@ -72,7 +72,7 @@ std::string typeOfModel(const Keys& common) {
                    "convert the images to one of these projections, and calibrate again"));
 }
 
-// Empty where the file does not say.
+// Empty if the file does not state it.
 std::string typeOf(const Keys& common) {
   const std::string of_model = typeOfModel(common);
   const auto type = common.find("type");
@@ -107,8 +107,8 @@ std::string adviceForFisheye(const Keys& common) {
                                                     : "write " + common.of("type") + ": KannalaBrandt8";
 }
 
-// Without a type a file is one of ORB-SLAM2, which has no fisheye; but k1 to k4 alone are those of one. A k4
-// of 0 is as if it were not there.
+// A file without a type is from ORB-SLAM2, which has no fisheye, but k1 to k4 without other coefficients
+// indicate one. A k4 of 0 counts as missing.
 void refuseFisheyeWithoutType(const Keys& keys, const Keys& common) {
   const auto k4 = keys.find("k4");
   if (!k4 || keys.has("p1") || keys.has("p2") || statedNumber(*k4).value == 0) return;
@@ -117,7 +117,7 @@ void refuseFisheyeWithoutType(const Keys& keys, const Keys& common) {
                   "if it is a fisheye, " + adviceForFisheye(common));
 }
 
-// A coefficient for which the lens has no place would be lost. 0 is as if it were not there.
+// A coefficient that the lens does not have would be lost. A value of 0 counts as missing.
 void refuseForeignCoefficients(const Keys& keys, const Keys& common, const LensLayout& lens,
                                const std::string& type) {
   const std::vector<std::string> own = words(lens.order);
@@ -193,7 +193,7 @@ std::vector<std::string> knownKeys(const YamlNode& root) {
   return known;
 }
 
-// A pair's file has the cameras of the images before rectification too.
+// A pair's file also has the cameras of the images before rectification.
 void remarkRawCameras(const YamlNode& root, StatedCamera& camera) {
   for (const std::string& key : words(kRawMatrices)) {
     if (!root.has(key)) continue;
@@ -204,8 +204,8 @@ void remarkRawCameras(const YamlNode& root, StatedCamera& camera) {
   }
 }
 
-// The first camera has two sets of names, of which ORB-SLAM reads one. What the other set says has to be the
-// same; a coefficient of 0 is as if it were not there.
+// The first camera has two sets of names, of which ORB-SLAM reads one. Both must agree; a coefficient of 0
+// counts as missing.
 void refuseMixedNames(const YamlNode& root, const std::string& own, const std::string& other) {
   for (const std::string& name : words(kNumbers)) {
     const auto ours = root.find(own + "." + name);

@@ -8,7 +8,7 @@
 namespace alidade::detail {
 namespace {
 
-// Files of hand-written or shortened numbers; what is further off is no rotation, or another convention.
+// Tolerance for typed or shortened numbers; a larger deviation is no rotation or a different convention.
 constexpr double kFewDigits = 1e-3;
 
 template <int kRows>

@@ -12,25 +12,26 @@
 #include "alidade/files/text/yaml_node.h"
 #include "alidade/geometry/se3.h"
 
-// Poses of cameras as other programs write them.
+// Reads and writes camera poses in the notations of other programs.
 namespace alidade::detail {
 
-/// A rotation matrix, 3x3 (rows, nine numbers, or {rows, cols, data}). One of few digits, as of three
-/// decimals, is taken as the nearest rotation, with a remark. @throws Error (kInput) for what is no rotation
+/// A rotation matrix, 3x3 (rows, nine numbers, or {rows, cols, data}). A matrix with few digits, such as
+/// three decimals, is replaced by the nearest rotation, with a remark. @throws Error (kInput) if it is not a
+/// rotation
 [[nodiscard]] SO3 readRotation(const YamlNode& node, std::vector<Remark>& remarks);
 
 /// [R t; 0 0 0 1], 4x4 in the same notations.
 [[nodiscard]] SE3 readMotion(const YamlNode& node, std::vector<Remark>& remarks);
 
-/// Three numbers.
+/// Reads three numbers.
 [[nodiscard]] Eigen::Vector3d readVector(const YamlNode& node);
 
-/// @throws Error (kInput), naming the camera, for numbers so large that a pose overflowed
+/// @throws Error (kInput), naming the camera, if large numbers made a pose overflow
 void requireFinite(std::span<const SE3> poses, const StatedCameras& cameras);
 
-/// Gives each camera the pose of its number among those that `read` returns: camera_from_rig, or none at all.
-/// A lens may be used although a pose is damaged, so what `read` throws becomes a remark (bad_pose), and no
-/// camera gets a pose. `read` takes a list of remarks to add to.
+/// Assigns the poses that `read` returns, camera_from_rig by number, or none. The lens is usable even if a
+/// pose is damaged, so errors of `read` become a remark (bad_pose), and no camera gets a pose. `read` takes a
+/// list of remarks to append to.
 template <class Read>
 void statePoses(StatedCameras& all, const Read& read) {
   std::vector<Remark> remarks;
@@ -52,7 +53,7 @@ void statePoses(StatedCameras& all, const Read& read) {
 /// The poses of cameras to write; empty if they have none.
 [[nodiscard]] std::vector<SE3> posesOf(std::span<const NamedCamera> cameras);
 
-/// The same from the first camera: camera_from_first.
+/// The same relative to the first camera: camera_from_first.
 [[nodiscard]] std::vector<SE3> posesFromFirst(std::span<const NamedCamera> cameras);
 
 /// The numbers of a matrix, row by row.

@@ -2,9 +2,8 @@
 // ROS camera_info as YAML: the file of the package camera_calibration_parsers, and the message itself (D, K,
 // R, P) as `rostopic echo` and `ros2 topic echo` print it. The models are those of sensor_msgs/CameraInfo:
 // plumb_bob (5), rational_polynomial (8), equidistant (4, also called fisheye). Pixel (0, 0) is a pixel's
-// centre. RealSense's driver has names of its own (realsense-ros, and librealsense's
-// rs2_distortion_to_string): None, and Inverse Brown Conrady, whose coefficients take the image's directions
-// to those of the lens.
+// centre. RealSense's driver uses its own names (realsense-ros, and librealsense's rs2_distortion_to_string):
+// None, and Inverse Brown Conrady, whose coefficients map image directions to those of the lens.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -22,7 +21,7 @@
 namespace alidade::detail::formats {
 namespace ros_format {
 
-// The names of the file, of ROS 1's message, of ROS 2's message.
+// The names in the file, in ROS 1's message, and in ROS 2's message.
 struct Names {
   const char* width;
   const char* height;
@@ -47,7 +46,7 @@ constexpr std::array<LensLayout, 4> kDistortions = {
      {"equidistant", "kannala_brandt", "k1 k2 k3 k4"},
      {"fisheye", "kannala_brandt", "k1 k2 k3 k4"}}};
 
-// Is this the INI file that ROS' calibrator writes beside ost.yaml?
+// True for the INI file that ROS' calibrator writes beside ost.yaml.
 bool isCalibratorIni(const std::string& text) {
   for (const std::string_view whole : split(text, '\n')) {
     const std::string_view line = trim(whole);
@@ -71,7 +70,7 @@ bool recognises(const CameraDocument& document) {
          text.find("opencv-matrix") == std::string::npos && text.find("opencv_storage") == std::string::npos;
 }
 
-// A file of one kind that has a key of another, of which either may be meant.
+// Refuses a file of one kind with a key of another, because either may be meant.
 void refuseMixedNames(const YamlNode& root, const Names& names) {
   for (const Names& other : kNames) {
     for (const auto member : {&Names::width, &Names::height, &Names::matrix, &Names::coefficients,
@@ -96,7 +95,7 @@ void refuseMixedNames(const YamlNode& root, const Names& names) {
   }
 }
 
-// The size of the image. Drivers that do not know it write 0; then it comes from the user, with a remark.
+// The size of the image. Drivers that do not know it write 0; the user's size is then used, with a remark.
 ImageSize sizeOf(const YamlNode& root, const Names& names, const ReadOptions& options,
                  std::vector<Remark>& remarks) {
   const ImageSize given = options.image_size.value_or(ImageSize{});
@@ -127,7 +126,7 @@ ImageSize sizeOf(const YamlNode& root, const Names& names, const ReadOptions& op
   return given;
 }
 
-// The projection matrix is that of the rectified image, which has a different camera.
+// The projection matrix belongs to the rectified image, which has a different camera.
 void remarkProjection(const YamlNode& root, const char* key, std::span<const StatedNumber> pinhole,
                       StatedCamera& camera) {
   const auto node = root.find(key);
@@ -150,9 +149,9 @@ void remarkProjection(const YamlNode& root, const char* key, std::span<const Sta
   }
 }
 
-// A pair says where its cameras are by its rectification: R takes directions of the camera to the rectified
-// frame, which all cameras of a rig share, and P = K' [I t] projects points in that of the first camera. It
-// is the rig's frame. Drivers that know neither write zeros.
+// Rectification determines the poses of a pair: R maps directions of the camera to the rectified frame, which
+// all cameras of a rig share, and P = K' [I t] projects points in the rectified frame of the first camera,
+// which is the rig's frame. Drivers that know neither write zeros.
 std::vector<SE3> readPoses(const YamlNode& root, const Names& names, std::vector<Remark>& remarks) {
   const auto listed = [&root](const char* key, std::size_t count) {
     const auto node = root.find(key);
@@ -169,7 +168,7 @@ std::vector<SE3> readPoses(const YamlNode& root, const Names& names, std::vector
   return {{camera_from_rectified, camera_from_rectified * rectified_from_rig}};
 }
 
-// Images of a topic may be binned and cut; the camera is that of the whole sensor.
+// Images of a topic may be binned and cropped; the camera is that of the whole sensor.
 void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
   const auto above = [](const YamlNode& map, const char* key, double limit) {
     const auto node = map.find(key);
@@ -185,7 +184,7 @@ void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
                           "alidade convert --crop and --bin for the camera of the part"});
 }
 
-// Ours of the distortion model that a file names, and as many coefficients as it has.
+// Alidade's name of the distortion model in a file, and the number of its coefficients.
 std::string_view readDistortion(const YamlNode& name, const YamlNode& place,
                                 std::vector<StatedNumber>& coefficients) {
   const std::string stated = name.isNull() ? "" : name.text();
@@ -218,7 +217,7 @@ std::string_view readDistortion(const YamlNode& name, const YamlNode& place,
 
 StatedCameras read(const CameraDocument& document, const ReadOptions& options) {
   if (isCalibratorIni(document.text())) {
-    // In a folder the camera is read from the file beside it.
+    // In a folder, the file beside it is read instead.
     throw NotACameraFile(
         inputError({.where = document.file(),
                     .found = "found the INI file (ost.txt) of the ROS calibrator",
@@ -261,7 +260,7 @@ std::string write(std::span<const NamedCamera> cameras) {
   const std::string_view model = named.camera.modelId();
   std::vector<double> coefficients(p.begin() + 4, p.end());
   if (model == "pinhole") coefficients.assign(5, 0.0);
-  // A pinhole has plumb_bob with zeros.
+  // A pinhole is written as plumb_bob with zeros.
   const std::string_view ros_model = model == "pinhole" ? "plumb_bob" : layoutOf(kDistortions, model).name;
   const std::array<double, 9> K = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1};
   std::vector<double> R = {1, 0, 0, 0, 1, 0, 0, 0, 1};

@@ -30,10 +30,10 @@ struct StatedCamera {
   AnyCamera camera;
   std::optional<ImageSize> image_size = {};  ///< empty: the file does not state it
   std::vector<Remark> remarks = {};
-  /// The principal point of the rectified images, px, where a ROS file states a projection matrix.
+  /// The principal point of the rectified images, px, if a ROS file states a projection matrix.
   std::optional<Eigen::Vector2d> rectified_center = std::nullopt;
-  /// Where it is, if the file says where all of its cameras are. A file of one camera may say it too, in a
-  /// frame that it has in common with other files.
+  /// The pose, if the file states those of all its cameras. A file with one camera may also state it, in a
+  /// frame shared with other files.
   std::optional<SE3> camera_from_rig = {};
   std::optional<CameraRecord> own = {};  ///< the whole record of an Alidade camera file
 };
@@ -58,7 +58,7 @@ struct RefusedCamera {
   UnsupportedCamera reason;
 };
 
-/// The name after FILE# that selects a StatedCamera or RefusedCamera: its name, or its number.
+/// The text after FILE# that selects a StatedCamera or RefusedCamera: its name, or its number.
 template <class Camera>
 [[nodiscard]] std::string cameraLabel(const Camera& camera) {
   return camera.name.empty() ? std::to_string(camera.number) : camera.name;
@@ -70,7 +70,7 @@ struct StatedCameras {
   std::vector<RefusedCamera> refused = {};
   /// Names of cameras that were skipped because ReadOptions::only selects a different one.
   std::vector<std::string> passed = {};
-  /// Reads what a rig file of this program states beside cameras and poses; empty for other files.
+  /// Reads what an Alidade rig file states beside cameras and poses; empty for other files.
   std::function<void(RigRecord&)> readRigRest = {};
 
   /// Adds the camera that `read` returns, or the reason if it throws UnsupportedCamera.
@@ -95,10 +95,10 @@ struct ReadOptions {
   std::string only = {};
 };
 
-/// How the images of a camera are turned to a rectified pair, as by cv::stereoRectify().
+/// The mapping of a camera's images to a rectified pair, as by cv::stereoRectify().
 struct RectifiedCamera {
   SO3 rectified_from_camera;  ///< R1 or R2
-  /// P1 or P2, of points (metres) in the rectified frame at the first camera.
+  /// P1 or P2, for points (metres) in the rectified frame of the first camera.
   Eigen::Matrix<double, 3, 4> pixel_from_first = Eigen::Matrix<double, 3, 4>::Zero();
 };
 
@@ -107,7 +107,7 @@ struct NamedCamera {
   std::string name;  ///< empty = the format's usual name
   AnyCamera camera;
   ImageSize image_size;
-  std::optional<SE3> camera_from_rig = {};        ///< of all cameras of a file, or of none
+  std::optional<SE3> camera_from_rig = {};        ///< set for all cameras of a file, or for none
   std::string where = "camera";                   ///< for messages: the file of the camera
   std::optional<RectifiedCamera> rectified = {};  ///< for formats that hold it
 };

@@ -39,7 +39,7 @@ std::string adviceForWriting(int error) {
   return "check the path, or choose another one";
 }
 
-/// `folder` is named where the error is about making a file in it.
+/// `folder` is named if the error concerns creating a file in it.
 Error writeError(const std::string& path, int error, const fs::path& folder = {}) {
   std::string found = "cannot be written: " + errorText(error);
   if (!folder.empty()) found += " (in the folder " + quoted(folder) + ")";
@@ -80,8 +80,7 @@ class Descriptor {
   int fd_;
 };
 
-/// Makes this thread take the signals that end a program only at the end of the scope, so that they do not
-/// leave a temporary file behind.
+/// Delays signals that end the program until the end of the scope, so that no temporary file remains.
 class SignalDelay {
  public:
   SignalDelay() {
@@ -109,17 +108,17 @@ class SignalDelay {
 }
 
 void writeStraight(const std::string& path, std::string_view content) {
-  // Appending keeps what a shell's "command >> log" and our own earlier output have put there.
+  // Appending preserves earlier output of a shell's "command >> log" and our own.
   Descriptor file(::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
   if (file.get() < 0) throw writeError(path, errno);
   if (const int error = writeAll(file.get(), content)) throw writeError(path, error);
   if (const int error = file.close()) throw writeError(path, error);
 }
 
-/// The end of a chain of symbolic links, which need not exist; nothing if the chain leads through /proc,
-/// where /dev/stdout and /dev/fd/3 point: those stand for an open file, which has no name to rename onto.
+/// The end of a chain of symbolic links, which need not exist; nothing if the chain leads through /proc, to
+/// which /dev/stdout and /dev/fd/3 point: those are open files without a name to rename to.
 std::optional<fs::path> followLinks(const std::string& path) {
-  constexpr int kMaxLinks = 40;  // as the kernel
+  constexpr int kMaxLinks = 40;  // as in the kernel
   fs::path target = path;
   std::error_code error;
   for (int i = 0; i < kMaxLinks && fs::is_symlink(fs::symlink_status(target, error)); ++i) {
@@ -133,7 +132,7 @@ std::optional<fs::path> followLinks(const std::string& path) {
   return target;
 }
 
-/// A new empty file in `folder`, open for writing, with the permissions that the user's umask asks for.
+/// A new empty file in `folder`, open for writing, with the permissions according to the user's umask.
 /// Returns the descriptor, or -1 with errno set.
 int createTemporary(const fs::path& folder, fs::path& path) {
   static std::atomic<unsigned> counter{0};
@@ -146,9 +145,9 @@ int createTemporary(const fs::path& folder, fs::path& path) {
   return fd;
 }
 
-/// Where writing to a path leads.
+/// The file or device that writing to a path affects.
 struct WriteTarget {
-  fs::path path;  ///< what a new file is renamed onto; empty = nothing to replace, write straight
+  fs::path path;                        ///< target of the rename; empty = nothing to replace, write directly
   std::optional<struct stat> replaced;  ///< whose permissions and owner are kept
 };
 
@@ -160,7 +159,7 @@ WriteTarget findTarget(const std::string& path) {
   const std::optional<fs::path> target = followLinks(path);
   if ((exists && !S_ISREG(existing.st_mode)) || !target) return {};
   if (!target->has_filename()) throw writeError(path, path.empty() ? ENOENT : EISDIR);
-  // Renaming would replace a write-protected file without a question.
+  // Renaming would silently replace a write-protected file.
   if (exists && ::access(path.c_str(), W_OK) != 0) throw writeError(path, errno);
   return {*target, exists ? std::optional(existing) : std::nullopt};
 }
@@ -174,7 +173,7 @@ void replaceFile(const std::string& path, const WriteTarget& target, std::string
   if (file.get() < 0) throw writeError(path, errno, folder);
   int error = 0;
   if (target.replaced) {
-    // Only root may give a file away. What another owner's program may do is not for a file of ours.
+    // Only root may change the owner. Otherwise set-id bits must not carry over to a file that we own.
     const bool is_owned = ::fchown(file.get(), target.replaced->st_uid, target.replaced->st_gid) == 0;
     const mode_t kept = is_owned ? 07777 : 0777;
     if (::fchmod(file.get(), target.replaced->st_mode & kept) != 0) error = errno;
@@ -277,7 +276,7 @@ Error missingPathError(const std::string& path) {
                        .expected = "the path of a file or folder",
                        .next_step = "give a path"});
   }
-  // parent: the part that exists; then the first name that does not; then whatever follows it.
+  // parent: the existing part; then the first missing name; then the rest.
   fs::path parent;
   fs::path missing;
   fs::path rest;
@@ -303,7 +302,7 @@ Error missingPathError(const std::string& path) {
     found = "the link " + quoted(missing_path) + " is broken";
   }
   std::vector<std::string> names = namesIn(parent.empty() ? "." : parent);
-  std::erase(names, missing.string());  // a link that leads nowhere
+  std::erase(names, missing.string());  // a dangling link
   std::string next_step = "check the path";
   if (fs::path(path).is_relative()) next_step += "; it is relative to " + quoted(fs::current_path(error));
   if (const std::optional<std::string> nearest = nearestName(missing.string(), names)) {

@@ -12,8 +12,8 @@ unsigned byteAt(std::string_view text, std::size_t at) {
   return static_cast<unsigned char>(text[at]);
 }
 
-// The bytes of the character at `at`; 0 if it is none. The Unicode standard's table 3-7: no overlong forms,
-// no surrogates, nothing beyond U+10FFFF.
+// The number of bytes of the character at `at`; 0 if it is invalid. The Unicode standard's table 3-7: no
+// overlong forms, no surrogates, nothing beyond U+10FFFF.
 std::size_t lengthOfCharacter(std::string_view text, std::size_t at) {
   const unsigned first = byteAt(text, at);
   if (first < 0x80U) return 1;
@@ -33,7 +33,7 @@ std::string shownByte(unsigned byte) {
   return {'\\', 'x', kDigits[byte / 16], kDigits[byte % 16]};
 }
 
-// "K\xF6ln": what stands around the byte in its line, as a person finds it in an editor.
+// "K\xF6ln": the text around the byte in its line, to find it in an editor.
 std::string shown(std::string_view text, std::size_t at) {
   constexpr std::size_t kBefore = 24;
   constexpr std::size_t kAfter = 8;

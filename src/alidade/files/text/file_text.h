@@ -10,14 +10,14 @@
 
 namespace alidade::detail {
 
-/// What blanks separate: "fx fy" is the list fx, fy.
+/// Splits text at blanks: "fx fy" is the list fx, fy.
 [[nodiscard]] std::vector<std::string> words(std::string_view text);
 
-/// The line of a text, from 1, in which a place is.
+/// The line number, from 1, of a position in a text.
 [[nodiscard]] std::ptrdiff_t lineAt(std::string_view text, std::size_t offset);
 
-/// Returns what `read` does. Its complaints, which do not know their place in a file, get `where`, and
-/// become the file's fault. @throws Error (kInput)
+/// Returns the result of `read`. Its errors, which do not know their place in a file, get `where` and become
+/// input errors. @throws Error (kInput)
 template <class Read>
 auto withPlace(const std::string& where, const Read& read) {
   try {
@@ -27,12 +27,12 @@ auto withPlace(const std::string& where, const Read& read) {
   }
 }
 
-/// Texts of camera files get into YAML, JSON and HTML of ours, which others could not read with bytes that
-/// are no UTF-8. `file` is only a name for messages.
+/// Rejects text that is not UTF-8: texts of camera files are copied into YAML, JSON and HTML, which would
+/// become unreadable. `file` is only a name for messages.
 /// @throws Error (kInput) with the line and the first such bytes, as \xNN
 void checkUtf8(const std::string& text, const std::string& file);
 
-/// The text with each byte that is no UTF-8 as \xNN: names of images may be any bytes, our files may not.
+/// The text with each invalid UTF-8 byte as \xNN: names of images may be any bytes, our files may not.
 [[nodiscard]] std::string withBytesShown(const std::string& text);
 
 }  // namespace alidade::detail

@@ -15,7 +15,7 @@ namespace {
 const std::vector<std::string> kRotationKeys =
     words("quaternion_xyzw quaternion_wxyz rotation_vector_rad rotation_matrix euler_zyx_rad euler_zyx_deg");
 
-// A matrix written as its rows, or as one list of numbers, row by row.
+// A matrix written as rows, or as one list of numbers, row by row.
 template <int kSize>
 Eigen::Matrix<double, kSize, kSize> matrixOf(const YamlNode& node) {
   const std::vector<YamlNode> rows = node.items();
@@ -30,7 +30,7 @@ Eigen::Matrix<double, kSize, kSize> matrixOf(const YamlNode& node) {
   return Eigen::Map<const Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>>(all.data());
 }
 
-// Conversions know what is wrong, but not where it was written.
+// Conversion errors do not know their place in the file, so it is added.
 SO3 readRotation(const YamlNode& value, const std::string& key) {
   if (key == "rotation_matrix") {
     const Eigen::Matrix3d matrix = matrixOf<3>(value);

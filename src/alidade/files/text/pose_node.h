@@ -10,12 +10,11 @@
 
 namespace alidade::detail {
 
-/// Reads a pose written in any of the representations that pose_list.h lists. `beside`: keys that may stand
-/// beside them.
+/// Reads a pose in any of the representations that pose_list.h lists. `beside`: keys that may accompany them.
 [[nodiscard]] SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside = {});
 
-/// Reads a pose under a key that names the frames, as pose_list.h says: camera_from_X. Nothing without such a
-/// key.
+/// Reads a pose under a key that names the frames, as in pose_list.h: camera_from_X. Nothing if there is no
+/// such key.
 [[nodiscard]] std::optional<SE3> readFramedPose(const YamlNode& node,
                                                 const std::vector<std::string>& beside = {});
 

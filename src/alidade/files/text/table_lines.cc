@@ -16,7 +16,7 @@ std::string lowerCase(std::string_view text) {
   return lower;
 }
 
-// The unit's symbol for the ways of writing it; empty for what is none.
+// The unit's symbol for its various spellings; empty if it is not a unit.
 std::string unitSymbol(const std::string& text) {
   for (const char* spellings : {"m meter meters metre metres", "mm", "cm", "um", "km", "in inch inches", "ft",
                                 "px pixel pixels", "rad radians", "deg degree degrees"}) {
@@ -27,7 +27,7 @@ std::string unitSymbol(const std::string& text) {
 }
 
 // The rest of a header's field after the column's name: empty, or a unit in brackets or after a blank or '_'.
-// Nothing at all for a field that is another name.
+// Nothing if the field is a different name.
 std::optional<std::string> unitBehind(std::string_view field, const std::string& column) {
   const std::string text = lowerCase(trim(field));
   if (!text.starts_with(column)) return std::nullopt;
@@ -42,7 +42,7 @@ std::optional<std::string> unitBehind(std::string_view field, const std::string&
   return symbol.empty() ? std::nullopt : std::optional(symbol);
 }
 
-// Also one that no double can hold, or with a slip in it. No column's name does.
+// Accepts numbers that overflow a double or contain a typo. No column name starts like a number.
 bool startsNumber(std::string_view field) {
   const std::size_t first = field.find_first_not_of("+-.");
   return parseDouble(field) ||
@@ -124,7 +124,7 @@ TableLines::Kind TableLines::take(std::string_view line) {
       split(line);
       comment_names_ = names();
     } catch (const Error&) {
-      comment_names_.clear();  // a remark may hold anything, such as one quotation mark
+      comment_names_.clear();  // a comment may contain anything, such as one quotation mark
     }
     return Kind::kNothing;
   }
@@ -144,7 +144,7 @@ TableLines::Kind TableLines::take(std::string_view line) {
 void TableLines::split(std::string_view line) {
   fields_.clear();
   unquoted_.clear();
-  // Calls `visit` with the place of each character outside of quotes.
+  // Calls `visit` with the position of each character outside quotes.
   const auto visitUnquoted = [line](const auto& visit) {
     bool is_quoted = false;
     for (std::size_t i = 0; i < line.size(); ++i) {
@@ -169,7 +169,7 @@ void TableLines::split(std::string_view line) {
   std::size_t start = 0;
   const auto endField = [&](std::size_t end) {
     const std::string_view field = trim(line.substr(start, end - start));
-    if (!are_blanks || !field.empty()) addField(field);  // several blanks separate as one does
+    if (!are_blanks || !field.empty()) addField(field);  // consecutive blanks separate like one
     start = end + 1;
   };
   visitUnquoted([&](std::size_t i) {

@@ -21,7 +21,7 @@ std::string placeInFile(const std::string& file, const YAML::Mark& mark) {
   return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
 }
 
-// Takes no notice of what a document holds.
+// Ignores the content of a document.
 class DocumentSkipper final : public YAML::EventHandler {
  public:
   void OnDocumentStart(const YAML::Mark&) override {}
@@ -37,7 +37,7 @@ class DocumentSkipper final : public YAML::EventHandler {
   void OnMapEnd() override {}
 };
 
-// Up to two: YAML::LoadAll() goes on for ever where a stray bracket or comma lets it read empty documents.
+// Counts up to two: YAML::LoadAll() never ends if a stray bracket or comma makes it read empty documents.
 int countDocuments(const std::string& text) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
@@ -102,8 +102,8 @@ void YamlNode::allowKeys(const std::vector<std::string>& allowed) const {
   }
 }
 
-// `seen` are places of lists and of maps: an alias stands in the place of its value, whose keys are checked
-// once, so that shared values do not unfold.
+// `seen` contains positions of lists and maps: an alias has the position of its value, whose keys are checked
+// once, so that shared values do not expand.
 void YamlNode::checkKeys(std::set<std::pair<int, bool>>& seen) const {
   constexpr std::size_t kMaxKeys = 1000;
   if (!(isMap() || isSequence()) || !seen.emplace(node_.Mark().pos, isMap()).second) return;

@@ -16,19 +16,19 @@
 
 namespace alidade::detail {
 
-/// Is this key of a map the user's own, of which this program takes no notice?
+/// True if this key of a map belongs to the user and is ignored.
 [[nodiscard]] inline bool isUserKey(std::string_view key) {
   return key.starts_with("x_");
 }
 
-/// A YAML node that knows its file and its path from the root, so that every complaint can name both. Strict:
-/// a value is what was asked for or an Error (kInput) with line, found, expected and next step.
+/// A YAML node that knows its file and its path from the root, so that every error can name both. Strict: a
+/// value has the requested type, or there is an Error (kInput) with line, found, expected and next step.
 class YamlNode {
  public:
   static constexpr std::size_t kMaxBytes = 64u << 20u;  ///< of a file
 
-  /// Parses a document; `file` is only a name for messages. A key twice in a map, of which a reader would
-  /// take either, is an error, and so are more keys in a map than any of our files has.
+  /// Parses a document; `file` is only a name for messages. A duplicate key in a map is an error, because
+  /// readers differ in which one they take, and so is a map with more keys than any camera file has.
   [[nodiscard]] static YamlNode parse(const std::string& text, const std::string& file);
   [[nodiscard]] static YamlNode readFile(const std::string& path);
 
@@ -46,7 +46,7 @@ class YamlNode {
   [[nodiscard]] std::optional<YamlNode> find(const std::string& key) const;
   /// Keys of this map in the file's order; anything but a map is an error.
   [[nodiscard]] std::vector<std::string> keys() const;
-  /// The line of a key itself, from 1, where the value of this map may begin below it; 0 = not known.
+  /// The line of a key itself, from 1, as its value may begin further down; 0 = unknown.
   [[nodiscard]] int lineOfKey(const std::string& key) const;
   [[nodiscard]] std::vector<YamlNode> items() const;
 
@@ -62,7 +62,7 @@ class YamlNode {
   /// "cam.yaml:4: parameters.fx"
   [[nodiscard]] std::string where() const;
   /// "cam.yaml:4: parameters.fx", where 4 is the line of that key of this map, not where its value begins;
-  /// without a line that is not known.
+  /// omitted if unknown.
   [[nodiscard]] std::string whereKey(const std::string& key) const;
   [[nodiscard]] Error error(const std::string& found, const std::string& expected,
                             const std::string& next_step = "") const;

@@ -19,8 +19,8 @@
 
 namespace alidade::detail {
 
-/// Writes a text, a number, a list of these in brackets, or what a function of the emitter writes. Numbers go
-/// out as text in their shortest exact form; the emitter's own 17 digits would turn 0.1 into
+/// Writes a text, a number, a list of these in brackets, or the output of a function of the emitter. Numbers
+/// are written as text in their shortest exact form; the emitter's own 17 digits would turn 0.1 into
 /// 0.10000000000000001. A missing number is written as null.
 template <class T>
 void writeValue(YAML::Emitter& out, const T& value) {

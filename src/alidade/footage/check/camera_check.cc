@@ -14,8 +14,8 @@
 namespace alidade {
 namespace {
 
-// Frames that must show a scene together before silence counts: pairs and triples of images with few matches
-// have stated standard deviations that are several times too small.
+// Fewest frames that must show a scene together for a lack of evidence to count: with pairs and triples of
+// images that share few matches, stated standard deviations are several times too small.
 constexpr std::size_t kFewestTogether = 5;
 
 std::vector<CameraChangeKind> kindsFor(const AnyCamera& camera) {
@@ -24,13 +24,13 @@ std::vector<CameraChangeKind> kindsFor(const AnyCamera& camera) {
   const auto lens = camera.parameters().subspan(4);
   const bool has_distortion = std::ranges::any_of(lens, [](double value) { return value != 0; });
   if (has_distortion) kinds.push_back(kDistortion);
-  // For a lens with one parameter, the two are the same.
+  // For a lens with one parameter, the two kinds are identical.
   if (lens.size() > 1 || (lens.size() == 1 && !has_distortion)) kinds.push_back(kFirstRadial);
   kinds.push_back(kSeveral);
   return kinds;
 }
 
-// Pixels at which the windows show points, some two thousand.
+// Pixels at which the windows show points, about two thousand.
 std::vector<Eigen::Vector2d> seenPixels(const std::vector<Reconstruction>& windows) {
   std::vector<Eigen::Vector2d> all;
   for (const Reconstruction& window : windows) {
@@ -54,7 +54,7 @@ double displacement(const AnyCamera& a, const AnyCamera& b, const std::vector<Ei
   return lengths.empty() ? 0 : quantile95(std::move(lengths));
 }
 
-// The same for a step of the parameters, to first order; infinite where that cannot be told.
+// The same for a step of the parameters, to first order; infinite if undetermined.
 double displacement(const AnyCamera& camera, const Eigen::MatrixXd& parameter_covariance,
                     const std::vector<Eigen::Vector2d>& pixels) {
   std::vector<double> lengths;
@@ -83,9 +83,9 @@ CameraChange changeBy(const AnyCamera& camera, CameraChangeKind kind, const Free
   return change;
 }
 
-// The changes that can be tried, each with what is left of the error after it.
-// @param has_open  set if one kind that might explain the footage could not be solved for: silence then says
-// nothing
+// The changes that can be tried, each with the remaining error.
+// @param has_open  set if a kind that might explain the footage could not be solved for; a lack of evidence
+// then means nothing
 std::vector<CameraChange> changesOf(const AnyCamera& camera, const CameraFreeing& freeing,
                                     const FreedCamera& given, const std::vector<Eigen::Vector2d>& pixels,
                                     bool& has_open) {
@@ -96,15 +96,15 @@ std::vector<CameraChange> changesOf(const AnyCamera& camera, const CameraFreeing
     if (freed) changes.push_back(changeBy(camera, kind, given, *freed, pixels));
     has_open = has_open || (!freed && kind != kSeveral);
   }
-  // Those that may be the best explanation are solved for. How far windows agree is not predicted well, so
-  // only what no windows could make significant is passed over.
+  // Candidates for the best explanation are solved for. The agreement of windows is hard to predict, so only
+  // changes are skipped that no agreement could make significant.
   double best_drop = 0;
   for (const CameraChange& change : changes) {
     if (change.kind != kSeveral) best_drop = std::max(best_drop, change.cost_drop);
   }
   if (best_drop * given.cost <= kPenalty) return changes;
   for (CameraChange& change : changes) {
-    constexpr double kRival = 0.5;  // of the largest drop, as far as small changes tell
+    constexpr double kRival = 0.5;  // of the largest predicted drop
     if (change.kind == kSeveral || change.cost_drop < kRival * best_drop) continue;
     const auto freed = freeing.along(directionsOf(change.kind, camera));
     if (freed && freed->is_converged) {
@@ -157,14 +157,14 @@ double numPixels(const Reconstruction& window) {
   return static_cast<double>(window.fit->sightings.size());
 }
 
-// Poses and points for another camera. @returns whether they were found
+// Poses and points for a different camera. @returns false on failure
 bool fitTo(const AnyCamera& camera, std::vector<Reconstruction>& windows,
            const FootageCheckOptions& options) {
   const auto noises = mapped(windows, [](const Reconstruction& window) { return noiseOf(*window.fit); });
   for (Reconstruction& window : windows) {
     window.fit->camera = camera;
     window.fit->loss = kNoLoss;
-    // Those that have no pixel with these poses: the solver could not start.
+    // Removes those without a pixel at these poses, from which the solver could not start.
     removeOutliers(*window.fit, std::numeric_limits<double>::infinity());
   }
   const bool is_fitted = solveWindows(windows, options.num_jobs, options.cancel);
@@ -176,13 +176,13 @@ bool fitTo(const AnyCamera& camera, std::vector<Reconstruction>& windows,
 
 struct SolvedFootage {
   FootageWindows found;
-  std::unique_ptr<CameraFreeing> freeing;  // nothing without windows
-  double outlier_share = 0;                // with the camera as it is
+  std::unique_ptr<CameraFreeing> freeing;  // null without windows
+  double outlier_share = 0;                // with the unchanged camera
 };
 
-// Reconstructs the footage with the camera, and starts again from what a camera shows that fits it better if
-// there is one: a wrong camera makes outliers of the pixels that would show what is wrong with it, and leads
-// windows astray.
+// Reconstructs the footage with the camera, and starts again from the scene of a better-fitting camera if
+// there is one: with a wrong camera, the pixels that would reveal the error become outliers and windows
+// converge to wrong results.
 SolvedFootage solveFor(const AnyCamera& camera, const FootageTracks& tracks,
                        const FootageCheckOptions& options, double far_px) {
   SolvedFootage solved{.found = reconstructAll(camera, tracks, options.num_jobs, options.cancel),
@@ -209,7 +209,7 @@ SolvedFootage solveFor(const AnyCamera& camera, const FootageTracks& tracks,
   return solved;
 }
 
-// Why nothing could be reconstructed.
+// Reason why nothing could be reconstructed.
 FootageGap gapOf(const FootageTracks& tracks, const FootageWindows& found) {
   if (tracks.frames.size() < 2) return tracks.frames.empty() ? FootageGap::kFewPoints : FootageGap::kNoMotion;
   std::size_t most = 0;

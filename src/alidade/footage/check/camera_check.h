@@ -14,27 +14,27 @@ namespace alidade {
 
 /// The change of a camera that fits the footage best.
 struct CameraChange : ChangeFit {
-  AnyCamera camera;  ///< after it
+  AnyCamera camera;  ///< the changed camera
 };
 
-/// The mean error in a part of the image, of points found without the pixel in question.
+/// The mean error in a part of the image, for points found without the pixel in question.
 struct FootageCell {
   int num_pixels = 0;
   double rms_px = 0;
   Eigen::Vector2d mean_px{0, 0};  ///< projected minus observed
 };
 
-/// Its `blind_px` is that of focal length and distortion.
+/// `blind_px` here is that of focal length and distortion.
 struct FootageCheck : FootageOutcome {
-  std::vector<CameraChange> changes = {};  ///< those that were tried
-  /// Kinds of which a change of ten times the tolerance would go unnoticed. Where the principal point is the
+  std::vector<CameraChange> changes = {};  ///< changes that were tried
+  /// Kinds of which a change of ten times the tolerance would go unnoticed. If the principal point is the
   /// only one, the camera may still be consistent: rotations compensate for most of its displacement.
   std::vector<CameraChangeKind> undetermined = {};
   int num_frames = 0;  ///< in windows
   int num_windows = 0;
   int num_points = 0;
   int num_pixels = 0;
-  double holdout_rms_px = 0;  ///< errors of pixels without which their points were found
+  double holdout_rms_px = 0;  ///< errors of pixels not used for their points
   static constexpr int kColumns = 8;
   static constexpr int kRows = 6;
   std::vector<FootageCell> cells = {};  ///< row by row
@@ -42,15 +42,15 @@ struct FootageCheck : FootageOutcome {
   bool is_video = false;
 };
 
-/// Tests a camera on footage of a rigid scene. Poses and points are found with the camera as it is, and then
-/// again with one of its properties changed at a time. Where all parameters together find a camera that is
-/// far from it and explains more pixels, these pixels are used. The change that takes away most of the
-/// squared errors is the explanation, if it is significant (1 in 1000) and if a change of ten times the
-/// tolerance would not go unnoticed. The camera is inconsistent if the explanation displaces pixels by more
-/// than five times the tolerance, surely by more than half of that. All parameters at once need a quarter
-/// more than that change; if it alone does not make the camera wrong, half of the squared errors: small
-/// errors of tracks that all images share would otherwise be taken for a lens. A camera is called consistent
-/// only if five frames or more were reconstructed together.
+/// Tests a camera on footage of a rigid scene. Poses and points are found with the unchanged camera, and then
+/// again with one of its properties changed at a time. If freeing all parameters gives a camera far from it
+/// that explains more pixels, these pixels are used. The change that removes most of the squared errors is
+/// the explanation, if it is significant (1 in 1000) and if a change of ten times the tolerance would be
+/// noticed. The camera is inconsistent if the explanation displaces pixels by more than five times the
+/// tolerance, and with certainty by more than half of that. All parameters at once must remove a quarter more
+/// than that change; or, if that change alone does not make the camera wrong, half of the squared errors,
+/// because small track errors common to all images would otherwise be attributed to the lens. A camera is
+/// called consistent only if at least five frames were reconstructed together.
 /// @param tracks  of keyframes
 [[nodiscard]] FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks,
                                           const FootageCheckOptions& options = {});

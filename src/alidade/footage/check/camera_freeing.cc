@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kMostSteps = 40;
 
-// Directions of the parameters, with the readout as a last one.
+// Directions of the parameters, with the readout as the last one.
 Eigen::MatrixXd withReadout(const Eigen::MatrixXd& directions) {
   Eigen::MatrixXd D = Eigen::MatrixXd::Zero(directions.rows() + 1, directions.cols() + 1);
   D.topLeftCorner(directions.rows(), directions.cols()) = directions;
@@ -27,7 +27,7 @@ Eigen::MatrixXd withReadout(const Eigen::MatrixXd& directions) {
   return D;
 }
 
-// Parameters differ by many orders of magnitude.
+// Scales for the parameters, which differ by many orders of magnitude.
 Eigen::VectorXd unitsOf(const Eigen::MatrixXd& A) {
   return A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
 }
@@ -42,7 +42,7 @@ Eigen::MatrixXd inverseScaled(const Eigen::MatrixXd& A) {
   return unit.asDiagonal() * inverseSpd(scaled) * unit.asDiagonal();
 }
 
-// The scatter, in no direction less than the information: that would be by chance.
+// The scatter, raised to the information where it is smaller, which could only be chance.
 Eigen::MatrixXd atLeast(const Eigen::MatrixXd& scatter, const Eigen::MatrixXd& information, double* mean) {
   const Eigen::VectorXd unit = unitsOf(information);
   Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
@@ -187,8 +187,8 @@ void CameraFreeing::setNoise() {
   for (Reconstruction& window : windows_) window.fit->loss = {.threshold_px = 2.5 * noise_};
 }
 
-// The mean square change of the footage's pixels is as if measured to be zero: what footage does not
-// determine then stays as it is.
+// The prior acts like a measurement of the mean square change of the footage's pixels as zero, so
+// undetermined parameters keep their values.
 void CameraFreeing::setPrior() {
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(num_, num_);
   double count = 0;
@@ -202,12 +202,12 @@ void CameraFreeing::setPrior() {
       count += 1;
     }
   }
-  constexpr double kPriorPx = 20;  // standard deviation of the change that is thought possible, RMS
+  constexpr double kPriorPx = 20;  // standard deviation of plausible changes, RMS
   prior_ = sum / (std::max(1.0, count) * kPriorPx * kPriorPx);
   // Directions that do not move the pixels at all need a prior too.
   for (Eigen::Index i = 0; i < num_; ++i) prior_(i, i) += 1e-6 * prior_(i, i) + 1e-12;
   if (is_video_) {
-    prior_(num_ - 1, num_ - 1) += 1;  // a readout takes a frame's time at most
+    prior_(num_ - 1, num_ - 1) += 1;  // a readout takes at most the time of a frame
   } else {
     prior_(num_ - 1, num_ - 1) = 1e12;
   }
@@ -219,7 +219,7 @@ CameraFreeing::State CameraFreeing::unsolved() const {
   return state;
 }
 
-// A standard deviation of the coefficients in units of the pixels' noise.
+// Sets the standard deviation of the coefficients in units of the pixels' noise.
 void CameraFreeing::setField(State& state) const {
   for (Reconstruction& window : state.windows) {
     SceneFit& fit = *window.fit;
@@ -272,7 +272,7 @@ CameraFreeing::Sums CameraFreeing::sumsOf(const std::vector<Reconstruction>& win
   return sums;
 }
 
-// Gauss-Newton steps on the windows' normal equations, to the optimum. @returns whether it was reached
+// Gauss-Newton steps on the windows' normal equations. @returns true if the optimum was reached
 bool CameraFreeing::solve(State& state, const Eigen::MatrixXd& directions, int max_steps) const {
   const Eigen::MatrixXd D = withReadout(directions);
   double cost = state.sums.cost + priorCost(state.at);

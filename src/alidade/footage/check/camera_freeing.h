@@ -17,18 +17,18 @@
 
 namespace alidade {
 
-/// A camera that was changed in some directions of its parameters to fit footage better.
+/// A camera changed in some directions of its parameters to fit footage better.
 struct FreedCamera {
   AnyCamera camera;
   Eigen::VectorXd amounts;  ///< steps along the directions
   double cost = 0;          ///< of the pixels, in units of their noise, with the error fields' priors
   /// Covariance of the parameters in storage order, then the readout; zero across the directions. The points
-  /// of a scene are taken as independent, the pixels of one point are not; where windows differ by more than
-  /// this explains, it is larger by that.
+  /// of a scene count as independent, but not the pixels of one point; if windows differ by more than this
+  /// explains, the covariance is scaled up accordingly.
   DenseMatrix covariance;
   DenseMatrix amount_covariance;
   double readout = 0;       ///< see SceneFit::readout
-  double dispersion = 1;    ///< variance over that of independent pixels, mean over the directions
+  double dispersion = 1;    ///< variance over that for independent pixels, mean over the directions
   double disagreement = 1;  ///< of the windows: variance of their gradients over the expected
   bool is_converged = false;
 };
@@ -37,23 +37,24 @@ struct FreedCamera {
 /// throughout.
 class CameraFreeing {
  public:
-  /// Solves all windows at the camera that is given, and once more with all parameters free, by which the
-  /// noise and the error fields' size are estimated.
-  /// @param windows  reconstructed, with fits; one or more
+  /// Solves all windows with the given camera, and once more with all parameters free to estimate the noise
+  /// and the size of the error fields.
+  /// @param windows  reconstructed, with fits; at least one
   CameraFreeing(const AnyCamera& given, std::vector<Reconstruction> windows, const FootageTracks& tracks,
                 int num_jobs, const CancelFlag* cancel);
 
-  /// The given camera, with the readout freed; nothing, here and below, if it could not be evaluated.
+  /// The given camera, with the readout freed. Here and below: nothing if it could not be evaluated.
   [[nodiscard]] std::optional<FreedCamera> given() const;
   /// The best camera with all parameters freed; nothing if none was found.
   [[nodiscard]] std::optional<FreedCamera> all() const;
   /// The best camera among those that differ from the given one along directions.
-  /// @param directions  of the parameters in storage order, one a column
+  /// @param directions  of the parameters in storage order, one per column
   [[nodiscard]] std::optional<FreedCamera> along(const Eigen::MatrixXd& directions) const;
-  /// The same by the normal equations at the given camera alone, at no cost: exact for small changes.
+  /// Prediction of along() from the normal equations at the given camera, at no cost: exact for small
+  /// changes.
   [[nodiscard]] std::optional<FreedCamera> predictedAlong(const Eigen::MatrixXd& directions) const;
 
-  /// As solved at the given camera.
+  /// Windows as solved with the given camera.
   [[nodiscard]] const std::vector<Reconstruction>& windows() const {
     return at_given_ ? at_given_->windows : windows_;
   }
@@ -66,11 +67,11 @@ class CameraFreeing {
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
     Eigen::MatrixXd scatter;                        // by points
-    std::vector<Eigen::VectorXd> window_gradients;  // and each one's scatter
+    std::vector<Eigen::VectorXd> window_gradients;  // one per window, for their scatter
     std::vector<Eigen::MatrixXd> window_scatters;
     std::vector<Eigen::MatrixXd> window_informations;
     std::size_t num_points = 0;
-    double field_square = 0;  // expected, px^2, of so many coefficients
+    double field_square = 0;  // expected, px^2, for this many coefficients
     double num_coefficients = 0;
   };
   // The windows, solved at a camera.

@@ -12,17 +12,17 @@
 namespace alidade {
 namespace {
 
-// Least score: tracks have errors in common that their scatter does not show.
+// Least score. It exceeds pure chance because tracks share errors that their scatter does not show.
 constexpr double kEvidence = 10;
-// Share of the squared errors. All parameters together also absorb errors that the images share: a third of
-// them on photographs by a camera that was calibrated with a board.
+// Share of the squared errors. All parameters together also absorb errors common to the images: a third of
+// the squared errors in photographs by a camera that was calibrated with a board.
 constexpr double kAllTogether = 0.5;
-constexpr double kMore = 1.25;   // times the squared errors of one kind, of all parameters together
+constexpr double kMore = 1.25;   // times the squared errors removed by one kind, for all parameters
 constexpr double kUnusual = 10;  // of the prior: 4.5 standard deviations
 constexpr double kNearly = 0.9;  // of the largest gain
 constexpr double kOneSided95 = 1.645;
 
-// Whichever camera turned, they are turned against each other.
+// True for a relative rotation, whichever camera turned.
 bool isMotion(const ChangeFit& change) {
   return change.kind == CameraChangeKind::kRotation || change.kind == CameraChangeKind::kPose;
 }

@@ -24,16 +24,16 @@ enum class FootageVerdict : std::uint8_t {
 /// "consistent", "inconsistent", "cannot_tell".
 [[nodiscard]] std::string_view verdictId(FootageVerdict verdict);
 
-/// Why footage cannot tell.
+/// Reason why footage cannot decide.
 enum class FootageGap : std::uint8_t {
   kNone,
-  kFewPoints,    ///< too few points could be followed
-  kNoMotion,     ///< all frames show the same
-  kNoParallax,   ///< the camera turned in place, or all is far away
+  kFewPoints,    ///< too few points could be tracked
+  kNoMotion,     ///< all frames are alike
+  kNoParallax,   ///< the camera turned in place, or everything is far away
   kMovingScene,  ///< too few points agree with one motion of the camera
   kFewFrames,    ///< fewer than five frames could be reconstructed together
   kUnsolved,     ///< a change that may explain the footage could not be solved for
-  kWeak,         ///< the motion leaves the camera's parameters undetermined
+  kWeak,         ///< the motion does not determine the camera's parameters
 };
 /// "too_few_points", "no_motion", "no_parallax", "moving_scene", "too_few_frames",
 /// "unsolved", "undetermined"; empty for kNone.
@@ -51,14 +51,14 @@ struct ChangeFit {
   std::vector<double> amounts = {};  ///< see CameraChangeKind
   std::vector<double> std = {};      ///< of each
   double cost_drop = 0;              ///< share of the sum of squared errors that the change removes
-  double gain = 0;                   ///< what counts of that in the choice between changes
-  double prior_cost = 0;             ///< half the squares of the amounts in units of what is usual
-  double score = 0;                  ///< half the drop in units of its variance, less kPenalty an unknown
-  /// 95th percentile of the displacement by the change, where points were seen; and what is left of it 1.645
-  /// standard deviations nearer to no change.
+  double gain = 0;                   ///< part of the drop that counts in the choice between changes
+  double prior_cost = 0;             ///< half the squared amounts in units of their usual size
+  double score = 0;                  ///< half the drop in units of its variance, less kPenalty per unknown
+  /// 95th percentile of the displacement by the change, where points were seen; and its value after reducing
+  /// the change by 1.645 standard deviations.
   double effect_px = 0;
   double sure_px = 0;
-  /// The same percentile of 1.96 standard deviations: a change of this kind that would go unnoticed.
+  /// The same percentile for 1.96 standard deviations: the size of a change of this kind that goes unnoticed.
   double blind_px = 0;
 
   /// Sets amounts, their standard deviations and the score.
@@ -73,18 +73,18 @@ struct ChangeFit {
 struct FootageOutcome {
   FootageVerdict verdict = FootageVerdict::kCannotTell;
   FootageGap gap = FootageGap::kNone;
-  std::optional<std::size_t> explanation = {};  ///< the change that explains the footage best, if one does
+  std::optional<std::size_t> explanation = {};  ///< the change that explains the footage best, if any
   std::vector<std::size_t> alternatives = {};   ///< of rigs: other changes that explain nine tenths as much
   double tolerance_px = 0;
-  double blind_px = 0;  ///< the largest change that counts and would go unnoticed
+  double blind_px = 0;  ///< the largest relevant change that would go unnoticed
   double noise_px = 0;  ///< of a coordinate
   double parallax_px = 0;
 
   [[nodiscard]] double failurePx() const { return 5 * tolerance_px; }      ///< as for findings of boards
-  [[nodiscard]] double blindLimitPx() const { return 10 * tolerance_px; }  ///< beyond, footage cannot tell
+  [[nodiscard]] double blindLimitPx() const { return 10 * tolerance_px; }  ///< beyond it, no verdict
 };
 
-/// Taken off a score for each unknown: 1 in 1000 and a choice of six kinds.
+/// Penalty on a score per unknown: 1 in 1000, and a choice of six kinds.
 inline constexpr double kPenalty = 6;
 
 /// Sets the explanation: of the significant changes of one kind, the one that explains most; or all unknowns
@@ -94,11 +94,11 @@ inline constexpr double kPenalty = 6;
 bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& changes, bool is_rig);
 
 /// A change of a camera's parameters: "focal length of left +3.1 % +- 0.2 %".
-/// @param camera  whose parameters are named
-/// @param of  " of left", with more digits where they are known; or nothing
+/// @param camera  names the parameters
+/// @param of  " of left", with more digits if they are certain; may be empty
 [[nodiscard]] std::string describe(const ChangeFit& change, const AnyCamera& camera, std::string_view of);
 
-/// Digits after the point that show a standard deviation; no fewer than usual.
+/// Digits after the point that a standard deviation requires; at least `usual`.
 [[nodiscard]] int digitsFor(double std, int usual);
 
 }  // namespace alidade

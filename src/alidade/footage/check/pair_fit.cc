@@ -18,9 +18,9 @@ namespace alidade {
 namespace {
 
 constexpr HuberLoss kLoss{.threshold_px = 2.5};  // in units of the noise
-constexpr double kNoRay = 10.0;                  // the error of a match that has lost its rays
+constexpr double kNoRay = 10.0;                  // error of a match that has lost its rays
 
-// A match on unit rays, and how these move with the pixels.
+// A match as unit rays, and their derivatives by the pixels.
 struct PairRays {
   Eigen::Vector3d first;
   Eigen::Vector3d second;
@@ -64,7 +64,7 @@ CameraChangeKind lensChange(const AnyCamera& camera) {
   return hasNoDistortion(camera) ? CameraChangeKind::kFirstRadial : CameraChangeKind::kDistortion;
 }
 
-// Two directions across the baseline, in the second camera's frame.
+// Two directions perpendicular to the baseline, in the second camera's frame.
 Eigen::Matrix<double, 3, 2> acrossBaseline(const Eigen::Vector3d& baseline) {
   Eigen::Matrix<double, 3, 2> across;
   across.col(0) = baseline.unitOrthogonal();
@@ -77,7 +77,7 @@ SE3 changedPose(const SE3& second_from_first, const PairFreedom& freedom, const 
   Eigen::Index at = 0;
   for (const auto& [kind, side] : freedom.parts) {
     if (kind == CameraChangeKind::kRotation) {
-      // A camera that turns one way sees points turn the other way.
+      // Points turn in the opposite direction to the camera.
       const SE3 turn{SO3::exp(-amounts.segment<3>(at)), Eigen::Vector3d::Zero()};
       pose = side == PairSide::kFirst ? pose * turn.inverse() : turn * pose;
     } else if (kind == CameraChangeKind::kPosition) {
@@ -102,12 +102,12 @@ double robustSum(const Eigen::VectorXd& r) {
   return sum;
 }
 
-// How a pair changes with each amount.
+// Derivatives of a pair by each amount.
 struct PairDirection {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Zero();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
   Eigen::Matrix3d essential = Eigen::Matrix3d::Zero();
-  Eigen::VectorXd first = {};  // of the parameters; empty: they stay
+  Eigen::VectorXd first = {};  // of the parameters; empty if they do not change
   Eigen::VectorXd second = {};
 };
 
@@ -142,7 +142,7 @@ std::vector<PairDirection> directionsAt(const PosedPair& stated, const PairFreed
   return directions;
 }
 
-// How the ray of a pixel moves with the parameters: the pixel of a ray that moves so stays. 3 x parameters.
+// Change of a pixel's ray with the parameters, such that its pixel is constant. 3 x parameters.
 Eigen::Matrix<double, 3, Eigen::Dynamic> rayByParameters(
     const AnyCamera& camera, const Eigen::Vector3d& ray,
     const Eigen::Matrix<double, 3, 2, Eigen::RowMajor>& J_ray_pixel) {
@@ -152,7 +152,7 @@ Eigen::Matrix<double, 3, Eigen::Dynamic> rayByParameters(
   return -J_ray_pixel * J;
 }
 
-// The error of the epipolar constraint and its derivatives, before it is divided by a standard deviation.
+// The error of the epipolar constraint and its derivatives, before division by a standard deviation.
 struct Constraint {
   double value = 0;
   Eigen::Vector3d line_first;
@@ -188,8 +188,8 @@ Constraint constraintOf(const PosedPair& here, const Eigen::Matrix3d& E,
   return constraint;
 }
 
-// The errors and their derivatives at some amounts. The standard deviations of the errors stay during a step
-// (Sampson 1982): the sum would also fall where they grow.
+// The errors and their derivatives at some amounts. The standard deviations are constant during a step
+// (Sampson 1982), since the sum would also fall if they grew.
 struct Linear {
   Eigen::VectorXd r;
   Eigen::MatrixXd J;
@@ -200,7 +200,7 @@ Eigen::VectorXd weightsOf(const Linear& linear) {
   return linear.r.unaryExpr([](double r) { return kLoss.weight(r * r); });
 }
 
-// The robust sum of a pair with these standard deviations.
+// The robust sum of errors of a pair for these standard deviations.
 double costWith(const PosedPair& pair, std::span<const TimedMatch> matches, const Eigen::VectorXd& units) {
   const Eigen::Matrix3d E = essentialMatrix(pair.second_from_first);
   double sum = 0;
@@ -240,12 +240,12 @@ std::optional<Linear> linearAt(const PosedPair& pair, const PairFreedom& freedom
   return linear;
 }
 
-// Covariance by the scatter of matches, or of instants where that is larger.
+// Covariance by the scatter of matches, or of instants if that is larger.
 void addScatter(PairFit& fit, const Linear& linear, const PairFreedom& freedom,
                 std::span<const TimedMatch> matches) {
   const Eigen::Index p = linear.J.cols();
   const Eigen::Index n = linear.J.rows();
-  // In units of the prior, so that all unknowns have one scale.
+  // In units of the prior, to scale all unknowns alike.
   const Eigen::MatrixXd J = linear.J * freedom.prior.asDiagonal();
   std::size_t num_instants = 0;
   for (const TimedMatch& match : matches) num_instants = std::max(num_instants, match.instant + 1);
@@ -267,12 +267,12 @@ void addScatter(PairFit& fit, const Linear& linear, const PairFreedom& freedom,
     informations[instant] += weight * row * row.transpose();
     gradients[instant] += gradient;
     is_seen[instant] = true;
-    // By the error that a match would have if it were not fitted (MacKinnon and White 1985, estimator HC3).
+    // Uses the error that a match would have if it were not fitted (MacKinnon and White 1985, estimator HC3).
     const double unfitted = 1 / std::max(1e-3, 1 - leverage);
     scatter += unfitted * unfitted * gradient * gradient.transpose();
   }
   for (const Eigen::MatrixXd& part : informations) information += part;
-  // In no direction less than the information: that would be by chance.
+  // At least the information in every direction; less could only be chance.
   const Eigen::MatrixXd base = information + 1e-9 * (1 + information.trace()) * prior;
   const SymmetricEigen eigen(scatter, base);
   const Eigen::VectorXd factors = eigen.eigenvalues().cwiseMax(1);

@@ -20,15 +20,15 @@ namespace alidade {
 namespace {
 
 constexpr double kMostOutliers = 0.5;
-// Errors that one image shares are not seen in its scatter.
+// Fewer are not enough, because errors common to one image do not show in its scatter.
 constexpr int kFewestInstants = 3;
 constexpr std::size_t kFewest = TwoView::kFewestInliers;
 constexpr double kSigmaByMedian = 1.4826;  // of a normal variable
 constexpr double kOutlier = 3.5;           // times the noise
 constexpr double kLeastNoise = 1e-3;       // in units of sigma_px
-constexpr double kFar = 10;                // baselines, where effects are stated
+constexpr double kFar = 10;                // baselines; distance for stated effects
 
-// Where one camera sees points at kFar, and the other as stated.
+// Stated pixels in both cameras of points at kFar.
 std::vector<PixelMatch> probesOf(const PosedPair& pair, std::span<const TimedMatch> matches,
                                  ImageSize second_size) {
   std::vector<PixelMatch> inside;
@@ -52,7 +52,7 @@ double quantileOfFinite(std::vector<double> values) {
   return values.empty() ? std::numeric_limits<double>::infinity() : quantile95(std::move(values));
 }
 
-// Effect and what would go unnoticed.
+// Sets the effect and the size that would go unnoticed.
 void addEffects(RigChange& change, std::span<const std::optional<PairShift>> shifts,
                 const Eigen::MatrixXd& covariance) {
   std::vector<double> effects;
@@ -80,7 +80,7 @@ double rmsOf(const PosedPair& pair, std::span<const TimedMatch> matches) {
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-// The standard deviation of a coordinate in units of sigma_px, by the median of errors within a limit.
+// The standard deviation of a coordinate in units of sigma_px, from the median of errors within a limit.
 double pairNoise(const PosedPair& pair, std::span<const TimedMatch> matches, double limit_px) {
   const std::vector<double> errors = sampsonErrors(pair, matches);
   std::vector<double> units;
@@ -110,7 +110,7 @@ class PairTest {
       : second_size_(second.image_size),
         stated_{first.camera, second.camera, second.camera_from_rig * first.camera_from_rig.inverse()},
         options_(options) {
-    // The errors are about those of the coarser camera.
+    // The errors resemble those of the coarser camera.
     threshold_px_ = std::min(agreementPx(first.image_size), agreementPx(second.image_size));
     stated_.second_from_first.translation.normalize();
     freedoms_ = pairFreedoms(stated_, {first.image_size.width, second.image_size.width});
@@ -143,7 +143,7 @@ class PairTest {
   }
 
  private:
-  // Fits a group to those matches that agree with it within a limit, from a wide one to a narrow one.
+  // Fits a group to the matches within a limit, which decreases from wide to narrow.
   [[nodiscard]] Eigen::VectorXd searched(const PairFreedom& freedom, std::span<const TimedMatch> some) const {
     std::vector<double> sizes;
     for (const double error : sampsonErrors(stated_, some)) sizes.push_back(std::abs(error));
@@ -161,7 +161,7 @@ class PairTest {
     return at;
   }
 
-  // Chooses the matches to judge by: those that agree with the stated pair, or with a changed one if that
+  // Chooses the matches for the verdict: those that agree with the stated pair, or with a changed one if that
   // explains clearly more.
   void findUsed() {
     std::vector<TimedMatch> some;
@@ -184,7 +184,7 @@ class PairTest {
     for (std::size_t i = 0; i < freedoms_.size(); ++i) {
       const auto pair = changedPair(stated_, freedoms_[i], starts_[i]);
       const double sum = truncatedSum(*pair);
-      // Each unknown can bring a false match to its curve.
+      // Each unknown can fit one false match by chance.
       const double by_chance = threshold_px_ * threshold_px_ * static_cast<double>(freedoms_[i].size() + 3);
       if (sum >= least || kMore * sum + by_chance >= stated_sum) continue;
       least = sum;
@@ -211,7 +211,7 @@ class PairTest {
     check_.rms_px = rmsOf(stated_, used_);
   }
 
-  // Whether most points lie behind the stated cameras: epipolar curves alone do not tell.
+  // True if most points lie behind the stated cameras; epipolar curves alone cannot show this.
   bool testSides() {
     std::vector<double> parallaxes;
     std::size_t num_near = 0;
@@ -230,7 +230,7 @@ class PairTest {
     }
     if (!parallaxes.empty()) check_.parallax_px = medianOf(std::move(parallaxes));
     constexpr double kMost = 0.8;
-    constexpr double kLeast = 0.25;  // of all matches: fewer may be false ones
+    constexpr double kLeast = 0.25;  // of all matches; fewer may be false
     if (num_near < kFewest || static_cast<double>(num_near) < kLeast * static_cast<double>(used_.size()) ||
         static_cast<double>(num_behind) < kMost * static_cast<double>(num_near))
       return false;
@@ -245,7 +245,7 @@ class PairTest {
     const auto fitTo = [&](const std::vector<TimedMatch>& some, const Eigen::VectorXd& start) {
       return fitPair(stated_, freedom, some, start, noise_, 30, options_.cancel);
     };
-    // A match that all but determines an unknown by itself may be false, and nothing would show it.
+    // A match that nearly determines an unknown by itself may be false without showing it.
     std::vector<TimedMatch> judged = used_;
     PairFit fit = fitTo(judged, starts_[i]);
     for (int round = 0; round < 5 && fit.is_converged; ++round) {
@@ -288,7 +288,7 @@ class PairTest {
     for (std::size_t i = 0; i < found.size(); ++i) {
       if (found[i]) check_.changes.push_back(*found[i]);
       if (found[i] || freedoms_[i].kind == CameraChangeKind::kSeveral) continue;
-      // The direction of the baseline has no optimum where all is far away.
+      // The direction of the baseline has no optimum if everything is far away.
       (freedoms_[i].kind == CameraChangeKind::kPosition ? is_position_open_ : has_open_) = true;
     }
   }
@@ -336,7 +336,7 @@ class PairTest {
   RigPairCheck check_;
 };
 
-// Whether consistent pairs connect all cameras.
+// True if consistent pairs connect all cameras.
 bool areConnected(std::size_t num_cameras, const std::vector<RigPairCheck>& pairs) {
   std::vector<std::size_t> group(num_cameras);
   for (std::size_t i = 0; i < num_cameras; ++i) group[i] = i;
@@ -371,7 +371,7 @@ std::vector<PixelMatch> matchImages(const GrayImage& first, const GrayImage& sec
   const std::vector<TrackPixel> a = tracker->follow(first);
   const std::vector<TrackPixel> b = tracker->follow(second);
   std::vector<PixelMatch> matches;
-  // The first patch defines the point; the second one is aligned with it, and has the error of both.
+  // The first patch defines the point; the second one is aligned with it and contains the errors of both.
   for (const auto& [i, j] : commonTracks(a, b)) matches.push_back({a[i].pixel, b[j].pixel, b[j].sigma_px});
   return matches;
 }

@@ -26,7 +26,7 @@ std::vector<cv::Mat> pyramidOf(const cv::Mat& image) {
   return pyramid;
 }
 
-// Where points of one frame are in another; `to` holds guesses.
+// Tracks points from one frame to another; `to` holds initial guesses.
 std::vector<bool> flow(const std::vector<cv::Mat>& from_pyramid, const std::vector<cv::Mat>& to_pyramid,
                        const std::vector<cv::Point2f>& from, std::vector<cv::Point2f>& to) {
   std::vector<bool> is_found(from.size(), false);
@@ -50,7 +50,7 @@ cv::Point2f pixelIn(const PatchPlace& place) {
 }
 
 TrackPixel pixelOf(std::uint32_t track, const PatchPlace& place, const Eigen::Vector2f& velocity) {
-  constexpr float kLeastSigma = 0.1F;  // px: interpolation, and what no affine map explains
+  constexpr float kLeastSigma = 0.1F;  // px; interpolation, and deformation that no affine map explains
   const float variance = 0.5F * place.covariance.trace() + kLeastSigma * kLeastSigma;
   return {.track = track,
           .pixel = place.pixel.cast<double>(),
@@ -126,8 +126,8 @@ void FlowTracker::addPoints(const GrayImage& picture) {
   double best = 0;
   cv::minMaxLoc(quality, nullptr, &best);
   if (!(best > 0)) return;
-  constexpr double kLeast = 0.003;  // of the best corner
-  // Patches reach beyond the edge there.
+  constexpr double kLeast = 0.003;  // of the best corner's quality
+  // Patches of points closer to the edge would extend beyond it.
   constexpr int kEdge = ImagePatch::kRadius + 3;
   const cv::Rect inner(kEdge, kEdge, image.cols - 2 * kEdge, image.rows - 2 * kEdge);
   if (inner.width <= 0 || inner.height <= 0) return;
@@ -160,7 +160,7 @@ void FlowTracker::addPoints(const GrayImage& picture) {
         PatchPlace place{.pixel = {pixel.x, pixel.y}};
         auto patch = ImagePatch::at(picture, place.pixel);
         if (!patch) continue;
-        constexpr float kOwnSigma = 0.05F;  // px: the patch's own noise shows only when it is found again
+        constexpr float kOwnSigma = 0.05F;  // px; the patch's own noise shows only in later matches
         place.covariance *= kOwnSigma * kOwnSigma;
         points_.push_back({.track = next_track_++, .patch = std::move(*patch), .place = place});
         ++count;

@@ -63,7 +63,7 @@ FootagePass showVideo(const std::string& path, const std::function<void(const Fo
     if (options.progress) options.progress(pass.num_frames, reader.statedFrames());
   }
   constexpr double kMuch = 0.1;
-  constexpr double kLittle = 0.02;  // headers may count frames that are not shown
+  constexpr double kLittle = 0.02;  // headers may count frames that cannot be read
   const double missing = reader.missingShare();
   if (pass.num_frames == pass.num_damaged || missing > kMuch) {
     throw inputError(
@@ -125,7 +125,7 @@ FootageTracks trackFootage(std::span<const std::string> inputs, FrontEndKind kin
   tracks.is_video = isVideoFootage(inputs);
   std::size_t num_points = 400;
   if (kind == FrontEndKind::kKeyPoints && !tracks.is_video) {
-    // Each image is matched with those before it, which takes a few seconds with so many points in all.
+    // Each image is matched with those before it, which takes a few seconds for this many points in total.
     constexpr std::size_t kAll = 10000;
     constexpr std::size_t kMost = 1000;
     const std::size_t num_images = std::max<std::size_t>(1, listImages(inputs).size());

@@ -11,17 +11,17 @@
 
 namespace alidade {
 
-/// How points are followed from image to image.
+/// Methods of tracking points from image to image.
 enum class FrontEndKind : std::uint8_t {
   kFlow,       ///< optical flow: for videos, whose points move little from frame to frame
   kKeyPoints,  ///< descriptors: for photographs
 };
 
-/// Follows points through the images that it is given one after the other.
+/// Tracks points through a sequence of images.
 class FrontEnd {
  public:
   virtual ~FrontEnd() = default;
-  /// The points that an image shows, in rising order of track. All images have one size.
+  /// The points in an image, in ascending order of track. All images have one size.
   [[nodiscard]] virtual std::vector<TrackPixel> follow(const GrayImage& image) = 0;
 };
 
@@ -32,15 +32,15 @@ class FrontEnd {
 namespace detail {
 
 /// Optical flow: pyramidal Lucas-Kanade (Bouguet 2000) from frame to frame, then alignment with the patch of
-/// the first frame that showed the point, as it is deformed by now: so errors do not add up on the way. A
-/// point is dropped if its patch no longer looks alike. Where cells of the image have too few points, the
-/// best corners of the cell (Shi and Tomasi 1994) are added.
+/// the first frame that showed the point, in its current deformation, so that errors do not accumulate. A
+/// point is dropped if its patch no longer matches. Cells of the image with too few points get new ones: the
+/// best corners of the cell (Shi and Tomasi 1994).
 [[nodiscard]] std::unique_ptr<FrontEnd> makeFlowTracker(std::size_t num_points);
 
 /// Key points with descriptors (SIFT, Lowe 2004), matched between an image and those before it: the nearest
-/// descriptor in either direction, clearly nearer than the second. Needs no small motion from image to image.
-/// A matched point is then aligned with its patch in the first image of its track, whose size and direction
-/// there are a first guess of the deformation. Where that fails it stays where its descriptor was found.
+/// descriptor in either direction, clearly nearer than the second nearest. Motion between images may be
+/// large. A matched point is then aligned with its patch in the first image of its track, with size and
+/// direction as a first guess of the deformation. If that fails, it stays at its descriptor's position.
 [[nodiscard]] std::unique_ptr<FrontEnd> makeKeyPointMatcher(std::size_t num_points);
 
 }  // namespace detail

@@ -12,7 +12,7 @@
 namespace alidade {
 namespace {
 
-// Weights of the four samples around a place, by Keys' cubic convolution.
+// Weights of four samples around a position, by Keys' cubic convolution.
 inline void cubicWeights(float t, float* w) {
   const float t2 = t * t;
   const float t3 = t2 * t;
@@ -22,7 +22,7 @@ inline void cubicWeights(float t, float* w) {
   w[3] = 0.5F * t3 - 0.5F * t2;
 }
 
-// @pre one pixel from the edge at least
+// @pre at least one pixel from the edge
 inline float cubicAt(const GrayImage& image, float x, float y) {
   const int ix = static_cast<int>(x);
   const int iy = static_cast<int>(y);
@@ -50,14 +50,14 @@ bool isInside(const GrayImage& image, const Eigen::Vector2f& pixel, float reach)
 std::optional<ImagePatch> ImagePatch::at(const GrayImage& image, const Eigen::Vector2f& pixel) {
   if (!isInside(image, pixel, kRadius + 1)) return std::nullopt;
   ImagePatch patch;
-  constexpr int kWide = kSide + 2;  // for the derivatives
+  constexpr int kWide = kSide + 2;  // with a border for the derivatives
   Eigen::Matrix<float, kWide, kWide> wide;
   for (int y = 0; y < kWide; ++y) {
     for (int x = 0; x < kWide; ++x)
       wide(y, x) = cubicAt(image, pixel.x() + static_cast<float>(x - kRadius - 1),
                            pixel.y() + static_cast<float>(y - kRadius - 1));
   }
-  const float mean = wide.mean();  // without it, contrast and brightness would be all but one unknown
+  const float mean = wide.mean();  // without it, contrast and brightness would be nearly one unknown
   int i = 0;
   for (int y = 1; y <= kSide; ++y) {
     for (int x = 1; x <= kSide; ++x, ++i) {
@@ -76,7 +76,7 @@ std::optional<ImagePatch> ImagePatch::at(const GrayImage& image, const Eigen::Ve
   const float half = 0.5F * place.trace();
   const float least = half - std::sqrt(std::max(0.0F, half * half - place.determinant()));
   if (!(least > kLeastTexture)) return std::nullopt;
-  // A deformation that the texture does not show stays as it is.
+  // Keeps deformations that the texture does not determine.
   constexpr float kStiffness = 1e-3F;
   for (int k = 0; k < 4; ++k) normal(k, k) += kStiffness * kRadius * kRadius * place.trace();
   patch.inverse_ = inverseSpd(normal.cast<double>()).cast<float>();
@@ -112,7 +112,7 @@ std::optional<PatchPlace> ImagePatch::findIn(const GrayImage& image, const Patch
     const Eigen::Vector2f moved = delta.segment<2>(4) / contrast;
     const float det = stretch.determinant();
     if (!(det > 0.4F && det < 2.5F)) return std::nullopt;
-    // Where the patch's u is looked for, the image shows stretch * u + moved: the map is corrected by the
+    // The image at the expected u of the patch shows stretch * u + moved, so the map is corrected by the
     // inverse.
     place.shape = place.shape * Eigen::Matrix2f(stretch.inverse());
     const Eigen::Vector2f shift = -place.shape * moved;

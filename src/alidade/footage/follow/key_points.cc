@@ -21,10 +21,10 @@
 namespace alidade {
 namespace {
 
-constexpr std::size_t kImages = 24;  // before it, that an image is matched with
+constexpr std::size_t kImages = 24;  // earlier images that an image is matched with
 
-// Mutual nearest descriptors, each clearly nearer than the second. As distance, each match has its ratio to
-// that of the second.
+// Mutual nearest descriptors, each clearly nearer than the second nearest. The stored distance of a match is
+// its ratio to the second one.
 std::vector<cv::DMatch> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
   if (from.rows < 2 || to.rows < 2) return {};
   constexpr float kRatio = 0.8F;
@@ -47,14 +47,14 @@ std::vector<cv::DMatch> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
 
 // SIFT takes seconds for more pixels, and its points at fine scales are the least repeatable.
 constexpr double kLongestSide = 2000;
-constexpr double kShortestSide = 16;  // below, SIFT has no octave
+constexpr double kShortestSide = 16;  // below it, SIFT has no octave
 
-// Error of a point's place in a patch, px: patches that are seen from elsewhere are not only deformed.
+// Error of a point's position in a patch, px: a patch seen from a new direction is not only deformed.
 constexpr double kPatchSigma = 0.1;
-// Error of a descriptor's place, by its size.
+// Error of a descriptor's position, as a share of its size.
 constexpr double kSigmaBySize = 0.12;
 
-// The pixel of an image, by that of the smaller one.
+// Converts a pixel of the reduced image to one of the full image.
 Eigen::Vector2d inWhole(const Eigen::Vector2f& pixel, double scale) {
   return ((pixel.cast<double>().array() + 0.5) / scale - 0.5).matrix();
 }
@@ -71,23 +71,23 @@ class KeyPointMatcher final : public FrontEnd {
   [[nodiscard]] std::vector<TrackPixel> follow(const GrayImage& image) override;
 
  private:
-  // A key point as the first image of its track shows it.
+  // Appearance of a key point in the first image of its track.
   struct Look {
     GrayImage around;
-    Eigen::Vector2f centre{0, 0};  // in this piece
+    Eigen::Vector2f centre{0, 0};  // in `around`
     float size = 0;                // px
     float direction = 0;           // radians
   };
   struct Point {
     TrackPixel at = {};
-    Eigen::Vector2f pixel{0, 0};  // in the image that is searched, which may be smaller
+    Eigen::Vector2f pixel{0, 0};  // in the searched image, which may be reduced
     float size = 0;
     float direction = 0;
     Look look = {};
   };
   struct Image {
     std::vector<Point> points;
-    cv::Mat descriptors;  // a row each
+    cv::Mat descriptors;  // one per row
   };
 
   [[nodiscard]] Image describe(const GrayImage& searched, double scale) const;
@@ -104,7 +104,8 @@ KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& searched, doub
   std::vector<cv::KeyPoint> found;
   sift->detect(used, found);
 
-  // The strongest of each cell, so that the points spread over the image; one of those at one place.
+  // Keeps the strongest of each cell, so that points spread over the image, and one of those at the same
+  // position.
   constexpr int kColumns = 8;
   constexpr int kRows = 6;
   std::ranges::stable_sort(found, std::greater(), &cv::KeyPoint::response);
@@ -149,8 +150,8 @@ KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& searched, doub
   return result;
 }
 
-// Moves a point to where its track's first patch agrees with the image. Where none does, its place and the
-// first one are those of descriptors.
+// Moves a point to where its track's first patch matches the image. If it matches nowhere, the descriptors
+// determine its position and the first one.
 void KeyPointMatcher::align(const GrayImage& searched, double scale, Point& point) {
   point.at.sigma_px = std::numbers::sqrt2 * kSigmaBySize * point.size / scale;
   const auto patch = ImagePatch::at(point.look.around, point.look.centre);
@@ -174,8 +175,8 @@ std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   const GrayImage resized = scale < 1 ? smaller(image, scale) : GrayImage();
   const GrayImage& searched = scale < 1 ? resized : image;
   Image now = describe(searched, scale);
-  // The clearest match of each point decides; false ones are rarely as clear. A track has one point in an
-  // image.
+  // The clearest match of each point wins, because false matches are rarely as clear. A track has one point
+  // per image.
   // By its ratio, the point of an earlier image.
   std::vector<std::pair<float, const Point*>> claims(now.points.size(), {1.0F, nullptr});
   for (const Image& earlier : earlier_) {
@@ -204,7 +205,7 @@ std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
     point.look = claims[i].second->look;
     align(searched, scale, point);
   }
-  // In rising order of track, the descriptors too.
+  // In ascending order of track, including the descriptors.
   std::vector<int> order(now.points.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::sort(order, {}, [&](int i) { return now.points[static_cast<std::size_t>(i)].at.track; });

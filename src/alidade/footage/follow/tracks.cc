@@ -40,7 +40,7 @@ std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks,
   const std::size_t kFrames = tracks.is_video ? 9 : 40;  // of a window
   const std::size_t num_frames = tracks.frames.size();
   if (num_frames < 2) return {};
-  // All of about equal length.
+  // Windows of about equal length.
   const std::size_t count = (num_frames + kFrames - 1) / kFrames;
   std::vector<std::vector<std::size_t>> windows(std::min(count, most));
   for (std::size_t k = 0; k < windows.size(); ++k) {

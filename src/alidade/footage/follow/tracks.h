@@ -12,7 +12,7 @@
 
 namespace alidade {
 
-/// One point of a track: where a frame shows it.
+/// Position of a tracked point in one frame.
 struct TrackPixel {
   std::uint32_t track = 0;
   Eigen::Vector2d pixel{0, 0};
@@ -20,26 +20,26 @@ struct TrackPixel {
   Eigen::Vector2d velocity_px{0, 0};  ///< per frame of the video; zero for photographs
 };
 
-/// Points of a scene followed through frames.
+/// Points of a scene tracked through frames.
 struct FootageTracks {
   ImageSize size;
   bool is_video = false;                        ///< frames are equally spaced in time
-  std::vector<std::size_t> numbers;             ///< of the frames in their video or list, rising
-  std::vector<std::vector<TrackPixel>> frames;  ///< of each frame, in rising order of track
+  std::vector<std::size_t> numbers;             ///< of the frames in their video or list, ascending
+  std::vector<std::vector<TrackPixel>> frames;  ///< of each frame, in ascending order of track
 };
 
-/// Indices, in both frames, of the tracks that both show.
+/// Indices, in both frames, of their common tracks.
 [[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> commonTracks(const std::vector<TrackPixel>& a,
                                                                             const std::vector<TrackPixel>& b);
 
-/// Whether a frame shows something new: points moved by 4 % of the width since the last one that did, or half
-/// of them are new. Photographs always do.
-/// @param kept  the frames so far that did
+/// True if a frame shows something new: points moved by 4 % of the width since the last keyframe, or half of
+/// them are new. Always true for photographs.
+/// @param kept  the keyframes so far
 [[nodiscard]] bool isKeyframe(const FootageTracks& kept, const std::vector<TrackPixel>& frame);
 
-/// Keyframes in groups that are reconstructed together. Photographs are one group.
+/// Groups of keyframes to be reconstructed together. Photographs are one group.
 /// @param tracks  of keyframes
-/// @param most  groups; of more, so many are taken evenly
+/// @param most  groups; if there are more, an even selection
 [[nodiscard]] std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks,
                                                                   std::size_t most);
 

@@ -13,8 +13,8 @@
 namespace alidade {
 namespace {
 
-// Polynomials in x, y and z by their coefficients. Monomials of the third degree first: the elimination
-// expresses them by the others.
+// Polynomials in x, y and z by their coefficients. Monomials of the third degree come first, because the
+// elimination expresses them by the others.
 //   cubic:     xxx xxy xxz xyy xyz xzz yyy yyz yzz zzz, then the quadratic ones
 //   quadratic: xx xy xz yy yz zz x y z 1
 //   linear:    x y z 1

@@ -10,7 +10,7 @@
 
 namespace alidade {
 
-/// Two rays to one point, of unit length, each in its camera's frame. They may lie more than 90 degrees from
+/// Two rays to one point, of unit length, each in its camera's frame. They may be more than 90 degrees from
 /// the axis.
 struct RayPair {
   Eigen::Vector3d a;
@@ -27,7 +27,7 @@ struct RayPair {
 /// [t]x R of b_from_a.
 [[nodiscard]] Eigen::Matrix3d essentialMatrix(const SE3& b_from_a);
 
-/// The four motions b_from_a with a translation of length 1 that have this essential matrix, up to sign.
+/// The four motions b_from_a with a translation of length 1 with this essential matrix, up to sign.
 [[nodiscard]] std::array<SE3, 4> motionsOf(const Eigen::Matrix3d& essential);
 
 /// Distances along the rays a and b at which they are nearest to each other; negative where they meet behind

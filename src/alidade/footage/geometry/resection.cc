@@ -29,7 +29,7 @@ std::vector<double> realRoots(const std::array<double, 5>& falling) {
   return roots;
 }
 
-// The motion that takes three points to three others.
+// The motion that maps three points to three others.
 SE3 motionBetween(const std::array<Eigen::Vector3d, 3>& from, const std::array<Eigen::Vector3d, 3>& to) {
   const Eigen::Vector3d from_mean = (from[0] + from[1] + from[2]) / 3;
   const Eigen::Vector3d to_mean = (to[0] + to[1] + to[2]) / 3;
@@ -134,7 +134,7 @@ std::optional<Resection> resect(const AnyCamera& camera, std::span<const KnownPo
   std::vector<Eigen::Vector3d> finite;
   std::vector<Eigen::Vector3d> finite_rays;
   for (const KnownPoint& known : points) {
-    constexpr double kNear = 1e-3;  // of w: points farther than 1000 steps of the camera do not place it
+    constexpr double kNear = 1e-3;  // of w; points beyond 1000 steps of the camera do not place it
     const auto ray = camera.unproject(known.pixel);
     if (!ray || !(std::abs(known.point.w()) > kNear)) continue;
     finite.emplace_back(known.point.head<3>() / known.point.w());

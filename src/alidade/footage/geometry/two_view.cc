@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kTrials = 300;
 
-// A match on unit rays, and how these move with the pixels.
+// A match as unit rays, and their derivatives by the pixels.
 struct RayMatch {
   RayPair rays;
   Eigen::Matrix<double, 3, 2> J_a;
@@ -52,7 +52,7 @@ double sampson(const Eigen::Matrix3d& E, const RayMatch& match) {
   return error * error / variance;
 }
 
-// Squared, px: from the ray of b to another direction, by the plane that touches the sphere at b.
+// Squared distance, px, from the ray of b to another direction, in the tangent plane of the sphere at b.
 double offset(const RayMatch& match, const Eigen::Vector3d& direction) {
   const double cosine = direction.dot(match.rays.b);
   if (!(cosine > 0.5 * direction.norm())) return std::numeric_limits<double>::infinity();
@@ -103,7 +103,7 @@ std::array<RayPair, kCount> sampleOf(std::span<const RayMatch> matches, Random& 
   return sample;
 }
 
-// Trials after which a sample without outliers is all but sure.
+// Number of trials for a nearly certain sample without outliers.
 int trialsFor(double inlier_share, int sample_size) {
   constexpr double kMissed = 1e-4;
   const double good = std::pow(inlier_share, sample_size);
@@ -137,7 +137,7 @@ std::size_t largestHomographySupport(std::span<const RayMatch> matches, double l
   return agreeing().size();
 }
 
-// The essential matrix of random samples that most matches agree with.
+// The essential matrix from random samples with the most agreeing matches.
 Eigen::Matrix3d bestEssential(std::span<const RayMatch> matches, double limit, Random& random) {
   constexpr int kFewestTrials = 20;
   double best = std::numeric_limits<double>::infinity();
@@ -159,7 +159,8 @@ Eigen::Matrix3d bestEssential(std::span<const RayMatch> matches, double limit, R
   return E;
 }
 
-// The one of the four motions of an essential matrix that has most points before both cameras, and how many.
+// Of the four motions of an essential matrix, the one with the most points in front of both cameras, and
+// their number.
 std::pair<SE3, std::size_t> motionInFront(const Eigen::Matrix3d& E, std::span<const RayMatch> matches) {
   std::pair<SE3, std::size_t> best;
   for (const SE3& motion : motionsOf(E)) {
@@ -170,7 +171,7 @@ std::pair<SE3, std::size_t> motionInFront(const Eigen::Matrix3d& E, std::span<co
   return best;
 }
 
-// Median distance, px, of rays of b from those of a after a rotation.
+// Median distance, px, between rays of b and rotated rays of a.
 double parallaxOf(std::span<const RayMatch> matches, const SO3& rotation) {
   std::vector<double> displacements;
   for (const RayMatch& match : matches)
@@ -217,7 +218,7 @@ SE3 motionOf(const SceneFit& fit) {
   return motion;
 }
 
-// Covariance of the motion; its translation has length 1, which is held, not known.
+// Covariance of the motion. Its translation has length 1 by definition, without information.
 Eigen::Matrix<double, 6, 6> motionCovariance(const SceneFit& fit) {
   const SceneEquations equations = sceneEquations(fit);
   const SE3& motion = fit.camera_from_world[1];
@@ -232,8 +233,8 @@ Eigen::Matrix<double, 6, 6> motionCovariance(const SceneFit& fit) {
   return variance * held * covariance * held.transpose();
 }
 
-// Whether a rotation, or a plane, explains all but a few matches: with fewer unknowns, and with two errors a
-// match instead of one.
+// Checks if a rotation, or a plane, explains all but a few matches: with fewer unknowns, and with two errors
+// per match instead of one.
 TwoViewKind kindOf(std::span<const RayMatch> matches, const SO3& rotation, double parallax_px,
                    double sigma_px, Random& random) {
   constexpr double kAll = 0.95;
@@ -262,7 +263,7 @@ double agreementPx(ImageSize size) {
 }
 
 SO3 commonRotation(std::span<const RayPair> pairs) {
-  // Iteratively reweighted: each pair by the inverse of its distance (the L1 norm).
+  // Iteratively reweighted: the weight of a pair is the inverse of its distance (the L1 norm).
   SO3 rotation;
   std::vector<double> weights(pairs.size(), 1.0);
   for (int round = 0; round < 15; ++round) {
@@ -324,10 +325,10 @@ TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> mat
   result.b_from_a = start;
   result.parallax_px = parallaxOf(inliers, rotation);
 
-  // Motion and points together.
+  // Solves motion and points together.
   SceneFit scene = pairScene(camera, matches, inliers, start, 5 * threshold);
   if (!trySolve(scene, 1e-6)) return result;
-  // The noise, by the errors that remain: each match has one redundant coordinate. What is far beyond it is
+  // The noise, from the remaining errors: each match has one redundant coordinate. An error far beyond it is
   // a false match that lies by chance near its epipolar line.
   const Eigen::Matrix3d refined = essentialMatrix(motionOf(scene));
   std::vector<double> errors;
@@ -355,7 +356,7 @@ TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> mat
     result.is_inlier[sighting.point] = true;
     ++result.num_inliers;
   }
-  if (2 * num_in_front < inliers.size()) return result;  // no one motion
+  if (2 * num_in_front < inliers.size()) return result;  // not a single motion
   result.kind = kindOf(close, rotation, result.parallax_px, sigma, random);
   if (result.kind == TwoViewKind::kRotation) {
     result.b_from_a = {rotation, Eigen::Vector3d::Zero()};

@@ -16,14 +16,14 @@
 
 namespace alidade {
 
-/// The pixels at which two images of one camera show a point.
+/// The pixels of a point in two images of one camera.
 struct PixelMatch {
   Eigen::Vector2d a;
   Eigen::Vector2d b;
   double sigma_px = 1;  ///< standard deviation of each coordinate
 };
 
-/// The kind of motion that two images of a scene show.
+/// The kind of motion between two images of a scene.
 enum class TwoViewKind : std::uint8_t {
   kGeneral,   ///< a rotation and the direction of the translation
   kPlane,     ///< the same, but all points lie on a plane
@@ -43,14 +43,14 @@ struct TwoView {
   /// Homogeneous, in frame a; zero for outliers.
   std::vector<Eigen::Vector4d> points;
   /// Covariance of b_from_a, right perturbation [translation, rotation], with the length of the translation
-  /// held. Scaled by the errors. Only for kGeneral and kPlane.
+  /// fixed. Scaled by the errors. Only for kGeneral and kPlane.
   Eigen::Matrix<double, 6, 6, Eigen::DontAlign> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 /// The motion between two images: five-point solutions of random samples, scored by the truncated squared
-/// Sampson error in pixels (Torr and Zisserman 2000, MLESAC), the side of the camera by the depths of the
-/// points, and the reprojection error of the inliers minimised over motion and points. Works on unit rays, so
-/// for any lens and field of view.
+/// Sampson error in pixels (Torr and Zisserman 2000, MLESAC). The depths of the points select the side of the
+/// camera, and the reprojection error of the inliers is minimised over motion and points. Works on unit rays,
+/// and so for any lens and field of view.
 /// @param size  of the images
 [[nodiscard]] TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> matches,
                                       ImageSize size, std::uint64_t seed = 1);
@@ -63,13 +63,13 @@ struct TwoView {
 /// more. Wide enough for a camera that is a little wrong.
 [[nodiscard]] double agreementPx(ImageSize size);
 
-/// The rotation b_from_a that brings the rays of a nearest to those of b, of the larger part of the pairs.
+/// The rotation b_from_a that best aligns the rays of a with those of b, for the larger part of the pairs.
 [[nodiscard]] SO3 commonRotation(std::span<const RayPair> pairs);
-/// Median angle that this rotation leaves between rays of a pair, radians if small. There must be a pair.
+/// Median angle between the rays of a pair after this rotation, radians if small. @pre at least one pair
 [[nodiscard]] double parallaxAngle(std::span<const RayPair> pairs);
 
-/// The homogeneous point, of length 1, nearest to rays in the sense of least algebraic error, on the side
-/// that the cameras see; the ray's end at infinity where they are parallel.
+/// The homogeneous point, of length 1, with the least algebraic distance from the rays, on the side that the
+/// cameras see; for parallel rays, their end at infinity.
 /// @param camera_from_world  of each ray
 [[nodiscard]] Eigen::Vector4d pointOnRays(std::span<const SE3> camera_from_world,
                                           std::span<const Eigen::Vector3d> rays);

@@ -15,11 +15,11 @@ namespace alidade {
 namespace {
 
 constexpr std::size_t kFewestAgreeing = 20;  // points for a pose
-constexpr std::size_t kFewPlaced = 60;       // points below which those without a distance help
+constexpr std::size_t kFewPlaced = 60;       // points, below which those of unknown distance help
 constexpr int kMostMisses = 3;
 constexpr int kMostFailures = 3;
-constexpr std::size_t kIgnoredFrames = 60;  // after which a track that failed gets another chance
-constexpr std::size_t kProven = 4;          // key frames after which earlier failures are forgotten
+constexpr std::size_t kIgnoredFrames = 60;  // before a failed track is tried again
+constexpr std::size_t kProven = 4;          // key frames, after which earlier failures are forgotten
 constexpr std::size_t kMostAdjusted = 300;  // points
 constexpr std::size_t kWindow = 7;          // key frames that are adjusted together
 
@@ -31,7 +31,7 @@ Eigen::Vector3d centreOf(const SE3& camera_from_world) {
   return camera_from_world.inverse().translation;
 }
 
-// Pixels per radian about the axis; where that has no pixel, by the mean of the focal lengths.
+// Pixels per radian about the axis; if that has no pixel, from the mean of the focal lengths.
 double resolutionOf(const AnyCamera& camera) {
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_px_cam;
   if (camera.project(Eigen::Vector3d(0, 0, 1), J_px_cam.data()).ok()) {
@@ -82,8 +82,8 @@ std::optional<PlacedFrame> LocalMap::place(std::span<const TrackPixel> tracks, c
   }
   const std::size_t num_placed = known.size();
   if (num_placed < kFewPlaced) {
-    // Points without a distance say how the camera turned, as long as it has not gone far from where it saw
-    // them first. They are taken to be as far away as the others.
+    // Points of unknown distance determine the camera's rotation as long as it stays near the place from
+    // which they were first seen. They are assumed to be as far away as the others.
     constexpr double kMostDoubt = 2;
     const Eigen::Vector3d centre = centreOf(guess);
     for (const TrackPixel& at : tracks) {
@@ -102,7 +102,7 @@ std::optional<PlacedFrame> LocalMap::place(std::span<const TrackPixel> tracks, c
   };
   auto pose = refinedPose(camera_, known, guess, scale_.threshold_px);
   if (!isEnough(pose)) {
-    // From farther away, then nearer.
+    // Uses a wide threshold first, then the normal one.
     constexpr double kFarther = 10;
     pose = refinedPose(camera_, known, guess, kFarther * scale_.threshold_px);
     if (pose) pose = refinedPose(camera_, known, pose->camera_from_world, scale_.threshold_px);
@@ -149,7 +149,7 @@ std::optional<PlacedFrame> LocalMap::relocate(std::span<const TrackPixel> tracks
   return place(tracks, pose->camera_from_world, frame);
 }
 
-// The track is taken for a different point from now on.
+// Treats the track as a different point from now on.
 void LocalMap::giveUp(Point& point) {
   point.is_placed = false;
   point.is_far = false;
@@ -235,7 +235,7 @@ void LocalMap::triangulate(std::uint32_t track, const Sightings& sightings) {
     reach = std::max(reach, (centreOf(poses.back()) - first).norm());
   }
   const double angle = widestAngle(sightings);
-  // A point at the usual distance would have shown its parallax several times over.
+  // A point at the usual distance would have shown several times the needed parallax.
   constexpr double kSurely = 3;
   const bool is_far = angle < scale_.least_rad && reach / depth_ > kSurely * scale_.least_rad;
   if (angle < scale_.least_rad && !is_far) return;
@@ -261,7 +261,7 @@ void LocalMap::adjust() {
     if (!point.is_far && widestAngle(sightings) < scale_.least_rad) continue;
     chosen.emplace_back(track, sightings);
   }
-  constexpr std::size_t kFewest = 20;  // fewer: a turn in place, of which resection finds the rotation
+  constexpr std::size_t kFewest = 20;  // fewer: a turn in place; resection finds its rotation
   if (chosen.size() < kFewest) return;
   std::ranges::stable_sort(chosen, std::greater(), [](const auto& point) { return point.second.size(); });
   if (chosen.size() > kMostAdjusted) chosen.resize(kMostAdjusted);
@@ -334,8 +334,8 @@ bool LocalMap::needsKeyFrame(std::span<const TrackPixel> tracks, const PlacedFra
   const KeyFrame& key = window_.back();
   const SO3 key_from_frame = key.camera_from_world.rotation * placed.camera_from_world.rotation.inverse();
   std::vector<double> angles;
-  std::size_t num_ready = 0;  // without a distance, but with parallax
-  std::size_t num_new = 0;    // that no key frame shows
+  std::size_t num_ready = 0;  // of unknown distance, but with parallax
+  std::size_t num_new = 0;    // in no key frame
   std::size_t k = 0;
   for (const TrackPixel& at : tracks) {
     while (k < key.tracks.size() && key.tracks[k].track < at.track) ++k;

@@ -22,38 +22,38 @@ namespace alidade {
 /// Seed of the random samples.
 inline constexpr std::uint64_t kPathSeed = 1;
 
-/// How finely a camera sees, and what counts as much or little for its images.
+/// Angular resolution of a camera, and thresholds for its images.
 struct SightScale {
   double threshold_px = 2;
   double px_per_rad = 500;  ///< in the middle of the image
-  double least_rad = 0.01;  ///< between the rays to a point whose distance they tell
+  double least_rad = 0.01;  ///< between the rays to a point, from which its distance is known
   double key_rad = 0.04;    ///< between the rays of two key frames
 
   SightScale(const AnyCamera& camera, ImageSize size);
 };
 
-/// The pose of a frame by points of the map.
+/// The pose of a frame from points of the map.
 struct PlacedFrame {
   SE3 camera_from_world;
-  std::size_t num_points = 0;    ///< that agree, with a known distance
-  std::size_t num_distant = 0;   ///< that agree, without one
+  std::size_t num_points = 0;    ///< that agree, at a known distance
+  std::size_t num_distant = 0;   ///< that agree, at an unknown distance
   double squared_error_px2 = 0;  ///< sum over both
 };
 
-/// The last few key frames of a path with the points that they show.
+/// The last few key frames of a path and their points.
 class LocalMap {
  public:
   LocalMap(const AnyCamera& camera, const SightScale& scale) : camera_(camera), scale_(scale) {}
 
-  /// A pose from the points that were seen lately.
+  /// A pose from recently seen points.
   /// @param tracks  of the frame
   /// @param guess   camera_from_world
   [[nodiscard]] std::optional<PlacedFrame> place(std::span<const TrackPixel> tracks, const SE3& guess,
                                                  std::size_t frame);
-  /// A pose from any points of the map, for a camera that is lost.
+  /// A pose from any points of the map, after tracking was lost.
   [[nodiscard]] std::optional<PlacedFrame> relocate(std::span<const TrackPixel> tracks, std::size_t frame);
 
-  /// The place of a point, before key frames that show it are added.
+  /// Sets the position of a point, before key frames that show it are added.
   void setPoint(std::uint32_t track, const Eigen::Vector4d& at);
 
   /// Adds a key frame; after one or more of them, settle().
@@ -62,7 +62,7 @@ class LocalMap {
   /// Gives points their places and adjusts the window.
   void settle();
 
-  /// Whether a frame ought to become a key frame.
+  /// True if a frame should become a key frame.
   [[nodiscard]] bool needsKeyFrame(std::span<const TrackPixel> tracks, const PlacedFrame& placed) const;
 
   [[nodiscard]] const SE3& lastPose() const { return window_.back().camera_from_world; }
@@ -70,11 +70,11 @@ class LocalMap {
   [[nodiscard]] const std::vector<TrackPixel>& lastTracks() const { return window_.back().tracks; }
   /// Median distance of the points of the last key frame.
   [[nodiscard]] double depth() const { return depth_; }
-  /// The place of a point that was seen lately, at a known distance.
+  /// The position of a recently seen point, if its distance is known.
   [[nodiscard]] std::optional<Eigen::Vector3d> placeOf(std::uint32_t track) const;
   /// Poses of all key frames by frame.
   [[nodiscard]] const std::map<std::size_t, SE3>& poses() const { return poses_; }
-  /// Places of the points that three or more key frames saw, at a known distance.
+  /// Positions of the points that three or more key frames saw, at a known distance.
   [[nodiscard]] std::vector<Eigen::Vector3d> points() const;
 
  private:
@@ -82,12 +82,12 @@ class LocalMap {
     Eigen::Vector4d at = Eigen::Vector4d::Zero();
     bool is_placed = false;
     bool is_far = false;            // rays to it are parallel over the whole window
-    int num_misses = 0;             // frames in a row that contradict the place
-    int num_failures = 0;           // places that were given up lately
+    int num_misses = 0;             // consecutive frames that contradict the position
+    int num_failures = 0;           // positions that were given up recently
     std::size_t ignored_until = 0;  // frame
     std::size_t num_keys = 0;
-    std::size_t last_frame = 0;          // that agreed
-    Eigen::Vector3d anchor{0, 0, 0};     // the camera that saw it first, in the world
+    std::size_t last_frame = 0;          // last frame that agreed
+    Eigen::Vector3d anchor{0, 0, 0};     // first camera that saw it, in the world
     Eigen::Vector3d direction{0, 0, 0};  // from there, of length 1; zero before the first key frame
 
     [[nodiscard]] bool isAtKnownDistance() const { return is_placed && !is_far && at.w() > 0; }

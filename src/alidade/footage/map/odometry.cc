@@ -35,7 +35,7 @@ void Odometry::add(std::size_t number, std::span<const TrackPixel> tracks) {
     if (follow(index, tracks)) return;
     is_tracking_ = false;
     start_.emplace(camera_, size_, scale_);
-    // From the last key frame: what two views show may be joined to it.
+    // Starts from the last key frame, so that the motion of two views may be joined to it.
     static_cast<void>(start_->add(key_, map_->lastTracks()));
   } else if (map_) {
     if (const auto placed = map_->relocate(tracks, index)) {
@@ -54,7 +54,7 @@ Path Odometry::finish() {
   if (!is_tracking_) {
     if (const auto motion = start_->lastChance()) begin(*motion);
   }
-  // The last frames are adjusted like those before.
+  // The last frames are adjusted like earlier ones.
   if (is_tracking_ && !path_.frames.back().is_key) makeKeyFrame(path_.frames.size() - 1, last_tracks_);
   path_.obstacle = is_tracking_ ? StartObstacle::kNone : start_->obstacle();
   fixPoses();
@@ -133,7 +133,7 @@ Odometry::Joint Odometry::jointOf(const TwoView& motion, const std::vector<std::
   return joint;
 }
 
-// Two key frames, a few between them, and the poses of all frames that waited.
+// Starts with two key frames, a few between them, and the poses of all waiting frames.
 void Odometry::begin(const TwoView& motion) {
   const std::deque<WaitingFrame>& waiting = start_->waiting();
   const WaitingFrame& first = waiting.front();
@@ -153,7 +153,7 @@ void Odometry::begin(const TwoView& motion) {
   SE3 step = motion.b_from_a;
   step.translation *= joint.scale;
   map.addKeyFrame(first.index, first.tracks, joint.camera_from_world);
-  // The frames between, each from the one before.
+  // The frames between them, each placed from the previous one.
   std::vector<std::optional<PlacedFrame>> between;
   SE3 guess = joint.camera_from_world;
   std::size_t num_placed = 0;
@@ -169,7 +169,7 @@ void Odometry::begin(const TwoView& motion) {
     return;
   }
   std::vector<std::size_t> keys = {0};
-  constexpr std::size_t kParts = 5;  // of the way between the two
+  constexpr std::size_t kParts = 5;  // of the path between the two
   for (std::size_t part = 1; part < kParts; ++part) {
     const std::size_t i = part * end / kParts;
     if (i <= keys.back() || i >= end || !between[i - 1]) continue;
@@ -193,7 +193,7 @@ void Odometry::begin(const TwoView& motion) {
     path_.frames[key_].segment = path_.segments.size() - 1;
     setKey(key_);
   }
-  // Again, by the adjusted points.
+  // Again, with the adjusted points.
   key_ = first.index;
   last_ = joint.camera_from_world;
   for (std::size_t i = 1; i < end; ++i) {
@@ -216,7 +216,7 @@ void Odometry::begin(const TwoView& motion) {
   is_tracking_ = true;
 }
 
-// The frames before the first one, as far as they show the same points.
+// Places the frames before the first one if they show the same points.
 void Odometry::placeEarlier(std::size_t first) {
   key_ = first;
   SE3 guess;
@@ -231,7 +231,7 @@ void Odometry::placeEarlier(std::size_t first) {
   }
 }
 
-// Poses of the frames so far, now that those of their key frames no longer change.
+// Fixes poses of the frames so far, as their key frames no longer change.
 void Odometry::fixPoses() {
   if (!map_) return;
   for (const auto& [index, relative] : relative_)

@@ -20,24 +20,25 @@
 
 namespace alidade {
 
-/// Where the camera was at one frame.
+/// Pose of the camera at one frame.
 struct PathFrame {
   std::size_t number = 0;              ///< of the frame, as given
   std::optional<std::size_t> segment;  ///< index into Path::segments; nothing for a frame without a pose
-  SE3 camera_from_world;               ///< the world of the segment
+  SE3 camera_from_world;               ///< in the world of the segment
   bool is_key = false;                 ///< its pose was adjusted together with the points
   std::size_t num_points = 0;          ///< that agree with the pose
 };
 
-/// Frames that are connected by points. The world is the camera of its first frame at the start, the scale is
-/// arbitrary: those of two segments have nothing to do with each other.
+/// Frames connected by points. The world is the camera of its first frame at the start, and the scale is
+/// arbitrary: worlds and scales of two segments are unrelated.
 struct PathSegment {
   std::size_t begin = 0;  ///< first frame, an index into Path::frames
   std::size_t end = 0;    ///< one past the last one
   std::size_t num_keys = 0;
   double length = 0;  ///< of the path
-  /// Frames at which the scale was handed on by an assumption: all points with a known distance were out of
-  /// sight, as after a turn in place, and the new ones were taken to be as far away as the old ones.
+  /// Frames at which the scale was carried over by an assumption: all points with a known distance were out
+  /// of sight, for instance after a turn in place, and the new ones were assumed to be as far away as the old
+  /// ones.
   std::vector<std::size_t> scale_breaks;
   std::vector<Eigen::Vector3d> points;  ///< in the world, those at a known distance
 };
@@ -45,17 +46,17 @@ struct PathSegment {
 struct Path {
   std::vector<PathFrame> frames;  ///< all that were given
   std::vector<PathSegment> segments;
-  StartObstacle obstacle = StartObstacle::kNone;  ///< the last one that was met
-  double rms_px = 0;                              ///< of the points that agree, over all frames with a pose
+  StartObstacle obstacle = StartObstacle::kNone;  ///< the last one encountered
+  double rms_px = 0;                              ///< of the agreeing points, over all frames with a pose
 
   [[nodiscard]] std::size_t numPosed() const;
 };
 
-/// Finds the path of a camera from points that are followed from frame to frame. It starts with two views
-/// between which points move by some percent of the width besides any rotation. Every further frame is placed
-/// by the points whose places are known. Every few frames a key frame gives new points their places, and the
-/// last few key frames are adjusted together with their points, the oldest two held. There is no map beyond
-/// that: errors add up along the path, and a place that is seen again is not recognised.
+/// Finds the path of a camera from points tracked from frame to frame. It starts with two views between which
+/// points move by a few percent of the width in addition to any rotation. Every further frame is placed by
+/// points of known position. Every few frames, a key frame determines the positions of new points, and the
+/// last few key frames are adjusted together with their points, with the oldest two held. There is no map
+/// beyond that: errors accumulate along the path, and a place that is seen again is not recognised.
 class Odometry {
  public:
   Odometry(const AnyCamera& camera, ImageSize size);
@@ -63,10 +64,10 @@ class Odometry {
   Odometry& operator=(const Odometry&) = delete;
 
   /// @param number  of the frame, higher than before
-  /// @param tracks  in rising order of track
+  /// @param tracks  in ascending order of track
   void add(std::size_t number, std::span<const TrackPixel> tracks);
 
-  /// The path so far; of frames at the end that show little motion, too. Nothing may be added afterwards.
+  /// The path, including frames at the end that show little motion. Nothing may be added afterwards.
   [[nodiscard]] Path finish();
 
  private:
@@ -74,8 +75,8 @@ class Odometry {
   struct Joint {
     SE3 camera_from_world;  // of the first view
     double scale = 1;
-    bool is_joined = false;         // to the segment before
-    bool is_scale_assumed = false;  // as far away as the points before
+    bool is_joined = false;         // to the previous segment
+    bool is_scale_assumed = false;  // assumes points at the distance of earlier ones
   };
 
   bool follow(std::size_t index, std::span<const TrackPixel> tracks);
@@ -101,7 +102,7 @@ class Odometry {
   std::size_t key_ = 0;                  // last key frame
   SE3 last_;                             // camera_from_world of the last frame
   SE3 step_;                             // frame_from_frame_before
-  std::vector<TrackPixel> last_tracks_;  // of the last frame that was followed
+  std::vector<TrackPixel> last_tracks_;  // of the last frame that was tracked
   double squared_error_px2_ = 0;
   std::size_t num_errors_ = 0;
 };

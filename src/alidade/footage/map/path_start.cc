@@ -12,10 +12,10 @@ namespace alidade {
 namespace {
 
 constexpr std::size_t kFewestShared = 30;  // tracks
-// The parallax of the first trial and of the last one, in units of SightScale::key_rad.
+// Parallax required in the first and the last trial, in units of SightScale::key_rad.
 constexpr double kStartShare = 0.25;
 constexpr double kMostShare = 4;
-// Standard deviation of the direction in which the camera went; the second where no better pair will come.
+// Largest standard deviation of the direction of motion; the second applies if no better pair will come.
 constexpr double kSureRad = 0.02;
 constexpr double kMostSureRad = 0.06;
 constexpr std::size_t kMostWaiting = 600;  // frames, a bound for the memory
@@ -53,9 +53,9 @@ void PathStart::reject() {
   if (wanted_rad_ > kMostShare * scale_.key_rad) wanted_rad_ = kStartShare * scale_.key_rad;
 }
 
-// The oldest frame is one half of the pair; it must share enough with the newest.
+// The oldest frame is one half of the pair, so it must share enough points with the newest.
 void PathStart::forgetUnconnected() {
-  // Descriptors find fewer of an image's points again than flow does.
+  // Descriptors match fewer of an image's points than flow does.
   constexpr double kShared = 0.4;
   constexpr double kSurely = 60;
   const std::vector<TrackPixel>& newest = waiting_.back().tracks;

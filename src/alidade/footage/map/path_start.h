@@ -19,18 +19,18 @@
 
 namespace alidade {
 
-/// Why no segment could be started.
+/// Reason why no segment could be started.
 enum class StartObstacle : std::uint8_t {
   kNone,
   kFewPoints,  ///< the frames share too few points
   kStill,      ///< nothing moves
   kRotation,   ///< points move as if the camera turned in place
-  kNoMotion,   ///< points move, but not as one rigid scene
+  kNoMotion,   ///< points move, but not like one rigid scene
 };
 /// "none", "few_points", "still", "rotation", "no_motion".
 [[nodiscard]] std::string_view obstacleId(StartObstacle obstacle);
 
-/// A frame that waits for its pose.
+/// A frame that is waiting for its pose.
 struct WaitingFrame {
   std::size_t index = 0;  ///< into Path::frames
   std::vector<TrackPixel> tracks;
@@ -44,15 +44,15 @@ class PathStart {
   /// Takes a frame. @returns the motion from the oldest to the newest of the waiting frames once it is seen;
   /// its points are of commonTracks() of the two
   [[nodiscard]] std::optional<TwoView> add(std::size_t index, std::span<const TrackPixel> tracks);
-  /// With a smaller parallax than add() asks for: at the end of the footage, which brings no better one.
+  /// Accepts a smaller parallax than add(): at the end of the footage no better pair will come.
   [[nodiscard]] std::optional<TwoView> lastChance();
-  /// Whether a frame shares too little with the one before for anything to go on.
+  /// True if a frame shares too little with the previous one to continue.
   [[nodiscard]] bool isCutOff(std::span<const TrackPixel> tracks) const;
 
   /// The motion did not lead to poses of the frames between: waits for a larger parallax.
   void reject();
   [[nodiscard]] const std::deque<WaitingFrame>& waiting() const { return waiting_; }
-  /// Those before the waiting ones, with which they share too little.
+  /// Frames before the waiting ones, with which they share too few points.
   [[nodiscard]] const std::deque<WaitingFrame>& earlier() const { return earlier_; }
   [[nodiscard]] StartObstacle obstacle() const { return obstacle_; }
 

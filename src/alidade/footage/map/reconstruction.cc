@@ -20,11 +20,11 @@ namespace {
 constexpr std::uint64_t kSeed = 1;
 
 double startScore(std::size_t num_points, double parallax_px) {
-  constexpr double kEnough = 60;  // px of parallax; more does not help the start
+  constexpr double kEnough = 60;  // px of parallax; more does not improve the start
   return std::sqrt(static_cast<double>(num_points)) * std::min(kEnough, parallax_px);
 }
 
-// All pairs of frames, the best to start from first.
+// All pairs of frames, the best starting pair first.
 std::vector<std::pair<std::size_t, std::size_t>> rankedPairs(
     const FootageTracks& tracks, std::span<const std::size_t> frames,
     const std::vector<std::vector<std::optional<Eigen::Vector3d>>>& rays, double focal_px) {
@@ -37,7 +37,7 @@ std::vector<std::pair<std::size_t, std::size_t>> rankedPairs(
       }
       if (common.size() < TwoView::kFewestInliers) continue;
       const double parallax = focal_px * parallaxAngle(common);
-      // False matches of photographs have any parallax.
+      // False matches in photographs may have any parallax.
       const auto num_common = static_cast<double>(common.size());
       scored.push_back({tracks.is_video ? startScore(common.size(), parallax) : num_common, {i, j}});
     }
@@ -46,7 +46,7 @@ std::vector<std::pair<std::size_t, std::size_t>> rankedPairs(
   return mapped(scored, [](const auto& pair) { return pair.second; });
 }
 
-// Poses and points that are found step by step.
+// Finds poses and points step by step.
 class Builder {
  public:
   Builder(const AnyCamera& camera, const FootageTracks& tracks, std::span<const std::size_t> frames,
@@ -75,7 +75,7 @@ class Builder {
   bool start(Reconstruction& result) {
     const double focal_px = 0.5 * (camera_.parameters()[0] + camera_.parameters()[1]);
     const auto pairs = rankedPairs(tracks_, frames_, rays_, focal_px);
-    // False matches spoil the ranking; what two views make of a pair does not.
+    // False matches distort the ranking, but not the two-view estimate of a pair.
     const std::size_t most_tried = tracks_.is_video ? 4 : 40;
     double best = 0;
     for (std::size_t k = 0; k < std::min(most_tried, pairs.size()); ++k) {
@@ -86,7 +86,7 @@ class Builder {
       result.parallax_px = std::max(result.parallax_px, two.parallax_px);
       if (two.kind == TwoViewKind::kRotation && best == 0) result.kind = two.kind;
       if (two.kind != TwoViewKind::kGeneral && two.kind != TwoViewKind::kPlane) continue;
-      // Where most matches are false, those that agree may do so by chance.
+      // If most matches are false, some may agree by chance.
       const double share = static_cast<double>(two.num_inliers) / static_cast<double>(matches.size());
       const double score = share * share * startScore(two.num_inliers, two.parallax_px);
       if (score <= best) continue;
@@ -104,7 +104,7 @@ class Builder {
     return best > 0;
   }
 
-  // The frame that shows most known points; false if there is none left.
+  // Adds the frame with the most known points; false if there is none left.
   bool addFrame() {
     throwIfCancelled(cancel_);
     constexpr std::size_t kFewestKnown = 15;
@@ -146,7 +146,7 @@ class Builder {
     return nearest;
   }
 
-  // Points of tracks that two or more posed frames show and that have none yet.
+  // Triangulates tracks in two or more posed frames that have no point yet.
   void triangulate() {
     std::map<std::uint32_t, std::vector<std::pair<std::size_t, std::size_t>>> seen;
     for (std::size_t i = 0; i < frames_.size(); ++i) {
@@ -175,7 +175,7 @@ class Builder {
   }
 
   void settle(Reconstruction& result) {
-    // The first posed frame becomes the world.
+    // Makes the first posed frame the world.
     std::vector<std::size_t> posed;
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       if (poses_[i]) posed.push_back(i);
@@ -253,7 +253,7 @@ double noiseOf(const SceneFit& fit) {
   std::vector<double> errors;
   for (const SceneSighting& sighting : fit.sightings)
     errors.push_back(sightingError(fit, sighting).norm() / sighting.sigma_px);
-  // The median of the length of a normal 2-vector, and the share of the errors that poses and points took.
+  // The median of the length of a normal 2-vector; poses and points absorb a share of the errors.
   constexpr double kMedianLength = 1.17741;
   double num_points = 0;
   for (std::size_t i = 0; i < fit.sightings.size(); ++i)

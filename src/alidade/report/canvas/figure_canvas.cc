@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kLegendRow = 17;
-constexpr double kLetterWidth = 7.2;  // of a sans-serif font as large as on small screens, on average
+constexpr double kLetterWidth = 7.2;  // average for a sans-serif font at the size on small screens
 
 // "0.25" for a step of 0.05: as many decimals as the step has.
 std::string tickText(double value, double step) {
@@ -25,7 +25,7 @@ std::string tickText(double value, double step) {
   return fmt::format("{:.{}f}", value == 0 ? 0.0 : value, decimals);
 }
 
-// At most so many bytes, in whole UTF-8 characters.
+// Truncates to at most this many bytes, in whole UTF-8 characters.
 std::string clippedText(const std::string& text, std::size_t most) {
   if (text.size() <= most) return text;
   std::size_t end = most;
@@ -33,7 +33,7 @@ std::string clippedText(const std::string& text, std::size_t most) {
   return text.substr(0, end) + "…";
 }
 
-// A word of at most `most` bytes: of a longer one, such as a path, its ends. UTF-8 characters stay whole.
+// A word of at most `most` bytes; of a longer one, such as a path, both ends. UTF-8 characters stay whole.
 std::string shortened(const std::string& word, std::size_t most) {
   const std::string gap = "...";
   if (word.size() <= most) return word;
@@ -51,7 +51,7 @@ std::string shortened(const std::string& word, std::size_t most) {
 
 Figure withPrefix(Figure figure, const std::string& prefix) {
   figure.id = prefix + figure.id;
-  // No text has these letters: its quotation marks are escaped.
+  // Text cannot contain these strings, because its quotation marks are escaped.
   for (const std::string_view before : {" id=\"", "\"url(#", "href=\"#"}) {
     for (std::size_t at = figure.svg.find(before); at != std::string::npos;
          at = figure.svg.find(before, at + before.size()))
@@ -121,7 +121,7 @@ std::string rampColour(double share) {
 
 std::string standaloneSvg(const std::string& svg) {
   const std::size_t end_of_tag = svg.find('>') + 1;
-  // Comments of the style may mention elements.
+  // Comments in the style sheet may mention elements.
   return "<svg xmlns=\"http://www.w3.org/2000/svg\"" + svg.substr(4, end_of_tag - 4) +
          fmt::format("\n<style><![CDATA[\n{}{}svg {{ background: var(--ground); }}\n]]></style>\n",
                      paletteCss(), figureCss()) +
@@ -288,7 +288,7 @@ void FigureCanvas::addValues(const PlotArea& area, std::string_view y_name) {
 void FigureCanvas::addImageFrame(const PlotArea& area) {
   const Vector2d low = area.box.min();
   const Vector2d high = area.box.max();
-  // A mark at 0 stands at the centre of the first pixel.
+  // A mark at 0 is at the centre of the first pixel.
   for (const double x : roundTicks(0, area.high.x(), std::max(2, static_cast<int>((high - low).x() / 55)))) {
     const double at = area.at(x, 0).x();
     addLine({at, high.y()}, {at, high.y() + 3}, "class=\"mark\"");
@@ -318,7 +318,7 @@ void FigureCanvas::addLegend(const Vector2d& at, const Legend& legend) {
   constexpr double kSwatch = 12;
   Vector2d place = at;
   for (const auto& [shape, words] : legend) {
-    // Arrows are as long as they stand for.
+    // An arrow in a legend has its true length in the drawing.
     const std::size_t end_of_length = shape.starts_with("arrow ") ? shape.find(' ', 6) : 0;
     const double swatch = end_of_length > 0 ? std::stod(shape.substr(6)) : kSwatch;
     const double length = swatch + 5 + kLetterWidth * static_cast<double>(words.size()) + 12;

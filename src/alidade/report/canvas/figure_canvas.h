@@ -17,53 +17,53 @@ namespace alidade {
 struct Figure {
   std::string id = {};       ///< of the element, and the name of its file: "accuracy"
   std::string title = {};    ///< a few words
-  std::string reading = {};  ///< a sentence on how to read it
-  std::string alt = {};      ///< what it shows, with its numbers, for readers who cannot see it
+  std::string reading = {};  ///< one sentence on how to read it
+  std::string alt = {};      ///< description with its numbers, for readers who cannot see it
   std::string svg = {};      ///< an <svg> element whose colours come from the page's style sheet
 };
 
-/// The figure with other ids, for a page with several of its kind.
+/// The figure with new ids, for a page with several of its kind.
 /// @param prefix  of letters, digits and hyphens
 [[nodiscard]] Figure withPrefix(Figure figure, const std::string& prefix);
 
-/// `text` for HTML and XML, in an element or in an attribute in double quotes.
+/// Escapes `text` for HTML and XML, in an element or in an attribute in double quotes.
 [[nodiscard]] std::string escapedMarkup(std::string_view text);
 
 /// A coordinate: at most two decimals, without trailing zeros.
 [[nodiscard]] std::string coordinate(double value);
-/// "12.3,4 " as paths have it.
+/// "12.3,4 " as in paths.
 [[nodiscard]] std::string pointText(const Eigen::Vector2d& point);
 /// A path through the points: "M0,0 L1,2 ".
 [[nodiscard]] std::string pathThrough(const std::vector<Eigen::Vector2d>& points, bool is_closed = false);
 
-/// An arrow; a short one has no head, and one that could not be seen is left out.
+/// An arrow; a short one has no head, and an invisibly short one is omitted.
 [[nodiscard]] std::string arrowPath(const Eigen::Vector2d& from, const Eigen::Vector2d& along);
 /// A star with five points.
 [[nodiscard]] std::string starPath(const Eigen::Vector2d& middle, double radius);
 
-/// Round values for marks between low and high, at most `most` of them.
+/// Round values for marks between low and high, at most `most` values.
 [[nodiscard]] std::vector<double> roundTicks(double low, double high, int most);
-/// How many times longer arrows are, in words: "2000 times longer".
+/// Magnification of arrows, in words: "2000 times longer".
 [[nodiscard]] std::string timesLonger(double times);
 /// A value of 1, 2 or 5 times a power of ten, not above `value`. @pre positive
 [[nodiscard]] double roundBelow(double value);
-/// As few digits as show the value to three of them, without an exponent; "unknown" for NaN.
+/// The value with three significant digits at most, without an exponent; "unknown" for NaN.
 [[nodiscard]] std::string shortNumber(double value);
-/// Two digits, as for what is uncertain; "unknown" for what is not finite.
+/// Two digits, for uncertain values; "unknown" for values that are not finite.
 [[nodiscard]] std::string twoDigits(double value);
 
-/// Colours from little (0) to much (1), pale enough for lines on top.
+/// Colours from low (0) to high (1), pale enough for lines on top.
 [[nodiscard]] std::string rampColour(double share);
 
-/// A drawing (see FigureCanvas::svg()) as a file of its own, with the style that it needs.
+/// A drawing (see FigureCanvas::svg()) as a separate file, with the style that it needs.
 [[nodiscard]] std::string standaloneSvg(const std::string& svg);
 
-/// A part of a drawing with coordinates of its own.
+/// A part of a drawing with its own coordinates.
 struct PlotArea {
   Eigen::AlignedBox2d box;     ///< in the drawing; y downwards
   Eigen::Vector2d low{0, 0};   ///< values at its left and upper edge for images, lower edge for charts
   Eigen::Vector2d high{1, 1};  ///< at the opposite edges
-  bool is_upward = true;       ///< values of y grow upwards
+  bool is_upward = true;       ///< y values increase upwards
 
   [[nodiscard]] Eigen::Vector2d at(double x, double y) const;
   [[nodiscard]] Eigen::Vector2d at(const Eigen::Vector2d& value) const { return at(value.x(), value.y()); }
@@ -71,25 +71,25 @@ struct PlotArea {
   [[nodiscard]] double scale() const { return box.sizes().x() / (high.x() - low.x()); }
 };
 
-/// The class of a swatch and its words, see FigureCanvas::addLegend().
+/// Classes of swatches and their labels, see FigureCanvas::addLegend().
 using Legend = std::vector<std::pair<std::string, std::string>>;
 
-/// Its entries for the warmth of cells, up to the largest RMS.
+/// The entries for the colours of cells, up to the largest RMS.
 [[nodiscard]] Legend warmthLegend(double most_px);
 
 /// Errors in a part of an image.
 struct ErrorCell {
   int count = 0;
   double rms_px = 0;
-  Eigen::Vector2d arrow{0, 0};  ///< their mean, as long as it is drawn
+  Eigen::Vector2d arrow{0, 0};  ///< mean error, as drawn
 };
 
 /// A drawing of the report in units in which text is kTextSize high. Colours and fonts are classes of
-/// assets/figure.css, so that one drawing suits bright and dark pages, and print.
+/// assets/figure.css, so that one drawing suits light and dark pages, and print.
 class FigureCanvas {
  public:
   static constexpr double kWidth = 440;
-  static constexpr double kFileWidth = 660;  ///< of files of their own, so that paths fit under them
+  static constexpr double kFileWidth = 660;  ///< width of figure files, so that paths fit under them
   static constexpr double kTextSize = 11;
 
   explicit FigureCanvas(double height, double width = kWidth) : width_(width), height_(height) {}
@@ -97,7 +97,7 @@ class FigureCanvas {
   [[nodiscard]] double width() const { return width_; }
   [[nodiscard]] double height() const { return height_; }
 
-  /// @param attributes  as they stand in the element: class="dots"
+  /// @param attributes  literal text in the element: class="dots"
   void open(std::string_view attributes);
   void close();
   void addPath(const std::string& d, std::string_view attributes);
@@ -107,41 +107,41 @@ class FigureCanvas {
   /// @param anchor  start, middle or end
   void addText(const Eigen::Vector2d& at, std::string_view text, std::string_view anchor = "middle",
                std::string_view attributes = "");
-  /// A clip path of this id around the area.
+  /// A clip path with this id around the area.
   void addClip(std::string_view id, const PlotArea& area);
-  /// Arrows that stand out from what they lie on. @param d  see arrowPath()
+  /// Arrows with contrast to what lies below. @param d  see arrowPath()
   void addMeanArrows(const std::string& d);
-  /// SVG as it stands.
+  /// Inserts SVG unchanged.
   void addRaw(std::string_view svg) { svg_ += svg; }
 
-  /// Frame, marks with their values, and names of both axes.
+  /// Frame, marks with their values, and the names of both axes.
   void addAxes(const PlotArea& area, std::string_view x_name, std::string_view y_name);
-  /// The same with names at x = 1, 2, 3 and so on: every n-th where they are many.
+  /// The same with names at x = 1, 2, 3 and so on; if there are many, only every n-th.
   void addNamedAxes(const PlotArea& area, const std::vector<std::string>& names, std::string_view x_name,
                     std::string_view y_name);
-  /// The names alone.
+  /// Only the names.
   void addNames(const PlotArea& area, const std::vector<std::string>& names, std::string_view x_name);
   /// Frame and marks in pixels of an image.
   void addImageFrame(const PlotArea& area);
-  /// Rows of swatches with words; the drawing becomes high enough for them. The first word of a class may be
-  /// "line", "dot", "star" or, with the length before the class, "arrow 25"; otherwise it is a filled square.
+  /// Rows of swatches with labels; the drawing grows to fit them. The first word of a class may be "line",
+  /// "dot", "star" or, with the length before the class, "arrow 25"; otherwise it is a filled square.
   void addLegend(const Eigen::Vector2d& at, const Legend& legend);
 
-  /// A row under the drawing with a bar of the ramp's colours, between what it begins and ends at.
+  /// A row below the drawing with a bar of the ramp's colours between labels for its ends.
   void addRamp(std::string_view least, std::string_view most);
-  /// Lines of text under the drawing, broken where they get too long.
+  /// Lines of text below the drawing, wrapped when too long.
   void addCaption(std::string_view text);
-  /// Draws cells over an image row by row, each as warm as its RMS is large, with RMS and count as data-rms
-  /// and data-count. @returns a path of their arrows
+  /// Draws cells over an image row by row, coloured by RMS, with RMS and count as data-rms and data-count.
+  /// @returns a path of their arrows
   std::string addErrorCells(const PlotArea& area, int columns, int rows, const std::vector<ErrorCell>& cells);
 
-  /// The element. @param alt  what it shows, for readers who cannot see it
+  /// The complete element. @param alt  description for readers who cannot see it
   [[nodiscard]] std::string svg(std::string_view alt, std::string_view attributes = "") const;
-  /// The figure with the element.
+  /// The figure including the element.
   [[nodiscard]] Figure drawn(Figure words, std::string_view attributes = "") const;
 
  private:
-  // Frame and marks of y.
+  // Frame, and marks of y.
   void addValues(const PlotArea& area, std::string_view y_name);
 
   double width_;
@@ -149,7 +149,8 @@ class FigureCanvas {
   std::string svg_;
 };
 
-/// The largest area with an image's shape in a drawing, with room for marks, and where a legend begins.
+/// The largest area with an image's aspect ratio in a drawing, with room for marks, and the start of a
+/// legend.
 struct ImagePlot {
   PlotArea area;
   double legend_top = 0;

@@ -30,12 +30,12 @@ std::array<MapCorner, 4> cornersOf(const LevelMap& map, int column, int row) {
   return corners;
 }
 
-// Where a side of a cell crosses the level.
+// The point on a side of a cell at which the value equals the level.
 Vector2d crossing(const MapCorner& a, const MapCorner& b, double level) {
   return a.at + (level - a.value) / (b.value - a.value) * (b.at - a.at);
 }
 
-// A path of small shapes, with steps from point to point: maps have thousands of them.
+// A path of small shapes, with relative steps, because maps have thousands of points.
 std::string shapePath(const std::vector<Vector2d>& points, bool is_closed) {
   std::string d;
   Vector2d last(0, 0);
@@ -78,7 +78,7 @@ std::string mixedCell(const std::array<MapCorner, 4>& corners, double level) {
 std::string areaFrom(const LevelMap& map, double level) {
   std::string d;
   for (int row = 0; row + 1 < map.rows; ++row) {
-    int first = -1;  // of a run of whole cells, which become one rectangle
+    int first = -1;  // start of a run of whole cells, which become one rectangle
     const auto closeRun = [&](int end) {
       if (first < 0) return;
       d += shapePath({map.point_at(first, row), map.point_at(end, row), map.point_at(end, row + 1),

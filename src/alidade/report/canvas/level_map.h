@@ -10,22 +10,22 @@
 
 namespace alidade {
 
-/// Values on a grid, to be drawn as areas and contours between the grid's points.
+/// Values on a grid, to be drawn as areas and contours between its points.
 struct LevelMap {
   int columns = 0;
   int rows = 0;
-  std::vector<double> values;                         ///< row by row; NaN: nothing there
-  std::function<Eigen::Vector2d(int, int)> point_at;  ///< of column and row, in the drawing
+  std::vector<double> values;                         ///< row by row; NaN: no value
+  std::function<Eigen::Vector2d(int, int)> point_at;  ///< position of a column and row in the drawing
 };
 
-/// The area in which the values are at least `level`, as an SVG path. Between points of the grid values are
-/// linear along the sides of cells; cells with a NaN are left out.
+/// The area in which the values are at least `level`, as an SVG path. Values are linear along the sides of
+/// cells; cells with a NaN are omitted.
 [[nodiscard]] std::string areaFrom(const LevelMap& map, double level);
 
-/// The lines on which the values equal `level`.
+/// Segments of the lines on which the values equal `level`.
 using ContourSegment = std::pair<Eigen::Vector2d, Eigen::Vector2d>;
 [[nodiscard]] std::vector<ContourSegment> contourAt(const LevelMap& map, double level);
-/// These as an SVG path.
+/// The segments as an SVG path.
 [[nodiscard]] std::string contourPath(const std::vector<ContourSegment>& segments);
 
 }  // namespace alidade

@@ -56,7 +56,7 @@ std::string valueText(double value, double std) {
   if (!isEstimated(std)) return fmt::format("{:.6g}", value);
   const std::string text =
       fmt::format("{:.{}f}", value, std::clamp(1 - static_cast<int>(std::floor(std::log10(std))), 0, 8));
-  // No "-0.00".
+  // Avoids "-0.00".
   return text.find_first_of("123456789") == std::string::npos && text[0] == '-' ? text.substr(1) : text;
 }
 

@@ -11,7 +11,7 @@ namespace alidade {
 struct PageColumn {
   std::string name;
   std::string kind = {};   ///< class of its cells: "words" for text instead of numbers
-  bool has_links = false;  ///< to PageRow::link
+  bool has_links = false;  ///< cells link to PageRow::link
 };
 
 struct PageRow {
@@ -20,20 +20,20 @@ struct PageRow {
   std::string link = {};
 };
 
-/// A table, which narrow screens show row by row, as HTML.
-/// @param title  what it shows, for readers who cannot see it
+/// A table as HTML, which narrow screens show row by row.
+/// @param title  description for readers who cannot see it
 [[nodiscard]] std::string tableHtml(const std::string& title, const std::vector<PageColumn>& columns,
                                     const std::vector<PageRow>& rows);
-/// A figure that is a table.
+/// A table as a figure.
 [[nodiscard]] std::string tableFigure(const std::string& id, const std::string& title,
                                       const std::vector<PageColumn>& columns,
                                       const std::vector<PageRow>& rows, const std::string& reading);
 
-/// A value with as many decimals as its standard deviation makes sense of.
+/// A value with as many decimals as its standard deviation justifies.
 [[nodiscard]] std::string valueText(double value, double std);
-/// The standard deviation of a value: "fixed" for 0, "unknown" for what is not finite.
+/// The standard deviation of a value: "fixed" for 0, "unknown" if it is not finite.
 [[nodiscard]] std::string deviationText(double value, double std);
-/// Whether the value says nothing, because its standard deviation exceeds it.
+/// True if the value is meaningless because its standard deviation exceeds it.
 [[nodiscard]] bool isUndetermined(double value, double std);
 
 }  // namespace alidade

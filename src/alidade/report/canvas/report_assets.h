@@ -5,11 +5,11 @@
 
 namespace alidade {
 
-// The text files of assets/, which the build turns into strings.
+// The text files of assets/, which the build converts to strings.
 
-[[nodiscard]] std::string_view paletteCss();  ///< colours, for bright and dark
+[[nodiscard]] std::string_view paletteCss();  ///< colours, light and dark
 [[nodiscard]] std::string_view figureCss();   ///< classes of drawings
-[[nodiscard]] std::string_view pageCss();     ///< everything else of the page
-[[nodiscard]] std::string_view pageScript();  ///< opens views, tells values
+[[nodiscard]] std::string_view pageCss();     ///< rest of the page's style
+[[nodiscard]] std::string_view pageScript();  ///< opens views, shows values
 
 }  // namespace alidade

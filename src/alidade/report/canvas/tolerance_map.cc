@@ -14,11 +14,11 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Multiples of the tolerance at which a colour of the map ends; the last one has no end.
+// Multiples of the tolerance at which a colour of the map ends; the colour after the last one has no end.
 constexpr std::array<double, 6> kMapLevels = {0.25, 0.5, 1, 2, 5, 20};
 constexpr std::size_t kToleranceLevel = 2;
 
-// A word for each contour, where it is far from the border and from the other words.
+// Places a label on each contour, far from the border and from other labels.
 void addContourWords(FigureCanvas& canvas, const std::vector<std::vector<ContourSegment>>& contours,
                      const std::vector<std::string>& words, const PlotArea& area,
                      const std::vector<Vector2d>& avoid) {
@@ -33,7 +33,7 @@ void addContourWords(FigureCanvas& canvas, const std::vector<std::vector<Contour
           std::min({middle.x() - area.box.min().x(), area.box.max().x() - middle.x(),
                     1.6 * (middle.y() - area.box.min().y()), 1.6 * (area.box.max().y() - middle.y())});
       for (const Vector2d& other : taken) room = std::min(room, (other - middle).norm());
-      // Close to a line a value can still be read, but farther away is better.
+      // A label close to a line is readable, but farther away is better.
       for (const Vector2d& other : avoid) room = std::min(room, kNear + (other - middle).norm());
       if (room <= best) continue;
       best = room;
@@ -56,7 +56,7 @@ Legend addToleranceMap(LevelMap errors, double tolerance_px, const PlotArea& are
     least = std::min(least, value);
     most = std::max(most, value);
   }
-  // Errors grow steeply towards the border: their logarithm is nearer to linear between points.
+  // Errors rise steeply towards the border, so their logarithm is closer to linear between points.
   for (double& value : errors.values) value = std::isnan(value) ? value : std::log(std::max(value, 1e-9));
   std::vector<std::vector<ContourSegment>> contours;
   std::vector<std::string> words;

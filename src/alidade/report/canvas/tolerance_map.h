@@ -11,13 +11,13 @@
 namespace alidade {
 
 /// Draws errors over an image, as areas between multiples of the tolerance with contours and their values.
-/// @param errors  in px; NaN where there is none
-/// @param avoid   places in the drawing from which the values keep away
-/// @returns the entries of a legend, of what there is on the map
+/// @param errors  in px; NaN if unknown
+/// @param avoid   places in the drawing where no label goes
+/// @returns the legend entries for the levels on the map
 Legend addToleranceMap(LevelMap errors, double tolerance_px, const PlotArea& area, FigureCanvas& canvas,
                        const std::vector<Eigen::Vector2d>& avoid = {});
 
-/// How its colours relate to the tolerance, in a sentence. @param legend  what addToleranceMap() returned
+/// A sentence on the relation between colours and tolerance. @param legend  result of addToleranceMap()
 [[nodiscard]] std::string toleranceSentence(const Legend& legend, double tolerance_px);
 
 }  // namespace alidade

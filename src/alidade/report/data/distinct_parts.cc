@@ -6,7 +6,7 @@
 namespace alidade {
 namespace {
 
-// ".png" if all names end with it; empty if not.
+// ".png" if all names end with it; otherwise empty.
 std::string sharedExtension(const std::vector<std::string>& names) {
   if (names.empty()) return "";
   const std::size_t dot = names.front().rfind('.');

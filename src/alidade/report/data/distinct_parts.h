@@ -7,11 +7,11 @@
 
 namespace alidade {
 
-/// How many bytes all names begin with alike. UTF-8 characters and numbers stay whole.
+/// The length in bytes of the common beginning of all names. UTF-8 characters and numbers stay whole.
 [[nodiscard]] std::size_t sharedPrefix(const std::vector<std::string>& names);
 
-/// The part of each name without the beginning and the file extension that all of them share: "01" for
-/// left01.png. Names of which nothing would be left stay whole.
+/// The part of each name without the common beginning and file extension: "01" for left01.png. Names that
+/// would become empty stay whole.
 [[nodiscard]] std::vector<std::string> distinctParts(const std::vector<std::string>& names);
 
 }  // namespace alidade

@@ -109,8 +109,8 @@ void to_json(json& j, const CoverageReport& coverage) {
 
 namespace {
 
-// A document of one board is as it was before there could be several: lists of several boards stand where one
-// board has a value, and what belongs to a view names its board.
+// Documents of one board keep their original form: with several boards, lists replace single values, and
+// entries that belong to a view name its board.
 
 bool hasSeveralBoards(const Calibration& result) {
   return result.fit.boards.size() > 1;
@@ -120,7 +120,7 @@ json specOf(const Calibration& result, std::size_t board) {
   return result.fit.boards[board].target.spec();
 }
 
-// A list of things that belong to a view, with their boards.
+// A list of items that belong to a view, with their boards.
 template <class Items>
 json withBoards(const Calibration& result, const Items& items) {
   json list = items;
@@ -129,7 +129,7 @@ json withBoards(const Calibration& result, const Items& items) {
   return list;
 }
 
-// The outliers with the pixels where they were seen, which the fit does not keep.
+// The outliers with their observed pixels, which the fit does not store.
 json outliersJson(const Calibration& result, std::span<const View> given) {
   const std::vector<Outlier>& outliers = result.dropped.outliers;
   json list = withBoards(result, outliers);
@@ -147,7 +147,7 @@ bool isOfBoard(const CommonError& error) {
   return static_cast<int>(error.cause) < kNumBoardCauses;
 }
 
-// Errors by cause; those of several boards are listed under "boards".
+// Errors by cause; with several boards, listed under "boards".
 json commonErrorsJson(const Calibration& result) {
   json errors = json::object();
   if (hasSeveralBoards(result))
@@ -258,7 +258,7 @@ json uncertaintyJson(const Calibration& result) {
   };
   json document = {
       {"parameters", parametersJson(names, onlyCamera(result.fit).params)},
-      {"parameter_order", names},  // that of the covariances; an object has none
+      {"parameter_order", names},  // order of the covariances, because JSON objects are unordered
       {"parameter_std", byName([&](int i) { return known.parameterStd(i); })},
       {"parameter_std_by_noise", byName([&](int i) { return known.parameterStdByNoise(i); })},
       {"parameter_std_by_view", nullptr},
@@ -368,7 +368,7 @@ std::size_t numImagesUsed(const Calibration& result) {
   const std::vector<FitView>& views = result.fit.views;
   std::size_t count = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
-    // Views of one image are neighbours.
+    // Views of the same image are adjacent.
     if (v == 0 || views[v].image != views[v - 1].image) ++count;
   }
   return count;

@@ -17,15 +17,15 @@
 
 namespace alidade {
 
-/// What a calibration was given, as far as its documents tell about it.
+/// The input images of a calibration, as reported in its documents.
 struct GivenImages {
   std::size_t num_images = 0;
   std::size_t num_found = 0;         ///< with a board
-  std::vector<std::string> reasons;  ///< a line for each image without one
+  std::vector<std::string> reasons;  ///< one line for each image without a board
   std::vector<std::string> notes;
 };
 
-/// What a calibration tells about the photographs: those that were taken, and the next one.
+/// Advice on the photographs: those that were taken, and the next one.
 struct Advice {
   CoverageReport coverage;
   Guidance guidance;
@@ -38,19 +38,19 @@ struct Advice {
 /// The number of images with a view in the fit.
 [[nodiscard]] std::size_t numImagesUsed(const Calibration& result);
 
-/// Everything that a calibration found out, for programs: one JSON document.
-/// @param views  that calibrate() was given
+/// All results of a calibration, for programs: one JSON document.
+/// @param views  as given to calibrate()
 [[nodiscard]] std::string summaryJson(const Calibration& result, const GivenImages& given,
                                       std::span<const View> views, const Advice& advice);
 
-/// What made the evidence.
+/// Origin of the evidence.
 struct EvidenceOrigin {
   std::vector<std::pair<std::string, std::vector<std::string>>> settings = {};  ///< names and values
   double tolerance_px = 1;                                                      ///< see CalibratorOptions
   std::string created_by = {};                                                  ///< program and version
 };
 
-/// The same with the settings and the errors of all corners: what reportPage() draws.
+/// The same with the settings and the errors of all corners; input of reportPage().
 [[nodiscard]] nlohmann::json evidenceDocument(const Calibration& result, const GivenImages& given,
                                               std::span<const View> views, const Advice& advice,
                                               const EvidenceOrigin& origin);

@@ -9,7 +9,7 @@
 
 namespace alidade {
 
-/// All that is known of a fleet, as data: groups with their typical cameras, units, unreadable files.
+/// All results on a fleet, as data: groups with their typical cameras, units, unreadable files.
 [[nodiscard]] nlohmann::json fleetJson(const Fleet& fleet, const std::string& created_by);
 
 }  // namespace alidade

@@ -19,8 +19,8 @@
 
 namespace alidade {
 
-/// A value of an evidence document and where it stands. Places are put into words only for messages. Every
-/// reader throws Error (kInput) that names the place.
+/// A value of an evidence document and its place. The text of a place is made only for messages. Every reader
+/// throws Error (kInput) that names the place.
 class JsonNode {
  public:
   JsonNode(const nlohmann::json& value, const std::string& file) : value_(&value), file_(&file) {}
@@ -40,7 +40,7 @@ class JsonNode {
   [[nodiscard]] bool isNull() const { return value_->is_null(); }
   [[nodiscard]] bool isArray() const { return value_->is_array(); }
 
-  /// NaN for null and for what becomes null in a file: JSON has no such numbers.
+  /// NaN for null, which also stands for infinite values, as JSON has neither.
   [[nodiscard]] double number() const {
     if (value_->is_null()) return std::numeric_limits<double>::quiet_NaN();
     if (!value_->is_number()) refuse("a number");
@@ -70,7 +70,7 @@ class JsonNode {
     if (!value_->is_array()) refuse("a list");
     return value_->size();
   }
-  /// Refuses anything but a list of `count` elements.
+  /// Requires a list of `count` elements.
   void requireSize(std::size_t count) const {
     if (size() != count) refuse(fmt::format("a list of {} elements", count));
   }
@@ -83,7 +83,7 @@ class JsonNode {
     return values;
   }
 
-  /// The result of `make`; an error of it becomes one about this place.
+  /// The result of `make`; its errors get this place.
   template <class Make>
   [[nodiscard]] auto made(Make make) const {
     try {
@@ -120,7 +120,7 @@ class JsonNode {
   std::size_t index_ = 0;
 };
 
-// Values that several documents have.
+// Readers of values that occur in several documents.
 
 [[nodiscard]] std::string textOf(const JsonNode& node);
 [[nodiscard]] ImageSize readSize(const JsonNode& node);
@@ -128,7 +128,7 @@ class JsonNode {
 [[nodiscard]] std::vector<Diagnosis> readFindings(const JsonNode& node);
 [[nodiscard]] Severity readSeverity(const JsonNode& node);
 [[nodiscard]] Verdict readVerdict(const JsonNode& node);
-/// From the keys "model" and "parameters" of an object.
+/// Reads the keys "model" and "parameters" of an object.
 [[nodiscard]] AnyCamera readCamera(const JsonNode& node);
 
 }  // namespace alidade

@@ -14,13 +14,13 @@
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
 
-// How the program writes JSON. Numbers that are not finite become null: JSON has none.
+// JSON output of the program. Numbers that are not finite become null, because JSON has none.
 
 namespace alidade {
 
 using nlohmann::json;
 
-/// A document as text. Names of files may be anything; bytes that are not UTF-8 become U+FFFD.
+/// A document as text. File names may contain any bytes; those that are not UTF-8 become U+FFFD.
 [[nodiscard]] inline std::string jsonText(const json& document) {
   return document.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
 }
@@ -64,7 +64,7 @@ template <class ValueAt>
   return list;
 }
 
-// Conversions that nlohmann-json finds by itself.
+// Conversions that nlohmann-json finds automatically.
 inline void to_json(json& j, const ImageSize& size) {
   j = {{"width", size.width}, {"height", size.height}};
 }

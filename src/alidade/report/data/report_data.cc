@@ -63,7 +63,7 @@ std::vector<ReportedView> readViews(const JsonNode& root, const std::vector<FitB
   });
 }
 
-// Outliers are listed by image; where they were seen follows from the view's pose.
+// Outliers are listed by image; their observed pixels follow from the view's pose.
 void addOutliers(const JsonNode& root, const ReportData& data, std::vector<ReportedView>& views) {
   std::map<std::pair<std::string, std::size_t>, ReportedView*> by_name;
   for (ReportedView& view : views) by_name[{view.image, view.board}] = &view;
@@ -72,7 +72,7 @@ void addOutliers(const JsonNode& root, const ReportData& data, std::vector<Repor
     const JsonNode node = outliers.at(i);
     const std::size_t board = readBoardIndex(node, data.boards);
     const auto view = by_name.find({node["image"].text(), board});
-    if (view == by_name.end()) continue;  // of a view that was left out
+    if (view == by_name.end()) continue;  // belongs to a view that was left out
     const FitBoard& on = data.boards[board];
     const int id = node["corner_id"].whole(0, on.target.numCorners() - 1);
     const Eigen::Vector2d error(node["dx"].finite(), node["dy"].finite());
@@ -110,7 +110,7 @@ std::optional<Accuracy> readAccuracy(const JsonNode& node) {
   if (node.isNull()) return std::nullopt;
   Accuracy accuracy;
   const double distance = node["distance_m"].number();
-  if (std::isfinite(distance)) accuracy.distance_m = distance;  // null: far points
+  if (std::isfinite(distance)) accuracy.distance_m = distance;  // null: distant points
   accuracy.columns = node["columns"].whole(2, kMaxGridSide);
   accuracy.rows = node["rows"].whole(2, kMaxGridSide);
   const auto count = static_cast<std::size_t>(accuracy.columns) * static_cast<std::size_t>(accuracy.rows);

@@ -22,19 +22,19 @@
 
 namespace alidade {
 
-// What the report page draws, read from the evidence of a calibration (JSON, see docs/report.md). Numbers
-// that the evidence leaves open (null) are NaN here.
+// Data of the report page, read from the evidence of a calibration (JSON, see docs/report.md). Numbers that
+// are null in the evidence are NaN here.
 
 /// A corner of a view.
 struct ReportedCorner {
   int id = 0;
-  Eigen::Vector2d pixel{0, 0};     ///< where it was seen
+  Eigen::Vector2d pixel{0, 0};     ///< observed position
   Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
 
   [[nodiscard]] Eigen::Vector2d projected() const { return pixel + error_px; }
 };
 
-/// A view of the fit, with what coverage says of it.
+/// A view of the fit, with its coverage.
 struct ReportedView {
   std::string image = {};
   std::size_t board = 0;  ///< index into ReportData::boards
@@ -51,19 +51,19 @@ struct ReportedView {
 struct ReportedNextView {
   std::size_t board = 0;
   SE3 camera_from_board = {};
-  std::string text = {};  ///< in words
+  std::string text = {};  ///< description in words
   double distance_m = 0;
   BoardTilt tilt = {};
 };
 
-/// A camera and views of boards, as figures draw them.
+/// A camera and views of boards, as input of figures.
 struct ReportData {
   AnyCamera camera;
   ImageSize size;
   double tolerance_px = 1;
   std::vector<FitBoard> boards = {};  ///< with their shapes
   std::vector<ReportedView> views = {};
-  std::size_t first_view = 0;  ///< the number of the first one among all that the page can open
+  std::size_t first_view = 0;  ///< number of the first one among all views that the page can open
   std::vector<Diagnosis> findings = {};
   std::optional<Accuracy> accuracy = {};
   double rms_px = 0;
@@ -72,17 +72,17 @@ struct ReportData {
   std::optional<Eigen::MatrixXd> covariance = {};  ///< of the parameters in storage order
 };
 
-/// Everything that the page draws of the calibration of one camera.
+/// All data of the page of a single-camera calibration.
 struct CalibrationEvidence : ReportData {
   Verdict verdict = Verdict::kNo;
-  CoverageReport coverage = {};  ///< its grid alone
+  CoverageReport coverage = {};  ///< only its grid
   double holdout_rms_px = 0;
   int num_outliers = 0;
   int num_images_given = 0;
   int num_images_used = 0;
   std::vector<ModelCandidate> models = {};
   std::optional<ReportedNextView> next_view = {};
-  std::vector<std::string> reasons = {};  ///< a line for each image without a usable board
+  std::vector<std::string> reasons = {};  ///< one line for each image without a usable board
   std::vector<std::string> notes = {};
   std::vector<std::string> settings = {};  ///< as flags: "--tolerance 1px"
   std::string created_by = {};             ///< program and version
@@ -90,12 +90,12 @@ struct CalibrationEvidence : ReportData {
 
 /// The number of corners in all views.
 [[nodiscard]] std::size_t numCorners(const ReportData& data);
-/// Whether some pixels of the image have no ray, and so no error.
+/// True if some pixels of the image have no ray, and so no error.
 [[nodiscard]] bool hasBlindPixels(const Accuracy& accuracy);
-/// What its shares refer to: "the image", or "the pixels with a ray" where some have none.
+/// The whole that shares refer to: "the image", or "the pixels with a ray" if some have none.
 [[nodiscard]] const char* wholeName(const Accuracy& accuracy);
 
-/// Another camera, to compare the calibrated one with.
+/// A second camera to compare the calibrated one with.
 struct RivalCamera {
   std::string name;  ///< of its file
   AnyCamera camera;
@@ -105,17 +105,17 @@ struct RivalCamera {
 
 class JsonNode;
 
-// Values that other documents have too.
+// Readers of values that also occur in other documents.
 
-/// The index of the board that has its SPEC stated in "board", or of the only one.
+/// The index of the board with the SPEC under "board", or of the only board.
 [[nodiscard]] std::size_t readBoardIndex(const JsonNode& node, const std::vector<FitBoard>& boards);
 [[nodiscard]] ReportedCorner readCorner(const JsonNode& node, const Board& board);
-/// Of N parameters, from the lower triangle row by row; nothing for null.
+/// A matrix for N parameters, from the lower triangle row by row; nothing for null.
 [[nodiscard]] std::optional<Eigen::MatrixXd> readCovariance(const JsonNode& node, int n);
 
 /// Reads the evidence document of a calibration of one camera.
 /// @param file  its name, for messages
-/// @throws Error (kInput) naming the place of what is missing or of the wrong kind
+/// @throws Error (kInput) naming the place of a missing value or one of the wrong kind
 [[nodiscard]] CalibrationEvidence readCalibration(const nlohmann::json& evidence, const std::string& file);
 
 }  // namespace alidade

@@ -51,8 +51,8 @@ ReportedRigView readRigView(const JsonNode& node, const ReportedRig& rig) {
   return view;
 }
 
-// The distance of a pixel of camera b from the curve on which camera a's ray lies; nothing where the ray of
-// a points at b.
+// The distance of a pixel of camera b from the image of camera a's ray, a curve; nothing if the ray of a
+// points at b.
 std::optional<double> epipolarDistance(const ReportedRigCamera& a, const ReportedRigCamera& b,
                                        const SE3& b_from_a, const Vector2d& pixel_a,
                                        const Vector2d& pixel_b) {
@@ -62,7 +62,7 @@ std::optional<double> epipolarDistance(const ReportedRigCamera& a, const Reporte
   if (!ray_a || !ray_b || !(b_from_a.translation.norm() > 0)) return std::nullopt;
   const Vector3d normal = b_from_a.translation.normalized().cross(b_from_a.rotation * *ray_a);
   if (normal.norm() < kLeastSine) return std::nullopt;
-  // The ray's angle to the epipolar plane, as a motion of the pixel, less what runs along the curve.
+  // The ray's angle to the epipolar plane, as a displacement of the pixel without the part along the curve.
   const Vector3d n = normal.normalized();
   const double angle = std::asin(std::clamp(n.dot(*ray_b), -1.0, 1.0));
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> of_ray;
@@ -102,7 +102,7 @@ ReportedRig readRig(const nlohmann::json& evidence, const std::string& file) {
 }
 
 std::vector<EpipolarPair> epipolarPairs(const ReportedRig& rig) {
-  // Views of one placement, camera by camera.
+  // Views by placement, then by camera.
   std::map<std::size_t, std::vector<const ReportedRigView*>> by_placement;
   for (const ReportedRigView& view : rig.views) by_placement[view.placement].push_back(&view);
   std::map<std::pair<std::size_t, std::size_t>, std::map<std::size_t, SquareSum>> sums;

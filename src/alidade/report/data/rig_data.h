@@ -17,14 +17,14 @@
 
 namespace alidade {
 
-// What the page of a rig draws, read from the evidence of its calibration. NaN: unknown.
+// Data of the page of a rig, read from the evidence of its calibration. NaN: unknown.
 
 struct ReportedRigCamera {
   std::string name;
   AnyCamera camera;
   ImageSize size;
   SE3 camera_from_rig = {};
-  double rotation_std_rad = 0;  ///< length of the standard deviations of all three coordinates of the vector
+  double rotation_std_rad = 0;  ///< norm of the standard deviations of the three coordinates
   double distance_std_m = 0;    ///< of the distance from the first camera
   double rms_px = 0;
   double alone_rms_px = 0;  ///< calibrated alone
@@ -55,7 +55,7 @@ struct ReportedRig {
   std::string created_by = {};
 };
 
-/// For a root mean square.
+/// Sum for a root mean square.
 struct SquareSum {
   double sum = 0;
   std::size_t count = 0;
@@ -63,7 +63,7 @@ struct SquareSum {
   [[nodiscard]] double rms() const { return count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count)); }
 };
 
-/// The distance of corners from the epipolar lines of the same corners in another camera.
+/// Distances of corners from the epipolar lines of the same corners in a second camera.
 struct EpipolarPair {
   std::size_t first = 0;  ///< cameras
   std::size_t second = 0;
@@ -72,11 +72,12 @@ struct EpipolarPair {
   std::vector<std::pair<std::size_t, double>> by_frame = {};  ///< frame and RMS, px, in order of frames
 };
 
-/// Whether a document is the evidence of a rig.
+/// True if a document is the evidence of a rig.
 [[nodiscard]] bool isRigEvidence(const nlohmann::json& evidence);
-/// @throws Error (kInput) naming the place of what is missing or of the wrong kind
+/// @throws Error (kInput) naming the place of a missing value or one of the wrong kind
 [[nodiscard]] ReportedRig readRig(const nlohmann::json& evidence, const std::string& file);
-/// One for each two cameras that saw a corner at the same time. Distances are in pixels of the second camera.
+/// One entry for each two cameras that saw a corner at the same time. Distances are in pixels of the second
+/// camera.
 [[nodiscard]] std::vector<EpipolarPair> epipolarPairs(const ReportedRig& rig);
 
 }  // namespace alidade

@@ -22,7 +22,7 @@ json imagesJson(const RigCalibration& rig, const std::vector<RigImage>& images) 
   return list;
 }
 
-// Frames are those with a board that two or more cameras saw, as in the rig file.
+// The frames are those in which two or more cameras saw a board, as in the rig file.
 json documentOfRig(const RigCalibration& rig) {
   json cameras = json::array();
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {

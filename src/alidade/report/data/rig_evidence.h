@@ -9,10 +9,10 @@
 
 namespace alidade {
 
-/// Everything that the calibration of a rig found out, for programs: one JSON document.
+/// All results of the calibration of a rig, for programs: one JSON document.
 [[nodiscard]] std::string rigSummaryJson(const RigCalibration& rig);
 
-/// The same with boards, frames and the errors of all corners: what reportPage() draws.
+/// The same with boards, frames and the errors of all corners; input of reportPage().
 /// @param tolerance_px  see CalibratorOptions
 /// @param created_by    program and version
 [[nodiscard]] nlohmann::json rigEvidenceDocument(const RigCalibration& rig, double tolerance_px,

@@ -6,11 +6,11 @@
 #include "alidade/adjust/board/fit.h"
 #include "alidade/report/data/json_output.h"
 
-// How documents of one camera and of a rig state the shapes of boards.
+// Shapes of boards in documents of one camera and of a rig.
 
 namespace alidade {
 
-/// One value for the only board of a fit, or a list with one for each.
+/// A single value for the only board of a fit, or a list with one value per board.
 template <class ValueOf>
 [[nodiscard]] json ofEachBoard(const Fit& fit, const ValueOf& valueOf) {
   if (fit.boards.size() == 1) return valueOf(std::size_t{0});
@@ -19,8 +19,8 @@ template <class ValueOf>
   return list;
 }
 
-/// The bend of a board (m), 0 if it is not estimated, and of an uneven board the offsets of its points, m, in
-/// the board's frame. Of several boards each has its SPEC and the number of its views.
+/// The bend of a board (m), 0 if it is not estimated, and for an uneven board the offsets of its points, m,
+/// in the board's frame. If there are several boards, each has its SPEC and the number of its views.
 [[nodiscard]] json fittedShapeJson(const Fit& fit, std::size_t board);
 
 }  // namespace alidade

@@ -5,8 +5,7 @@
 
 namespace alidade {
 
-/// The text as a JSON document has it: bytes that are not UTF-8, which names of files may contain, become
-/// U+FFFD.
+/// The text for a JSON document: bytes that are not UTF-8, which file names may contain, become U+FFFD.
 [[nodiscard]] std::string validUtf8(const std::string& text);
 
 }  // namespace alidade

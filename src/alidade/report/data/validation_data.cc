@@ -13,7 +13,7 @@
 namespace alidade {
 namespace {
 
-// The message of a check or an error ends in what to do.
+// The message of a check or an error ends with the next step.
 Diagnosis diagnosisFrom(Severity severity, DiagnosisId id, const std::string& raw_message) {
   constexpr std::string_view kNext = "\n  next: ";
   const std::string message = validUtf8(raw_message);
@@ -29,7 +29,7 @@ std::vector<Diagnosis> diagnosesFrom(const std::vector<FileCheck>& checks) {
       checks, [](const FileCheck& check) { return diagnosisFrom(check.severity, check.id, check.message); });
 }
 
-// The 95 % error of distant points that the covariance tells.
+// The 95 % error of distant points according to the covariance.
 Accuracy accuracyByCovariance(const AnyCamera& camera, const ImageSize& size,
                               const Eigen::MatrixXd& covariance) {
   const ProjectionUncertainty projection(camera, size, std::numeric_limits<double>::infinity());
@@ -51,7 +51,7 @@ Accuracy accuracyByCovariance(const AnyCamera& camera, const ImageSize& size,
   return accuracy;
 }
 
-// The camera and what its file states of it.
+// The camera and the statements of its file.
 ReportData statedData(const CameraJudgement& judgement, double tolerance_px) {
   ReportData data{.camera = *judgement.camera, .size = *judgement.image_size, .tolerance_px = tolerance_px};
   const std::size_t count = data.camera.parameters().size();

@@ -12,14 +12,14 @@
 
 namespace alidade {
 
-/// All that validate found out.
+/// All results of validate.
 struct ValidationResult {
   std::vector<FileJudgement> files = {};
   std::vector<std::string> other_files = {};  ///< in folders; not camera files
-  bool is_strict = false;                     ///< a warning fails a file
-  double tolerance_px = 0;                    ///< for images and for the other camera
+  bool is_strict = false;                     ///< a warning counts as a failure of the file
+  double tolerance_px = 0;                    ///< for images and for the comparison
   std::vector<Board> boards = {};             ///< that the images show; none without images
-  std::optional<RivalCamera> rival = {};      ///< with which the cameras were compared
+  std::optional<RivalCamera> rival = {};      ///< reference for the comparison
   std::string created_by = {};                ///< program and version
 
   [[nodiscard]] bool isFailed(const FileJudgement& file) const {
@@ -32,34 +32,34 @@ struct ValidationResult {
   }
 };
 
-/// A camera of a file as its page shows it. Texts are UTF-8.
+/// A camera of a file, for display on a page. Texts are UTF-8.
 struct JudgedCamera {
   const CameraJudgement* judgement = nullptr;
   std::string name = {};
   std::vector<Diagnosis> checks = {};
-  /// For the figures: the errors of its views are those of corners that had no part in their view's pose.
-  /// Nothing where the model is not supported or the image size not stated.
+  /// For the figures: the errors are those of corners not used for their view's pose. Nothing if the model is
+  /// not supported or the image size not stated.
   std::optional<ReportData> data = {};
   std::vector<const HeldOutView*> tested = {};  ///< the views of `data`
-  std::vector<std::string> untested = {};       ///< images without a corner that could be tested
+  std::vector<std::string> untested = {};       ///< images without a testable corner
 
-  /// What images say of the camera; null without images.
+  /// Findings from images; null without images.
   [[nodiscard]] const HeldOutJudgement* heldOut() const {
     return data && judgement->held_out ? &*judgement->held_out : nullptr;
   }
 };
 
-/// A file as its page shows it. Texts are UTF-8.
+/// A file, for display on a page. Texts are UTF-8.
 struct JudgedFile {
   const FileJudgement* judgement = nullptr;
   std::string name = {};
   Severity status = Severity::kPass;
-  std::optional<Diagnosis> error = {};  ///< why it cannot be read
+  std::optional<Diagnosis> error = {};  ///< reason why it cannot be read
   std::vector<JudgedCamera> cameras = {};
   std::vector<Diagnosis> rig_checks = {};
 };
 
-/// Refers to `result`, which outlives the files.
+/// The results refer to `result`, which must outlive them.
 [[nodiscard]] std::vector<JudgedFile> judgedFiles(const ValidationResult& result);
 
 }  // namespace alidade

@@ -20,7 +20,7 @@ using Eigen::Vector2d;
 
 constexpr int kDifferenceArrows = 14;  // along the longer side
 
-// Arrows on every n-th point of the grid, and how many times longer than the difference they are.
+// Adds arrows at every n-th point of the grid. @returns their magnification
 double addDifferenceArrows(const ProjectionDifference& difference, const PlotArea& area,
                            FigureCanvas& canvas) {
   const int step = std::max(1, std::max(difference.columns, difference.rows) / kDifferenceArrows);
@@ -68,7 +68,7 @@ Figure differenceFigure(const ReportData& data, const RivalCamera& rival) {
         "Each colour is the difference between the pixels of a distant point in the two cameras, after the "
         "best rotation, and each arrow leads from this camera's pixel to the other's. " +
         toleranceSentence(legend, data.tolerance_px);
-    constexpr double kRoundingPx = 1e-6;  // nobody needs to see less
+    constexpr double kRoundingPx = 1e-6;  // smaller differences are irrelevant
     if (difference.p95_px > kRoundingPx) {
       const double times = addDifferenceArrows(difference, area, canvas);
       legend.emplace_back("line mean", fmt::format("difference ({})", timesLonger(times)));

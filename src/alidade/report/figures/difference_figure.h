@@ -6,8 +6,8 @@
 
 namespace alidade {
 
-/// Where the other camera projects distant points after the best rotation, compared with the calibrated one.
-/// @throws Error (kInput) for a camera whose image has another shape
+/// Displacement of distant points between the calibrated camera and the other one, after the best rotation.
+/// @throws Error (kInput) for a camera with a different image aspect ratio
 [[nodiscard]] Figure differenceFigure(const ReportData& data, const RivalCamera& rival);
 
 }  // namespace alidade

@@ -19,7 +19,7 @@ constexpr const char* kBeyondColour = "#c8402a";
 constexpr std::string_view kStyle =
     "<style>.beyond{fill:#c8402a}.one{fill:url(#one)}.neither{fill:url(#neither)}"
     ".shaft{stroke:#1c2b45;stroke-linecap:round}</style>\n";
-constexpr int kMostCells = 120;  // on a side: nobody would see more
+constexpr int kMostCells = 120;  // on a side; more would not be visible
 constexpr int kArrows = 18;      // on the longer side
 
 enum class Sight { kBoth, kOne, kNeither };
@@ -35,7 +35,7 @@ struct Cell {
 struct CellGrid {
   int columns = 0;
   int rows = 0;
-  int pixels_a_side = 1;  // of the difference's grid, for one cell
+  int pixels_a_side = 1;  // pixels of the difference's grid per side of a cell
   std::vector<Cell> cells;
 
   [[nodiscard]] bool has(Sight sight) const {
@@ -43,7 +43,7 @@ struct CellGrid {
   }
 };
 
-// The least of 1, 1.5, 2, 3, 5 and 7 times a power of ten that is not below `value`.
+// The smallest of 1, 1.5, 2, 3, 5 and 7 times a power of ten that is at least `value`.
 double roundAbove(double value) {
   const double power = std::pow(10.0, std::floor(std::log10(value)));
   for (const double step : {1.0, 1.5, 2.0, 3.0, 5.0, 7.0}) {
@@ -52,7 +52,7 @@ double roundAbove(double value) {
   return 10 * power;
 }
 
-// Where the scale of colours and arrows ends. Less than a thousandth of a pixel is rounding.
+// The upper end of the scale of colours and arrows. Less than a thousandth of a pixel is rounding.
 double scaleEnd(const ProjectionDifference& difference) {
   constexpr double kLeastPx = 1e-3;
   return roundAbove(std::max(difference.p95_px, kLeastPx));
@@ -66,7 +66,7 @@ Sight sightOf(const ComparedCamera& a, const ComparedCamera& b, const Projection
   return is_seen ? Sight::kOne : Sight::kNeither;
 }
 
-// Where the i-th of `places` along a side ends and the next begins.
+// The boundary between the i-th of `places` along a side and the next.
 double edgeAfter(const std::vector<double>& places, int i, int length) {
   if (i < 0) return -0.5;
   const auto at = static_cast<std::size_t>(i);
@@ -95,7 +95,7 @@ CellGrid cellsOf(const ComparedCamera& a, const ComparedCamera& b, const Project
                 .high = {edgeAfter(xs, right, a.size.width), edgeAfter(ys, bottom, a.size.height)},
                 .pixel = difference.pixels[at(top, left)],
                 .sight = Sight::kNeither};
-      // The pixel that differs most stands for all.
+      // The pixel with the largest difference represents the cell.
       for (int row = top; row <= bottom; ++row) {
         for (int column = left; column <= right; ++column) {
           const std::size_t i = at(row, column);
@@ -115,7 +115,7 @@ CellGrid cellsOf(const ComparedCamera& a, const ComparedCamera& b, const Project
   return grid;
 }
 
-// Diagonal lines on grey: both what one camera sees and what neither does are no colour of the scale.
+// Diagonal lines on grey, which is no colour of the scale, for pixels that one camera or both cannot see.
 void addPatterns(FigureCanvas& canvas) {
   const auto pattern = [](const char* id, const char* ground, const char* line) {
     return fmt::format(
@@ -139,7 +139,7 @@ std::string fillOf(const Cell& cell, double scale_end) {
 void addCells(const CellGrid& grid, const ImageSize& size, double scale_end, const PlotArea& area,
               FigureCanvas& canvas) {
   canvas.open("shape-rendering=\"crispEdges\"");
-  // Each lies a little under the next, or the gaps between rounded edges would show.
+  // Each overlaps the next slightly, as gaps between rounded edges would show.
   const Eigen::Vector2d border(size.width - 0.5, size.height - 0.5);
   for (const Cell& cell : grid.cells) {
     const Eigen::Vector2d overlap = 0.05 * (cell.high - cell.low);
@@ -149,11 +149,11 @@ void addCells(const CellGrid& grid, const ImageSize& size, double scale_end, con
   canvas.close();
 }
 
-// The difference's own length, cut where the scale ends, as an arrow of the drawing.
+// Arrows of the difference, cut to the end of the scale.
 std::string arrowsPath(const CellGrid& grid, double scale_end, double longest, const PlotArea& area) {
   const int step = std::max(1, (std::max(grid.columns, grid.rows) + kArrows / 2) / kArrows);
   const double least = 0.003 * area.box.sizes().maxCoeff();
-  // Arrows are equally far from both borders, and not on them if possible.
+  // Arrows are at equal distances from both borders, and not on them if possible.
   const auto places = [step](int count) {
     const int num_arrows = std::max(1, (count - 1) / step);
     std::vector<int> found;

@@ -9,10 +9,10 @@
 namespace alidade {
 
 /// A drawing (SVG) of the difference of two cameras over the image of the first: its length as colours, an
-/// arrow from where a puts a point to where b does, the largest one marked, and pixels that cannot be
-/// compared hatched, with a scale for all of it.
-/// @param difference  of a grid, with what was taken out found
-/// @param lines       of text to write under it
+/// arrow from the pixel of a point in a to that in b, a mark at the largest one, hatching for pixels that
+/// cannot be compared, and a scale.
+/// @param difference  over a grid, after alignment
+/// @param lines       of text below the drawing
 [[nodiscard]] std::string differenceSvg(const ComparedCamera& a, const ComparedCamera& b,
                                         const ProjectionDifference& difference,
                                         std::span<const std::string> lines);

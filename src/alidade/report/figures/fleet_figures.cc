@@ -17,13 +17,13 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Lengths to count, and which of them stand out.
+// Lengths to count, and flags for those that stand out.
 struct CountedLength {
   double px = 0;
   bool is_marked = false;
 };
 
-// Bars of how many lengths there are of each size, those that stand out on top.
+// Bars with the number of lengths per bin, those that stand out on top.
 void addHistogram(const std::vector<CountedLength>& lengths, const PlotArea& area, int num_bins,
                   FigureCanvas& canvas) {
   std::vector<int> all(static_cast<std::size_t>(num_bins));
@@ -50,7 +50,7 @@ void addHistogram(const std::vector<CountedLength>& lengths, const PlotArea& are
   }
 }
 
-// The largest number of lengths in a bin.
+// The largest number of lengths in any bin.
 double highestBin(const std::vector<CountedLength>& lengths, double most, int num_bins) {
   std::vector<int> counts(static_cast<std::size_t>(num_bins));
   for (const CountedLength& length : lengths)
@@ -59,14 +59,14 @@ double highestBin(const std::vector<CountedLength>& lengths, double most, int nu
   return std::ranges::max(counts);
 }
 
-// A histogram with the tolerance, of bars and those that stand out; without a frame of its own if there is
-// nothing to mark.
+// A histogram with the tolerance, with bars for normal and outstanding lengths; without a separate frame if
+// there is nothing to mark.
 std::string histogramSvg(const std::vector<CountedLength>& lengths, double tolerance_px, const char* x_name,
                          const Legend& bars, const std::string& alt) {
   constexpr int kNumBins = 32;
   double most = 0;
   for (const CountedLength& length : lengths) most = std::max(most, length.px);
-  // The tolerance is shown where it is near.
+  // The tolerance is shown if it is near.
   constexpr double kNear = 2;
   const bool is_limit_shown = tolerance_px <= kNear * most;
   if (is_limit_shown) most = std::max(most, tolerance_px);
@@ -87,7 +87,7 @@ std::string histogramSvg(const std::vector<CountedLength>& lengths, double toler
   return canvas.svg(alt);
 }
 
-// Where a value stands among the others.
+// Position of a value among those of all units.
 struct ParameterStrip {
   std::string name;
   std::vector<double> of_members;  // standard deviations between units from the typical camera
@@ -114,7 +114,7 @@ std::vector<ParameterStrip> stripsOf(const Fleet& fleet, const FleetGroup& group
   return strips;
 }
 
-// The value that this share of the sorted values does not exceed.
+// The value that a given share of the sorted values does not exceed.
 double quantileOf(const std::vector<double>& sorted, double share) {
   const double at = share * static_cast<double>(sorted.size() - 1);
   return sorted[static_cast<std::size_t>(std::lround(at))];
@@ -172,7 +172,7 @@ Figure fleetDistancesFigure(const FleetGroup& group, double tolerance_px) {
 Figure fleetParametersFigure(const Fleet& fleet, const FleetGroup& group) {
   constexpr double kRow = 22;
   constexpr double kLeft = 64;
-  constexpr double kSpan = 4;       // standard deviations shown to either side
+  constexpr double kSpan = 4;       // standard deviations shown on each side
   constexpr double kMiddle = 0.95;  // of the units within a bar
   std::vector<ParameterStrip> strips = stripsOf(fleet, group);
   const double bottom = 14 + kRow * static_cast<double>(strips.size());

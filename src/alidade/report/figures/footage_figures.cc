@@ -19,7 +19,7 @@ std::string wordsOf(std::string_view id_of) {
   return id;
 }
 
-// @param edit  flags of `convert`, after which the camera was checked; empty: as it is
+// @param edit  flags of `convert` applied before the check; empty: none
 std::string tableOf(const FootageCheck& check, const std::string& edit, const std::string& id) {
   const auto px = [](double value) { return std::isfinite(value) ? shortNumber(value) : "unknown"; };
   std::vector<PageRow> rows;

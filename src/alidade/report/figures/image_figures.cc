@@ -20,14 +20,14 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr std::size_t kMostDots = 6000;  // more would hide each other, and make a large file
+constexpr std::size_t kMostDots = 6000;  // more would overlap and make a large file
 constexpr std::size_t kMostResiduals = 3000;
 
 LevelMap errorMap(const Accuracy& accuracy, const ImageSize& size, const PlotArea& area) {
   LevelMap map{
       .columns = accuracy.columns, .rows = accuracy.rows, .values = accuracy.error_px, .point_at = {}};
   map.point_at = [&accuracy, size, area](int column, int row) {
-    // The outer points stand for the border itself.
+    // The outer points represent the border itself.
     const Vector2d pixel = Vector2d(column * (size.width - 1.0) / (accuracy.columns - 1),
                                     row * (size.height - 1.0) / (accuracy.rows - 1));
     const Vector2d share(column / (accuracy.columns - 1.0), row / (accuracy.rows - 1.0));
@@ -48,7 +48,7 @@ std::string accuracyAlt(const ReportData& data, bool is_by_covariance) {
       twoDigits(accuracy.worst_px), accuracy.worst_pixel.x(), accuracy.worst_pixel.y());
 }
 
-// Columns and rows of about square cells.
+// Numbers of columns and rows for nearly square cells.
 std::pair<int, int> cellsFor(const ImageSize& size, int along_longer) {
   const double cell = static_cast<double>(std::max(size.width, size.height)) / along_longer;
   return {std::max(1, static_cast<int>(std::lround(size.width / cell))),
@@ -59,7 +59,7 @@ int cellIndex(double pixel, int side, int count) {
   return std::clamp(static_cast<int>((pixel + 0.5) * count / side), 0, count - 1);
 }
 
-// @param arrow_scale  of the drawing, per px
+// @param arrow_scale  units of the drawing per px
 std::vector<ErrorCell> residualCells(const ReportData& data, int columns, int rows, double arrow_scale) {
   std::vector<ErrorCell> cells(static_cast<std::size_t>(columns * rows));
   for (const ReportedView& view : data.views) {
@@ -93,7 +93,7 @@ void visitSample(const ReportData& data, std::size_t most, Visit visit) {
   }
 }
 
-// How many times longer than the errors the arrows are: the longest usual one spans `length` in the drawing.
+// Magnification of arrows with which the longest usual error spans `length` in the drawing.
 double magnification(const ReportData& data, const PlotArea& area, double length) {
   std::vector<double> lengths;
   visitSample(data, kMostResiduals,
@@ -120,7 +120,7 @@ Figure accuracyFigure(const ReportData& data, bool is_by_covariance) {
   for (const auto& [from, to] : outline) on_outline.push_back(from);
   Legend legend = addToleranceMap(map, data.tolerance_px, plot.area, canvas, on_outline);
   canvas.addPath(contourPath(outline), "class=\"outline\"");
-  // Whole, even if the worst pixel is at the border.
+  // Keeps the ring whole, even if the worst pixel is at the border.
   constexpr double kRing = 5;
   const Vector2d inset = Vector2d::Constant(kRing + 1);
   const Vector2d worst = plot.area.at(accuracy.worst_pixel).cwiseMax(low + inset).cwiseMin(high - inset);

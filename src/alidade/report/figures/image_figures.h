@@ -10,9 +10,9 @@ namespace alidade {
 
 /// The 95 % error of a projected point, as areas between multiples of the tolerance, with contours.
 /// @pre there is an accuracy
-/// @param is_by_covariance  it follows from a camera file, and nothing else is known
+/// @param is_by_covariance  computed only from the covariance in a camera file
 [[nodiscard]] Figure accuracyFigure(const ReportData& data, bool is_by_covariance = false);
-/// The corners that were used, and how many lie in each cell of the image.
+/// The used corners, and their number in each cell of the image.
 [[nodiscard]] Figure coverageFigure(const CalibrationEvidence& data);
 /// Reprojection errors as arrows: a sample of single corners, and the mean and RMS in each cell. Cells carry
 /// their RMS and their count as data-rms and data-count.

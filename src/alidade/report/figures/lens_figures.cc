@@ -45,7 +45,7 @@ Vector2d principalPoint(const AnyCamera& camera) {
   return {camera.parameter("cx"), camera.parameter("cy")};
 }
 
-// The lines of a straight line of the scene that the image shows, in pieces.
+// The image of a straight line of the scene, in pieces.
 template <class RayAt>
 std::string curvePath(const AnyCamera& camera, const PlotArea& area, const Eigen::AlignedBox2d& shown,
                       RayAt ray_at) {
@@ -69,8 +69,8 @@ std::string curvePath(const AnyCamera& camera, const PlotArea& area, const Eigen
   return d;
 }
 
-// Planes through the camera's x or y axis: each meets the scene in a straight line, and together they make a
-// grid of squares for a camera that looks at a wall.
+// Planes through the camera's x or y axis: each meets the scene in a straight line, and together they form a
+// grid of squares on a wall in front of the camera.
 std::string gridPath(const AnyCamera& camera, const PlotArea& area, const Eigen::AlignedBox2d& shown,
                      double step_rad, double end_rad) {
   std::string d;
@@ -87,7 +87,7 @@ std::string gridPath(const AnyCamera& camera, const PlotArea& area, const Eigen:
   return d;
 }
 
-// Circles of equal angle from the axis, every `step_rad`, as far as the image shows them.
+// Circles of equal angle from the axis, every `step_rad`, inside the image.
 template <class RadiusOf>
 std::string ringsPath(const PlotArea& area, const Eigen::AlignedBox2d& shown, double step_rad, double end_rad,
                       RadiusOf pixel_at) {
@@ -118,7 +118,7 @@ double axisFocal(const AnyCamera& camera) {
   return (beside.pixel - ahead.pixel).norm() / kSmall;
 }
 
-// Mean distance from the principal point at this angle, over directions that have a pixel; NaN without any.
+// Mean distance from the principal point at this angle, over directions that have a pixel; NaN if none has.
 double radiusAt(const AnyCamera& camera, double angle) {
   constexpr int kDirections = 8;
   double sum = 0;
@@ -136,7 +136,7 @@ double radiusAt(const AnyCamera& camera, double angle) {
 
 constexpr int kRadialSteps = 120;
 
-// Angles (degrees) up to an end and their distances from the principal point, where there are any.
+// Angles (degrees) up to an end and their distances from the principal point, where defined.
 std::vector<Vector2d> radialCurve(const AnyCamera& camera, double end_rad) {
   std::vector<Vector2d> curve;
   for (int i = 0; i <= kRadialSteps; ++i) {
@@ -161,7 +161,7 @@ std::string radialReading(bool are_boards_seen, bool have_rays) {
   return reading;
 }
 
-// A line from the bottom to the top of a chart at an angle, with its words in the legend.
+// A vertical line in a chart at an angle, with a legend entry.
 void addAngleLimit(FigureCanvas& canvas, const PlotArea& area, double angle_rad, const std::string& words,
                    const char* kind, Legend& legend) {
   const double x = angle_rad / kRadPerDeg;
@@ -187,7 +187,7 @@ bool hasRay(const AnyCamera& camera, const Vector2d& pixel) {
   return camera.unproject(pixel).has_value();
 }
 
-// Up to which boards were seen; 0 without views.
+// Largest angle at which boards were seen; 0 without views.
 double coveredAngle(const ReportData& data) {
   double angle = 0;
   for (const ReportedView& view : data.views) {
@@ -205,7 +205,7 @@ void addPrincipalPoint(const ReportData& data, const PlotArea& area, FigureCanva
                  "class=\"cross\"");
 }
 
-// Rings of equal angle: straight lines of the scene meet in the image of a wide lens.
+// Rings of equal angle; a grid of straight lines would converge in the image of a wide lens.
 Figure wideDistortionFigure(const ReportData& data, double end) {
   const ImagePlot plot = imagePlot(data.size);
   const PlotArea& area = plot.area;
@@ -283,7 +283,7 @@ Figure distortionGridFigure(const ReportData& data) {
 }
 
 Figure radialFigure(const ReportData& data) {
-  // Dark corners of a fisheye have no ray: then there is no angle at which they are.
+  // Dark corners of a fisheye have no ray, so their angle is undefined.
   const std::vector<Vector2d> corners = cornerPixels(data.size);
   const bool have_rays =
       std::ranges::all_of(corners, [&](const Vector2d& corner) { return hasRay(data.camera, corner); });

@@ -8,10 +8,10 @@ namespace alidade {
 
 // Figures of the lens.
 
-/// Straight lines of the scene as the camera shows them, over those of a pinhole camera.
+/// The images of straight lines of the scene, over those of a pinhole camera.
 [[nodiscard]] Figure distortionGridFigure(const ReportData& data);
 /// Distance from the principal point over the angle from the optical axis, with the end of the model's domain
-/// and of what boards covered.
+/// and that of the range covered by boards.
 [[nodiscard]] Figure radialFigure(const ReportData& data);
 /// The correlations of the estimated parameters. @pre there is a covariance
 [[nodiscard]] Figure correlationFigure(const ReportData& data);

@@ -20,9 +20,9 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kMarked = 0.087;  // tilts from 5 degrees on have a side that is marked, as in tiltText()
+constexpr double kMarked = 0.087;  // sides are marked for tilts from 5 degrees, as in tiltText()
 
-// The share of the scale goes with the logarithm: uncertainty grows steeply towards the image's corners.
+// Colours are logarithmic, because uncertainty rises steeply towards the image's corners.
 void addMap(const UncertaintyGrid& grid, double inflation, const ImageSize& size, const PlotArea& area,
             FigureCanvas& canvas) {
   double least = std::numeric_limits<double>::infinity();
@@ -52,7 +52,7 @@ struct BoardSide {
   Vector2d middle{0, 0};
 };
 
-// The four sides of the squares, as far as the camera shows them.
+// The visible parts of the four sides of the squares.
 std::vector<BoardSide> boardSides(const AnyCamera& camera, const Board& board, const SE3& camera_from_board) {
   const auto corner = [&](Eigen::AlignedBox2d::CornerType which) { return board.printed().corner(which); };
   const std::array<Vector2d, 4> corners = {
@@ -104,7 +104,7 @@ void addNextView(const AnyCamera& camera, const Board& board, const NextView& ne
         std::ranges::max_element(sides, {}, [&](const BoardSide& s) { return s.middle.dot(direction); });
     if (side == sides.end()) return;
     addSide(*side, "class=\"nearer\"");
-    constexpr double kEdge = 24;  // where the word can be read as a whole
+    constexpr double kEdge = 24;  // so that the whole label is readable
     const Vector2d place = (area.at(side->middle) + 18 * direction)
                                .cwiseMax(Vector2d(kEdge, 12))
                                .cwiseMin(Vector2d(canvas.width() - kEdge, area.box.max().y() - 4));
@@ -115,7 +115,7 @@ void addNextView(const AnyCamera& camera, const Board& board, const NextView& ne
   if (std::abs(tilt.lower_rad) > kMarked) mark({0, tilt.lower_rad > 0 ? 1 : -1});
 }
 
-// The image with a margin for a board that sticks out of it.
+// The image with a margin for a board that extends beyond it.
 PlotArea areaAround(const ImageSize& size) {
   const int margin = std::max(size.width, size.height) / 10;
   PlotArea area = imagePlot({.width = size.width + 2 * margin, .height = size.height + 2 * margin},

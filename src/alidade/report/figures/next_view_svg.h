@@ -12,9 +12,9 @@
 namespace alidade {
 
 /// A drawing (SVG) of the image: the corners that the calibration used, the projection uncertainty as a
-/// coarse map of colours (left out where it is not determined), and where the board goes next, with the sides
-/// marked that are nearer to the camera.
-/// @param views  those that were given to the calibration
+/// coarse colour map (omitted if undetermined), and the next position of the board, with marks on the sides
+/// that are nearer to the camera.
+/// @param views  as given to the calibration
 [[nodiscard]] std::string nextViewSvg(const Calibration& calibration, std::span<const View> views,
                                       const Guidance& guidance);
 

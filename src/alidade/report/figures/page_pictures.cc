@@ -31,9 +31,9 @@ std::string base64(const std::vector<std::uint8_t>& bytes) {
   return text;
 }
 
-// How many bytes of JPEG a view may take, by the number of images given.
+// Target size of the JPEG of a view, by the number of given images.
 double bytesPerView(std::size_t num_images) {
-  constexpr double kMost = 45e3;  // sharp enough for a screen
+  constexpr double kMost = 45e3;  // bytes; sharp enough for a screen
   constexpr double kFew = 50;
   constexpr double kMany = 1000;
   constexpr double kBytesOfFew = 1.1e6;
@@ -43,8 +43,8 @@ double bytesPerView(std::size_t num_images) {
   return std::min(kMost, (kBytesOfFew + share * (kBytesOfMany - kBytesOfFew)) / count);
 }
 
-// The image at a half, a quarter and so on of its size, at least twice the wanted one: means of whole pixels
-// are much faster than those of parts of pixels.
+// The image at a half, a quarter and so on of its size, but at least twice the wanted one: averaging whole
+// pixels is much faster than averaging fractions.
 cv::Mat halved(const cv::Mat& whole, const cv::Size& wanted) {
   int factor = 1;
   while (whole.cols % (2 * factor) == 0 && whole.rows % (2 * factor) == 0 &&
@@ -59,11 +59,11 @@ cv::Mat halved(const cv::Mat& whole, const cv::Size& wanted) {
 }  // namespace
 
 std::string pictureUri(const GrayImage& image, double most_bytes) {
-  constexpr double kBytesPerPixel = 0.16;  // at the first quality, of photographs
+  constexpr double kBytesPerPixel = 0.16;  // at the first quality, for photographs
   const double num_pixels = static_cast<double>(image.size.width) * image.size.height;
   const double scale = std::min(1.0, std::sqrt(most_bytes / kBytesPerPixel / num_pixels));
   const cv::Mat whole(image.size.height, image.size.width, CV_8U,
-                      const_cast<std::uint8_t*>(image.pixels.data()));  // OpenCV has no view of constants
+                      const_cast<std::uint8_t*>(image.pixels.data()));  // OpenCV has no read-only view
   cv::Mat small;
   const cv::Size size(std::max(1, static_cast<int>(std::lround(scale * image.size.width))),
                       std::max(1, static_cast<int>(std::lround(scale * image.size.height))));
@@ -80,7 +80,7 @@ void PassingPictures::add(const std::string& name, const GrayImage& image, doubl
   ViewPicture picture{.uri = pictureUri(image, bytesPerView(num_images_)), .size = image.size};
   const std::lock_guard lock(mutex_);
   pictures_[name] = std::move(picture);
-  // The first name among equal areas, whatever the order of the threads.
+  // For equal areas the first name wins, whatever the order of the threads.
   const bool is_larger =
       board_area_px > largest_area_px_ || (board_area_px == largest_area_px_ && name < largest_name_);
   if (!largest_name_.empty() && !is_larger) return;
@@ -118,7 +118,7 @@ std::vector<std::string> viewPictures(const ReportData& data, int num_images, co
                                       int num_jobs) {
   std::vector<std::string> pictures(data.views.size());
   if (!source.image_of) return pictures;
-  // One image may show several boards, each a view.
+  // One image may show several boards, each of which is a view.
   std::map<std::string, std::size_t> first_of;
   std::vector<std::size_t> firsts;
   for (std::size_t v = 0; v < data.views.size(); ++v)

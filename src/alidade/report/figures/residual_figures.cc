@@ -40,17 +40,17 @@ double rootMeanSquare(const std::vector<double>& values) {
   return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-// Least squares of the displacement of one point of a board, metres on the board: views that see it at a
-// grazing angle say little about it.
+// Least squares of the displacement of one point of a board, metres on the board: views at a grazing angle
+// contribute little.
 struct PointDisplacement {
   Matrix2d information = Matrix2d::Zero();
   Vector2d sum{0, 0};
   int count = 0;
 
-  Vector2d offset{0, 0};  // that the calibration found
+  Vector2d offset{0, 0};  // estimated by the calibration
 
   [[nodiscard]] Vector2d mean() const { return offset + information.ldlt().solve(sum); }
-  /// Standard deviation of the mean in the worse direction, for corners with this noise.
+  /// Standard deviation of the mean in the worse direction, for this corner noise.
   [[nodiscard]] double std(double sigma_px) const {
     const double half_trace = 0.5 * information.trace();
     const double least =
@@ -88,7 +88,7 @@ ImagePlot boardPlot(const BoardInk& ink) {
                               .height = static_cast<int>(std::lround(10 * size_mm.y()))});
   plot.area.low = ink.extent.min();
   plot.area.high = ink.extent.max();
-  plot.legend_top -= 12;  // there are no marks
+  plot.legend_top -= 12;  // no marks here
   return plot;
 }
 
@@ -117,7 +117,7 @@ double highestOf(const BoardShape& shape) {
   return highest_m;
 }
 
-// Squares whose colours say how far points lie in front of or behind the board's plane.
+// Squares coloured by the height of points above or below the board's plane.
 void addHeights(const Board& target, const BoardShape& shape, const PlotArea& area, FigureCanvas& canvas) {
   const double highest_m = highestOf(shape);
   if (!(highest_m > 0)) return;
@@ -207,7 +207,7 @@ Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
 
 Figure histogramFigure(const ReportData& data) {
   constexpr int kBars = 40;
-  constexpr double kRange = 4;  // standard deviations on either side
+  constexpr double kRange = 4;  // standard deviations on each side
   const std::vector<double> components = sortedComponents(data);
   const double sigma = rootMeanSquare(components);
   const double end = sigma > 0 ? kRange * sigma : 1;
@@ -274,7 +274,7 @@ Figure normalPlotFigure(const ReportData& data) {
   const std::size_t num_points = std::min(count, kMostPoints);
   double last = 0;
   for (std::size_t k = 0; k < num_points; ++k) {
-    // All of the outer ones: the tails are what matters.
+    // All outer points, because the tails matter.
     const std::size_t from_end = std::min(k, num_points - 1 - k);
     const std::size_t inner =
         from_end < 20 || num_points == count

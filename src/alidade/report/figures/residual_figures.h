@@ -8,9 +8,9 @@
 
 namespace alidade {
 
-// Figures of the reprojection errors that do not lie over the image.
+// Figures of the reprojection errors other than over the image.
 
-/// Where each point of a board seems to be displaced on the board, over all views that show it.
+/// Apparent displacement of each point on a board, over all views that show it.
 /// @param board  index into ReportData::boards
 [[nodiscard]] Figure boardResidualsFigure(const ReportData& data, std::size_t board);
 /// The distribution of the errors, with the normal curve of the same standard deviation. Bars carry their

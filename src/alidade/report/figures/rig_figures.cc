@@ -81,7 +81,7 @@ Figure epipolarFigure(const ReportedRig& rig, const std::vector<EpipolarPair>& p
 
 namespace {
 
-// Figures over time stand above each other: all have the frames at the same places.
+// Figures over time are stacked, with frames at the same horizontal positions.
 constexpr double kTimeLeft = 96;
 constexpr double kTimeRight = 430;
 
@@ -131,7 +131,7 @@ Figure epipolarOverTimeFigure(const ReportedRig& rig, const std::vector<Epipolar
   const PlotArea area = timeArea(rig, 24, 190, 1.06 * most);
   FigureCanvas canvas(229);
   canvas.addNamedAxes(area, distinctParts(rig.frames), "frame", "epipolar error, px");
-  // The pairs with the largest errors have colours of their own.
+  // The pairs with the largest errors have their own colours.
   std::vector<std::size_t> order(pairs.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::ranges::stable_sort(order,

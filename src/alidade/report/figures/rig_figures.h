@@ -8,7 +8,7 @@
 
 namespace alidade {
 
-/// The cameras of a rig and the boards that they saw, in the rig's frame.
+/// The cameras of a rig and the observed boards, in the rig's frame.
 [[nodiscard]] Figure rigSceneFigure(const ReportedRig& rig);
 /// RMS distance from epipolar lines for each two cameras. Bars carry it as data-rms. @pre at least one pair
 [[nodiscard]] Figure epipolarFigure(const ReportedRig& rig, const std::vector<EpipolarPair>& pairs);

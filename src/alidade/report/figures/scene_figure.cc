@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 constexpr double kYawDegrees = -38;
 constexpr double kPitchDegrees = 24;
 const Vector2d kSceneMiddle(220, 156);
-const Vector2d kSceneSides(360, 250);  // what the scene may take of the drawing
+const Vector2d kSceneSides(360, 250);  // room for the scene in the drawing
 
 struct SceneShape {
   std::string attributes;
@@ -32,7 +32,7 @@ struct SceneShape {
   std::string words = {};  // instead of a line
 };
 
-// The part of the scene that a drawing shows, and its scale.
+// The visible part of the scene, and its scale.
 struct SceneView {
   Eigen::Matrix3d rotation;
   Vector3d middle;
@@ -67,7 +67,7 @@ void addCamera(const SceneCamera& camera, double length, std::vector<SceneShape>
   const Vector2d middle(0.5 * right, 0.5 * low);
   for (const Vector2d& corner :
        {Vector2d(0, 0), Vector2d(right, 0), Vector2d(right, low), Vector2d(0, low)}) {
-    // Dark corners of a fisheye have no ray: the nearest pixel to them that has one.
+    // Dark corners of a fisheye have no ray; the nearest pixel with one is used.
     for (double share = 1; share > 0; share -= 0.05) {
       const auto ray = camera.camera->unproject(middle + share * (corner - middle));
       if (!ray) continue;

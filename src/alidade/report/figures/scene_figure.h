@@ -17,8 +17,8 @@ namespace alidade {
 struct SceneBoard {
   const Board* target = nullptr;
   SE3 scene_from_board = {};
-  std::optional<std::size_t> view = std::nullopt;  ///< that opens from it
-  std::string words = {};                          ///< to tell about it, if no view opens
+  std::optional<std::size_t> view = std::nullopt;  ///< view that a click opens
+  std::string words = {};                          ///< text for a shape that opens no view
   bool is_next = false;                            ///< suggested, not seen
 };
 
@@ -39,10 +39,10 @@ struct SceneContent {
 };
 
 /// Boards and cameras in space. Each shape carries its points in data-points (metres, x y z for each), from
-/// which the page's script draws the scene again when it is turned; the drawing shows it from data-yaw and
+/// which the page's script redraws the scene when it is turned; the initial drawing uses data-yaw and
 /// data-pitch (degrees).
 [[nodiscard]] Figure sceneFigure(const SceneContent& content);
-/// The same of a calibration of one camera, in the camera frame.
+/// The same for a calibration of one camera, in the camera frame.
 [[nodiscard]] Figure sceneFigure(const CalibrationEvidence& data);
 
 }  // namespace alidade

@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Between opposite corners, in a plane picture: beyond this its border is stretched out of shape.
+// Largest diagonal field of a plane picture; beyond it the border is stretched too much.
 constexpr double kMostFieldRad = 2.1;
 
 double seenArea(const ReportedView& view) {
@@ -29,7 +29,7 @@ double seenArea(const ReportedView& view) {
   return view.corners.empty() ? 0 : box.volume();
 }
 
-// The picture's rays: as many of the image as a plane shows well.
+// Output view of the picture: as much of the image as a plane shows well.
 OutputView plainView(const ReportData& data) {
   const ImageSize size{
       .width = 800,
@@ -70,7 +70,7 @@ BoardLine lineThrough(const std::vector<Vector2d>& points) {
   return line;
 }
 
-// Through the rows and columns of a view's board, where they are seen at three points or more.
+// Lines through the rows and columns of a view's board that show three points or more.
 std::vector<BoardLine> boardLines(const ReportData& data, const ReportedView& view, const OutputView& plain) {
   const Board& target = data.boards[view.board].target;
   std::map<std::pair<bool, int>, std::vector<Vector2d>> rows;
@@ -80,7 +80,7 @@ std::vector<BoardLine> boardLines(const ReportData& data, const ReportedView& vi
     const auto place = planeFromRay(ViewProjection::kRectilinear, *ray);
     if (!place) continue;
     const Vector2d pixel = plain.scale_px.cwiseProduct(*place) + plain.axis_px;
-    // Rows of circles may be staggered: then points of a row still lie on one line, and those of a column
+    // Rows of circles may be staggered: points of a row are then still collinear, but those of a column are
     // not.
     const Eigen::Vector3d& at = target.corner(corner.id);
     rows[{true, static_cast<int>(std::lround(1e5 * at.y()))}].push_back(pixel);
@@ -115,7 +115,7 @@ std::optional<Figure> undistortedFigure(const ReportData& data, const ImageOfVie
   try {
     plain = plainView(data);
   } catch (const Error&) {
-    return std::nullopt;  // no plane shows what this camera sees
+    return std::nullopt;  // this camera's field does not fit a plane
   }
   const ImagePlot plot = imagePlot(plain->size);
   const PlotArea& area = plot.area;

@@ -10,8 +10,8 @@
 
 namespace alidade {
 
-/// An image without distortion, that of the view whose board takes most of it, with straight lines through
-/// the rows and columns of the board. Nothing without an image.
+/// The image of the view with the largest board, without distortion, with straight lines through the rows and
+/// columns of the board. Nothing without an image.
 [[nodiscard]] std::optional<Figure> undistortedFigure(const ReportData& data, const ImageOfView& image_of);
 
 /// The name of the image that the figure shows; empty without views.

@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 
 constexpr double kMarkedTiltRad = 0.087;  // from 5 degrees on, as in the words for the next view
 
-// Whether a warning or a failure names an image.
+// True if a warning or a failure names an image.
 bool isNamed(const ReportData& data, const std::string& image) {
   return !image.empty() && std::ranges::any_of(data.findings, [&](const Diagnosis& finding) {
     return finding.severity >= Severity::kWarning && finding.message().find(image) != std::string::npos;
@@ -39,7 +39,7 @@ bool isKnown(const BoardTilt& tilt) {
   return !std::isnan(tilt.right_rad + tilt.lower_rad);
 }
 
-// Where the camera sees a point of a board's plane.
+// The projection of a point of a board's plane.
 Projection seenOnBoard(const ReportData& data, const SE3& camera_from_board, const Vector2d& point) {
   return data.camera.project(camera_from_board * Vector3d(point.x(), point.y(), 0));
 }
@@ -81,7 +81,7 @@ std::string projectedDisc(const ReportData& data, const SE3& camera_from_board,
   return projectedPath(data, camera_from_board, outline, area);
 }
 
-// The paper in pieces, so that those that the camera cannot see are left out alone.
+// The paper in pieces, so that only those that the camera cannot see are omitted.
 std::string projectedSheet(const ReportData& data, const SE3& camera_from_board,
                            const Eigen::AlignedBox2d& sheet, double piece_m, const PlotArea& area) {
   const int columns = std::clamp(static_cast<int>(std::ceil(sheet.sizes().x() / piece_m)), 1, 60);
@@ -106,7 +106,7 @@ std::string projectedInk(const ReportData& data, const SE3& camera_from_board, c
   return d;
 }
 
-// Enough corners to see where boards were: all of them would make a large file.
+// Enough corners to show the covered area; all of them would make a large file.
 std::string seenCorners(const ReportData& data, const PlotArea& area) {
   std::string dots;
   for (const ReportedView& view : data.views) {
@@ -117,7 +117,7 @@ std::string seenCorners(const ReportData& data, const PlotArea& area) {
   return dots;
 }
 
-// The pixels of an image and those around it in which the board lies, up to a part of the image's size.
+// The pixels of an image and of a margin that contains the board, up to a fraction of the image's size.
 Eigen::AlignedBox2d shownPixels(const ReportData& data, const SE3& camera_from_board,
                                 const Eigen::AlignedBox2d& sheet, const Eigen::AlignedBox2d& image) {
   constexpr double kMostMargin = 0.4;
@@ -136,8 +136,7 @@ Eigen::AlignedBox2d shownPixels(const ReportData& data, const SE3& camera_from_b
   return shown.intersection(around);
 }
 
-// The sides that are to come nearer, as thick lines with words beside them. Directions are those of the
-// image.
+// The sides that must come nearer, as thick lines with labels. Directions are those of the image.
 void addNearerSides(const ReportData& data, const ReportedNextView& next, const BoardInk& ink,
                     const PlotArea& area, FigureCanvas& canvas) {
   constexpr int kSteps = 24;
@@ -147,7 +146,7 @@ void addNearerSides(const ReportData& data, const ReportedNextView& next, const 
   const auto seenAt = [&](const Vector2d& point) { return seenOnBoard(data, next.camera_from_board, point); };
   const Projection middle = seenAt(centre);
   if (!middle.ok()) return;
-  // Where a step on the board leads to in the image: a side beyond the image may have no pixels.
+  // The image of a step on the board; a side beyond the image may have no pixels.
   const auto inImage = [&](const Vector2d& on_board) -> Vector2d {
     const Projection seen = seenAt(centre + 0.02 * half_board.cwiseProduct(on_board));
     return seen.ok() ? (seen.pixel - middle.pixel).normalized() : Vector2d(0, 0);
@@ -160,7 +159,7 @@ void addNearerSides(const ReportData& data, const ReportedNextView& next, const 
     const Vector2d along(side.y(), side.x());
     std::vector<Vector2d> visible;
     std::string line;
-    bool goes_on = false;  // from the last point, which was visible too
+    bool goes_on = false;  // continues from the last point, which was visible too
     for (int i = 0; i <= kSteps; ++i) {
       const Projection seen = seenAt(centre + half_board.cwiseProduct(side + (2.0 * i / kSteps - 1) * along));
       const bool is_visible = seen.ok() && area.box.contains(area.at(seen.pixel));
@@ -177,7 +176,7 @@ void addNearerSides(const ReportData& data, const ReportedNextView& next, const 
     if (!visible.empty()) place = visible[visible.size() / 2] + direction.cwiseProduct(half + Vector2d(6, 6));
     place = place.cwiseMax(area.box.min() + half + Vector2d(3, 3))
                 .cwiseMin(area.box.max() - half - Vector2d(3, 3));
-    if (visible.empty()) {  // an arrow leads to where it is
+    if (visible.empty()) {  // an arrow points to it
       place -= 26 * direction;
       canvas.addPath(arrowPath(place + direction.cwiseProduct(half + Vector2d(3, 3)), 22 * direction),
                      "class=\"nearer\"");
@@ -198,7 +197,7 @@ Figure viewErrorsFigure(const ReportData& data) {
     most = std::max(most, view.max_error_px);
     worst_rms = std::max(worst_rms, view.rms_px);
   }
-  most = std::min(most, 6 * worst_rms);  // one wild corner must not flatten the bars
+  most = std::min(most, 6 * worst_rms);  // one extreme corner must not flatten the bars
   if (!(most > 0)) most = 1;
   const auto count = static_cast<double>(data.views.size());
   const PlotArea area{
@@ -330,13 +329,13 @@ Figure nextViewFigure(const CalibrationEvidence& data) {
   const Vector2d margin = Vector2d::Constant(0.35 * target.spacing());
   sheet.extend(sheet.min() - margin);
   sheet.extend(sheet.max() + margin);
-  // The image and as much of its surroundings as shows where the board goes on.
+  // The image and enough of its surroundings to show where the board continues.
   const Eigen::AlignedBox2d image(Vector2d(-0.5, -0.5),
                                   Vector2d(data.size.width - 0.5, data.size.height - 0.5));
   const Eigen::AlignedBox2d shown = shownPixels(data, next.camera_from_board, sheet, image);
   ImagePlot plot = imagePlot({.width = static_cast<int>(std::lround(shown.sizes().x())),
                               .height = static_cast<int>(std::lround(shown.sizes().y()))});
-  plot.legend_top -= 12;  // there are no marks
+  plot.legend_top -= 12;  // no marks here
   PlotArea& area = plot.area;
   area.low = shown.min();
   area.high = shown.max();

@@ -85,7 +85,7 @@ std::string driftTable(const Fleet& fleet) {
       "Differences between the two calibrations of a unit." + moreRows(drifted.size()));
 }
 
-// Groups after the first one have ids of their own.
+// Groups after the first one have their own ids.
 std::vector<PageSection> fleetSections(const Fleet& fleet) {
   std::vector<PageSection> sections;
   std::size_t number = 0;

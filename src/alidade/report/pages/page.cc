@@ -25,7 +25,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kMostOfImage = 0.9;  // within the tolerance, as for a trustworthy camera
+constexpr double kMostOfImage = 0.9;  // share within the tolerance, as for a trustworthy camera
 
 bool isMostlyAccurate(const CalibrationEvidence& data) {
   return data.accuracy && data.accuracy->shareWithin(data.tolerance_px) >= kMostOfImage;
@@ -46,7 +46,7 @@ std::string accuracySentence(const CalibrationEvidence& data) {
   std::string text = fmt::format("Accurate to {} (95\u00a0%){} where boards were seen, which is {} of {}.",
                                  errorText(accuracy.covered_px), of, percentText(accuracy.covered_share),
                                  wholeName(accuracy));
-  // The headline of reservations has the share already.
+  // With reservations, the headline already states the share.
   if (data.verdict != Verdict::kReservations || isMostlyAccurate(data))
     text += " " + shareSentence(data) + ".";
   text += fmt::format(" The worst place can be off by up to {}.", errorText(accuracy.worst_px));
@@ -90,7 +90,7 @@ std::string parametersHtml(const CalibrationEvidence& data) {
       "determine a parameter whose standard deviation exceeds it.");
 }
 
-// Why the chosen model has other errors in the table than the camera.
+// Explains why the chosen model's errors in the table differ from the camera's.
 std::string choiceFootnote(const CalibrationEvidence& data) {
   const auto chosen = std::ranges::find(data.models, "chosen", &ModelCandidate::verdict);
   if (chosen == data.models.end()) return "";
@@ -183,7 +183,7 @@ std::vector<PageSection> sectionsOf(const CalibrationEvidence& data, const PageO
   return sections;
 }
 
-// The evidence as the page shows it: no suggestion where no photograph can help.
+// The evidence for display: no suggestion if no photograph can help.
 CalibrationEvidence readShownData(const nlohmann::json& evidence, const std::string& file) {
   CalibrationEvidence data = readCalibration(evidence, file);
   const bool is_in_vain = std::ranges::any_of(data.findings, [](const Diagnosis& finding) {
@@ -196,7 +196,7 @@ CalibrationEvidence readShownData(const nlohmann::json& evidence, const std::str
   return data;
 }
 
-// The page of a rig has neither pictures of views nor another camera.
+// The page of a rig has neither pictures of views nor a comparison.
 void refuseCameraOptions(const std::string& file, const PageOptions& options) {
   if (!options.pictures.image_of && !options.rival) return;
   throw usageError(

@@ -14,23 +14,23 @@
 
 namespace alidade {
 
-/// What a report may show besides the evidence.
+/// Optional parts of a report besides the evidence.
 struct PageOptions {
   PictureSource pictures = {};                      ///< for thumbnails; may be empty
   std::optional<RivalCamera> rival = std::nullopt;  ///< to compare with
   int num_jobs = 0;                                 ///< threads for the images; 0: one per processor
 };
 
-/// The report of a calibration: one HTML file that needs nothing else, with the verdict, what to do, figures,
-/// and the evidence itself in <script type="application/json" id="evidence">, its corners rounded to 0.0001
-/// px. The same evidence and images give the same bytes.
+/// The report of a calibration: one self-contained HTML file with the verdict, the next step, figures, and
+/// the evidence itself in <script type="application/json" id="evidence">, its corners rounded to 0.0001 px.
+/// The same evidence and images give identical bytes.
 /// @param evidence  the document of calibrate --evidence, or of rig calibrate --evidence
 /// @param file      its name, for messages
 /// @throws Error (kInput) for a document that is not the evidence of a calibration
 [[nodiscard]] std::string reportPage(const nlohmann::json& evidence, const std::string& file,
                                      const PageOptions& options = {});
 
-/// The figures of the page as files of their own. @throws Error like reportPage()
+/// The figures of the page as separate files. @throws Error like reportPage()
 [[nodiscard]] std::vector<FigureFile> reportFigures(const nlohmann::json& evidence, const std::string& file,
                                                     const PageOptions& options = {});
 

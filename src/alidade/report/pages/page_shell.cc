@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-// A sentence about a finding. Names of images and cameras keep their letters.
+// A sentence about a finding. Names of images and cameras keep their case.
 std::string sentenceOf(const Diagnosis& finding, const std::vector<std::string>& names) {
   std::string sentence = finding.message();
   const bool has_name = std::ranges::any_of(names, [&](const std::string& name) {
@@ -29,19 +29,19 @@ std::string sentenceOf(const Diagnosis& finding, const std::vector<std::string>&
   return sentence;
 }
 
-// A sentence that has an end keeps it.
+// A full stop, unless the sentence already has an end.
 const char* fullStopOf(const std::string& sentence) {
   return sentence.ends_with('.') || sentence.ends_with('?') ? "" : ".";
 }
 
-// "Effect on projected points: up to 3 px.", unless the finding says so itself.
+// "Effect on projected points: up to 3 px.", unless the finding already states it.
 std::string effectText(const Diagnosis& finding) {
   if (!(std::isfinite(finding.effect_px) && finding.effect_px > 0)) return "";
   if (finding.message().find(twoDigits(finding.effect_px) + " px") != std::string::npos) return "";
   return fmt::format(" Effect on projected points: up to {}.", errorText(finding.effect_px));
 }
 
-// Findings of one kind, such as one for each camera of a rig.
+// Findings of one kind, such as one per camera of a rig.
 using FindingGroup = std::vector<const Diagnosis*>;
 
 std::vector<FindingGroup> grouped(const std::vector<Diagnosis>& findings) {
@@ -84,8 +84,8 @@ std::string groupHtml(const FindingGroup& group, const std::vector<std::string>&
   return html + "</li>\n";
 }
 
-// The accuracy assumes that nothing else is wrong: it holds for a rejected camera only where that is the
-// reason itself.
+// The accuracy assumes that nothing else is wrong: for a rejected camera it holds only if it is itself the
+// reason.
 bool doesAccuracyApply(const PageContent& page) {
   return page.verdict != Verdict::kNo || std::ranges::all_of(page.findings, [](const Diagnosis& finding) {
            return finding.severity < Severity::kFailure || finding.id == DiagnosisId("inaccurate");
@@ -109,7 +109,7 @@ std::string figureHtml(const Figure& figure) {
       escapedMarkup(figure.title), figure.svg, escapedMarkup(figure.reading));
 }
 
-// The evidence as text for a script element. A "<" could end that, and stands in texts alone.
+// The evidence as text for a script element. A "<" could end the element, and occurs only in texts.
 std::string embeddedEvidence(const json& evidence) {
   json document = evidence;
   const auto rounded = [](json& value) {
@@ -151,7 +151,7 @@ std::string headHtml(const std::string& title) {
       escapedMarkup(title), paletteCss(), figureCss(), pageCss());
 }
 
-// The expected accuracy; for a rejected camera, the reason first.
+// The expected accuracy, preceded by the reason if the camera is rejected.
 std::string verdictSentence(const PageContent& page) {
   if (page.verdict != Verdict::kNo) return page.sentence;
   std::string text = mainFindingText(page.findings, page.names);
@@ -199,7 +199,7 @@ std::string findingsHtml(const std::vector<Diagnosis>& findings, const std::vect
   constexpr int kMostShown = 8;
   std::string list;
   std::string notes;
-  std::string others;  // that open on demand
+  std::string others;  // shown on demand
   int num_notes = 0;
   int num_others = 0;
   for (const FindingGroup& group : grouped(findings)) {

@@ -16,7 +16,7 @@ namespace {
 std::vector<PageSection> rigSections(const ReportedRig& rig) {
   const std::vector<EpipolarPair> pairs = epipolarPairs(rig);
   PageSection space{.id = "space", .title = "Where the cameras are", .figures = {rigSceneFigure(rig)}};
-  // A single pair is a single number, which stands above.
+  // A single pair has a single number, which is already shown above.
   if (pairs.size() > 1) space.figures.push_back(epipolarFigure(rig, pairs));
   PageSection errors{.id = "errors", .title = "Errors over time"};
   if (!pairs.empty()) errors.figures.push_back(epipolarOverTimeFigure(rig, pairs));
@@ -24,7 +24,7 @@ std::vector<PageSection> rigSections(const ReportedRig& rig) {
   return {space, errors};
 }
 
-// "119.9 ± 0.3", with the digits that the standard deviation leaves.
+// "119.9 ± 0.3", with the digits that the standard deviation justifies.
 std::string withDeviation(double value, double std) {
   if (!(std > 0) || !std::isfinite(std)) return fmt::format("{:.1f}", value);
   return valueText(value, std) + " ± " + valueText(std, std);
@@ -69,7 +69,7 @@ std::string camerasTable(const ReportedRig& rig) {
       "one; an RMS far above that of the camera alone means that the cameras contradict each other.");
 }
 
-// The largest error from camera to camera; 0 if none is known.
+// The largest transfer error between cameras; 0 if none is known.
 double worstTransferPx(const ReportedRig& rig) {
   double worst = 0;
   for (const ReportedRigCamera& camera : rig.cameras)

@@ -33,8 +33,8 @@
 namespace alidade {
 namespace {
 
-constexpr std::size_t kMostListed = 50;  // of the table, before the others are folded
-constexpr std::size_t kMostDrawn = 60;   // cameras; the page of more would be slow to open
+constexpr std::size_t kMostListed = 50;  // rows of the table before the rest is folded
+constexpr std::size_t kMostDrawn = 60;   // cameras; a page with more would open slowly
 
 std::string sizeWords(const ImageSize& size) {
   return fmt::format("{} × {} px", size.width, size.height);
@@ -54,7 +54,7 @@ Verdict verdictFor(Severity status) {
                                         : Verdict::kTrustworthy;
 }
 
-// All checks, those of several cameras with their names.
+// All checks; if there are several cameras, with their names.
 std::vector<Diagnosis> checksOf(const JudgedFile& file) {
   std::vector<Diagnosis> all;
   for (const JudgedCamera& camera : file.cameras) {
@@ -70,7 +70,7 @@ std::vector<Diagnosis> checksOf(const JudgedFile& file) {
   return all;
 }
 
-// Those that are more than a pass, the most severe first.
+// Checks that did not simply pass, the most severe first.
 std::vector<Diagnosis> findingsOf(const JudgedFile& file) {
   std::vector<Diagnosis> found = checksOf(file);
   if (file.error) found.push_back(*file.error);
@@ -79,7 +79,7 @@ std::vector<Diagnosis> findingsOf(const JudgedFile& file) {
   return found;
 }
 
-// Names with which findings may begin.
+// Names that findings may begin with.
 std::vector<std::string> cameraNames(const JudgedFile& file) {
   if (file.cameras.size() <= 1) return {};
   std::vector<std::string> names = {"rig"};
@@ -115,7 +115,7 @@ std::string statementSentence(const CalibrationRecord& stated) {
   return text + ".";
 }
 
-// Whether there is a check: of the camera as it is, or edited for images of another size.
+// True if the camera was checked, either unchanged or edited for the image size.
 bool hasCheck(const FootageJudgement& footage) {
   return !footage.isOtherSize() || !footage.edits.empty();
 }
@@ -168,7 +168,7 @@ std::string checksTable(const JudgedFile& file) {
                 rows));
 }
 
-// The sections of a camera's figures, apart from pictures of its views.
+// The sections of a camera's figures, except pictures of its views.
 std::vector<PageSection> sectionsOf(const JudgedCamera& camera, const std::optional<RivalCamera>& rival) {
   std::vector<PageSection> sections;
   if (!camera.data) return sections;
@@ -200,7 +200,7 @@ std::vector<PageSection> sectionsOf(const JudgedCamera& camera, const std::optio
     try {
       lens.figures.push_back(differenceFigure(data, *rival));
     } catch (const Error&) {
-      // Images of another shape: a check says so.
+      // The aspect ratio differs; a check reports it.
     }
   }
   if (data.accuracy) lens.figures.push_back(accuracyFigure(data, true));
@@ -259,7 +259,7 @@ std::string subtitleOf(const JudgedFile& file) {
                      camera.data ? ", " + sizeWords(camera.data->size) : "");
 }
 
-// The figures of one camera in a fold of the page.
+// The figures of one camera in a foldable part of the page.
 std::string foldedFigures(const JudgedCamera& camera, const std::optional<RivalCamera>& rival,
                           const std::string& prefix) {
   if (!camera.data) return "<p class=\"note\">There are no figures of a camera without an image size.</p>\n";
@@ -271,7 +271,7 @@ std::string foldedFigures(const JudgedCamera& camera, const std::optional<RivalC
   return figuresHtml(figures, tables + judgedParameters(camera, prefix));
 }
 
-// @param numbers  of the files to list
+// @param numbers  indices of the files to list
 std::string filesTable(const std::vector<JudgedFile>& files, std::span<const std::size_t> numbers,
                        bool is_compared) {
   std::vector<PageRow> rows;
@@ -290,7 +290,7 @@ std::string filesTable(const std::vector<JudgedFile>& files, std::span<const std
                    rows);
 }
 
-// Files that fail first, otherwise in their order.
+// Files with failures first, otherwise in their original order.
 std::vector<std::size_t> bySeverity(const std::vector<JudgedFile>& files) {
   std::vector<std::size_t> order(files.size());
   std::iota(order.begin(), order.end(), 0);
@@ -299,13 +299,13 @@ std::vector<std::size_t> bySeverity(const std::vector<JudgedFile>& files) {
   return order;
 }
 
-// A file's findings and figures, to be opened. Only the first kMostDrawn cameras of a page have figures.
+// A file's findings and figures, folded. Only the first kMostDrawn cameras of a page have figures.
 std::string fileFold(const JudgedFile& file, std::size_t number, const std::optional<RivalCamera>& rival,
                      bool is_compared, std::size_t& num_drawn) {
   std::string html =
       fmt::format("<details class=\"file\" id=\"file{}\"><summary><b class=\"{}\">{}</b> {}</summary>\n",
                   number, statusClass(file.status), statusWords(file.status), escapedMarkup(file.name));
-  // The findings say it otherwise.
+  // Otherwise the findings state it.
   if (file.status < Severity::kWarning)
     html += "<p>" + escapedMarkup(fileSentence(file, is_compared)) + "</p>\n";
   html += findingsHtml(findingsOf(file), cameraNames(file)) + checksTable(file);
@@ -324,7 +324,7 @@ std::string otherFilesHtml(const ValidationResult& result) {
                   mapped(result.other_files, validUtf8));
 }
 
-// Verdicts in numbers, for several files.
+// Numbers of verdicts, for several files.
 void addTotals(const std::vector<JudgedFile>& files, const ValidationResult& result, bool is_compared,
                PageContent& page) {
   const auto numOf = [&](Severity status) {
@@ -379,7 +379,7 @@ PageContent pageOfOne(const JudgedFile& file, const ValidationResult& result, bo
                    .subtitle = subtitleOf(file),
                    .headline = headlineOf(file),
                    .verdict = verdictFor(file.status),
-                   // Why a file failed is said of every page.
+                   // Every page states the reason of a failure anyway.
                    .sentence = file.status == Severity::kFailure ? "" : fileSentence(file, is_compared),
                    .findings = findingsOf(file),
                    .names = cameraNames(file),

@@ -40,9 +40,9 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
       "<figure id=\"view-sheet\" class=\"wide\"><h3>Views, the largest error first</h3><figcaption "
       "class=\"reading\">Open a view to see its detected corners (circles) and where the camera projects "
       "them (crosses).</figcaption><div class=\"sheet-of-views\">\n";
-  constexpr std::size_t kFew = 18;  // are all shown
+  constexpr std::size_t kFew = 18;  // shown without folding
   const std::size_t num_shown = order.size() <= kFew ? order.size() : 12;
-  constexpr std::size_t kLong = 12;  // a beginning of which little else could be seen
+  constexpr std::size_t kLong = 12;  // a shared beginning so long that it hides the rest
   const std::size_t shared = sharedPrefix(mapped(data.views, &ReportedView::image));
   const std::size_t num_alike = shared >= kLong ? shared : 0;
   for (std::size_t i = 0; i < order.size(); ++i) {

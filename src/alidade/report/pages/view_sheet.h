@@ -8,10 +8,10 @@
 
 namespace alidade {
 
-// Views that open.
+// Views of a page that can be opened.
 
 /// Buttons with pictures that open the views, the largest error first, as HTML.
-/// @param pictures  one a view, see viewPictures(); its corners stand in the place of an empty one
+/// @param pictures  one per view, see viewPictures(); for an empty one its corners are drawn
 [[nodiscard]] std::string viewSheet(const ReportData& data, const std::vector<std::string>& pictures);
 
 /// The dialog in which the page's script shows a view, as HTML.

@@ -21,7 +21,7 @@ bool isUpright(ImageSize size) {
   return size.height > size.width;
 }
 
-// Whether one is the other resized; a side may be rounded.
+// True if one size is a resized version of the other; a side may be rounded.
 bool haveOneShape(ImageSize a, ImageSize b) {
   const double scale = static_cast<double>(b.width) / a.width;
   return std::abs(a.height * scale - b.height) <= 0.5 * std::max(1.0, scale);
@@ -34,7 +34,7 @@ PixelRect centred(ImageSize image, ImageSize part) {
           .height = part.height};
 }
 
-// The largest part in the centre that has the shape of another image.
+// The largest centred part with the aspect ratio of a second image.
 PixelRect centredPartOfShape(ImageSize image, ImageSize shape) {
   const auto side = [](std::int64_t length, std::int64_t over, std::int64_t under) {
     return static_cast<int>(std::max<std::int64_t>(1, (2 * length * over + under) / (2 * under)));
@@ -52,7 +52,7 @@ ConversionRequest requestOf(std::optional<PixelRect> crop, std::optional<ImageSi
   return request;
 }
 
-// Without rotation, the most ordinary ones first.
+// Edits without rotation, the most common ones first.
 std::vector<ConversionRequest> plainEdits(ImageSize from, ImageSize to) {
   if (from == to) return {ConversionRequest{}};
   std::vector<ConversionRequest> edits;
@@ -62,7 +62,7 @@ std::vector<ConversionRequest> plainEdits(ImageSize from, ImageSize to) {
   if (!has_shape) {
     edits.push_back(requestOf(centredPartOfShape(from, to), to));
     edits.push_back(requestOf({}, to));  // stretched
-    // The crop and the part of the shape are one where nothing is left to resize.
+    // If nothing is left to resize, the crop and the part of that shape are the same.
     std::erase_if(edits, [&](const ConversionRequest& edit) {
       return edit.crop && edit.resize && ImageSize{edit.crop->width, edit.crop->height} == to;
     });

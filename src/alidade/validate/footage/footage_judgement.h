@@ -18,21 +18,21 @@ namespace alidade {
 /// The default of FootageCheckOptions::tolerance_px for camera files.
 inline constexpr double kFootageTolerancePx = 1;
 
-/// A way in which images of another size may have been made from those of a camera, and what footage says
-/// of the camera that results from it.
+/// An edit that may have turned a camera's images into images of a different size, and the verdict of footage
+/// on the resulting camera.
 struct FootageEdit {
-  ConversionRequest request;  ///< crop, resize and rotate_deg alone
+  ConversionRequest request;  ///< only crop, resize and rotate_deg
   FootageCheck check;
 };
 
 /// The verdict of footage on a camera.
 struct FootageJudgement {
-  ImageSize camera_size;  ///< px, as the camera file says
+  ImageSize camera_size;  ///< px, from the camera file
   ImageSize image_size;   ///< px, of the footage
   std::size_t num_frames_given = 0;
-  /// The camera as it is; where the sizes differ, of the camera after edits.front(), if there is one.
+  /// For the camera as it is; if the sizes differ, for the camera after edits.front(), if there is one.
   FootageCheck check;
-  /// Those that were tried because the sizes differ: consistent ones first, by their error, then the others.
+  /// Edits tried because the sizes differ: consistent ones first, by error, then the others.
   std::vector<FootageEdit> edits = {};
 
   [[nodiscard]] bool isOtherSize() const { return camera_size != image_size; }
@@ -42,23 +42,23 @@ struct FootageJudgement {
   [[nodiscard]] FootageVerdict verdict() const;
 };
 
-/// Tests a camera on tracks. If its images have another size than those of the footage, tests it after each
-/// edit that may explain this.
+/// Tests a camera on tracks. If its image size differs from that of the footage, tests it after each edit
+/// that may explain the difference.
 /// @param tracks  with at least one frame
-/// @param num_frames_given  of the footage, keyframes or not
+/// @param num_frames_given  frames of the footage, including those that are not keyframes
 /// @throws Cancelled
 [[nodiscard]] FootageJudgement judgeOnFootage(const CameraRecord& camera, const FootageTracks& tracks,
                                               const FootageCheckOptions& options,
                                               std::size_t num_frames_given);
 
-/// The edits that make images of one size from those of another: resized, cropped in the centre, both, and
-/// rotated by a quarter turn too where one size is upright and the other is not.
+/// The edits that make images of one size from those of another: resized, cropped in the centre, or both, and
+/// also rotated by a quarter turn if one size is upright and the other is not.
 /// @returns none for equal sizes
 [[nodiscard]] std::vector<ConversionRequest> editsBetween(ImageSize from, ImageSize to);
 
 /// "cropped and resized"; with underscores, an id: "cropped_and_resized".
 [[nodiscard]] std::string editWords(const ConversionRequest& edit);
-/// Flags of `alidade convert` for it: "--crop 0,60,640,360 --resize 320x180".
+/// Flags of `alidade convert` for this edit: "--crop 0,60,640,360 --resize 320x180".
 [[nodiscard]] std::string editFlags(const ConversionRequest& edit);
 
 }  // namespace alidade

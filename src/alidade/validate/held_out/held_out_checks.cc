@@ -13,7 +13,7 @@
 namespace alidade {
 namespace {
 
-// The rest of an RMS once a smaller one is taken out of it.
+// Remainder of an RMS after subtracting a smaller one in squares.
 double beyond(double rms_px, double explained_px) {
   return std::sqrt(std::max(0.0, rms_px * rms_px - explained_px * explained_px));
 }
@@ -26,8 +26,8 @@ std::string worstViewText(const HeldOutJudgement& judgement) {
   return fmt::format("the worst view is {} with {:.3g} px", worst->image, worst->rms_px);
 }
 
-// Tells whether the calibration by the images alone failed as such, and not only for want of views of the
-// whole image: its covariance contains all that they do not determine.
+// True if the calibration from the images alone failed for a reason other than views that miss part of the
+// image: its covariance already contains all that they do not determine.
 bool isFreedWrong(const Calibration& freed) {
   return std::any_of(freed.diagnoses.begin(), freed.diagnoses.end(), [](const Diagnosis& diagnosis) {
     return diagnosis.severity == Severity::kFailure && !diagnosis.is_undecided;
@@ -70,7 +70,7 @@ Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_
                "the camera predicts corners that were not used for the pose of their view; " + worst_view);
   }
   if (!judgement.freed) return end(Severity::kFailure, "the camera does not predict corners; " + worst_view);
-  // A camera is not to blame for what no camera of its model would predict better, unless that is the model.
+  // A camera is not to blame for errors that no camera of its model avoids, except through the model.
   const double holdout_px = judgement.freed->uncertainty.holdout.rms_px;
   const double freed_px = std::isfinite(holdout_px) ? holdout_px : noise_px;
   const bool is_model = isFreedWrong(*judgement.freed);
@@ -93,8 +93,9 @@ std::string textOf(const NeededChange& change) {
                      complaintOf(change.change, estimate.amount, estimate.effectiveStd()), estimate.sigmas);
 }
 
-// The change by which the principal point moves between the two conventions of where pixels begin, and by
-// nothing else: both coordinates together surest of all, and either by half a pixel as far as it is known.
+// The change that moves the principal point between the two conventions of where pixels begin, and nothing
+// else: both coordinates together are the most certain change, and each moves by half a pixel within its
+// uncertainty.
 const NeededChange* otherPixelOrigin(const std::vector<NeededChange>& changes) {
   constexpr double kHalf = 0.5;
   constexpr double kLeast = 0.3;
@@ -114,7 +115,7 @@ const NeededChange* otherPixelOrigin(const std::vector<NeededChange>& changes) {
   return is_other ? &surest : nullptr;
 }
 
-// The part of the difference to the freed camera that is not chance, px.
+// Part of the difference to the freed camera that is beyond chance, px.
 double surePx(const HeldOutJudgement& judgement) {
   return judgement.overall ? judgement.overall->sure_share * judgement.difference->p95_px : 0.0;
 }
@@ -127,7 +128,7 @@ std::string differenceText(const HeldOutJudgement& judgement) {
       judgement.significance->expected_rms_px);
 }
 
-// Compares a camera with the one that the images give by themselves.
+// Compares a camera with the one calibrated from the images alone.
 class ImagesAgree {
  public:
   ImagesAgree(const HeldOutJudgement& judgement, double tolerance_px)
@@ -141,7 +142,7 @@ class ImagesAgree {
     return check_;
   }
 
-  // The slip that check() named; may be nothing.
+  // The slip that check() named, or null.
   [[nodiscard]] const Slip* slip() const { return slip_; }
 
  private:
@@ -191,7 +192,7 @@ class ImagesAgree {
     check_.cause = (slip_ != nullptr ? slip_->text + "; " : "") + textOf(*origin) + "; " + check_.cause;
   }
 
-  // Another camera than that of the images: fails, unless what the images say cannot be trusted itself.
+  // The camera is not that of the images: fails, unless the evidence of the images is itself untrustworthy.
   void reject() {
     const bool is_usable = judgement_.freed && !isFreedWrong(*judgement_.freed);
     check_.severity = is_usable ? Severity::kFailure : Severity::kWarning;
@@ -233,30 +234,30 @@ class ImagesAgree {
                        [&](const NeededChange& change) { return isNeeded(change); });
   }
 
-  // Tells whether errors of this size, px, are about those that are left with all parameters free. Where what
-  // remains is larger than the images' own errors (in squares, so that together they are 1.4 times as long),
-  // the camera is not that of the images after the change either, and making it would mislead.
+  // True if errors of this size, px, are about as small as with all parameters free. If the remainder is
+  // larger than the images' own errors (in squares: together 1.4 times as long), the camera still differs
+  // from that of the images after the change, and making it would mislead.
   [[nodiscard]] bool isCloseToFreed(double rms_px) const {
     const double freed_px = std::max(judgement_.freedRmsPx(), std::numbers::sqrt2 * kFinestPx);
     return beyond(rms_px, freed_px) <= freed_px;
   }
 
-  // The slip or needed change that by itself explains most of what the images have against the camera: of the
-  // mean square of its errors less that of the freed one's, the share that it takes away, poses refitted.
-  // Where none does, something else is wrong, and a single change would be the wrong name for it. Where
-  // errors are small all through, being close to the freed camera says nothing, and the share tells the
-  // change that is needed from one that merely helps. Of several the Bayesian information criterion chooses:
-  // a change always fits a little better than a slip, for it has a number more.
+  // The slip or needed change that explains most of the evidence against the camera by itself. The measure is
+  // the share that it removes, with poses refitted, of the mean square of the camera's errors less that of
+  // the freed one's. If none removes most, something else is wrong, and naming a single change would be
+  // false. If all errors are small, being close to the freed camera proves nothing, and the share separates
+  // the needed change from one that merely helps. The Bayesian information criterion chooses among several: a
+  // change always fits slightly better than a slip, because it has one more parameter.
   [[nodiscard]] std::string explanation() {
     constexpr double kMost = 0.7;
     const auto square = [](double x) { return x * x; };
     const double fixed = square(judgement_.fixed_rms_px);
     const double excess = fixed - square(judgement_.freedRmsPx());
-    // As in misfitSigmas(), a view brings two numbers, however many corners it has.
+    // As in misfitSigmas(), a view counts as two numbers, however many corners it has.
     const double count = 2.0 * static_cast<double>(judgement_.freed->fit.views.size());
     double best_score = std::numeric_limits<double>::infinity();
     const auto isBest = [&](double rms_px, int num_free) {
-      // A camera that does not see all corners has no mean of all errors to take from.
+      // A camera that does not see all corners has no mean error to compare with.
       const double share =
           judgement_.numUnseen() > 0 ? 1.0 : (excess > 0 ? (fixed - square(rms_px)) / excess : 0.0);
       const double score = count * std::log(square(std::max(rms_px, kFinestPx))) + num_free * std::log(count);
@@ -266,7 +267,7 @@ class ImagesAgree {
     };
     std::string best;
     for (const Slip& slip : judgement_.slips) {
-      // Numbers from a calibration that cannot be trusted mend nothing.
+      // Numbers from an untrustworthy calibration cannot correct anything.
       if (slip.num_free > 0 && isFreedWrong(*judgement_.freed)) continue;
       if (!isBest(slip.rms_px, slip.num_free)) continue;
       slip_ = &slip;
@@ -280,7 +281,7 @@ class ImagesAgree {
     return best.empty() ? best : "if nothing else is wrong, " + best;
   }
 
-  // Names a change that is beyond chance but not beyond the tolerance, or that may be.
+  // Names a change that is beyond chance but within the tolerance, or that may be.
   [[nodiscard]] std::string hintText() const {
     for (const NeededChange& change : judgement_.changes) {
       if (!change.isHint() || change.change == CameraChangeKind::kPixelOrigin) continue;
@@ -293,10 +294,9 @@ class ImagesAgree {
     return "";
   }
 
-  // Tells whether the errors as the camera is exceed those with its parameters free by far: three times as
-  // long, by more than the tolerance, and more than what views share by chance explains (once in 1000). The
-  // covariance and the difference between both cameras, which may be lost where one is nonsense, are not
-  // needed for that.
+  // True if the errors of the unchanged camera far exceed those with its parameters free: three times as
+  // long, by more than the tolerance, and by more than views share by chance (once in 1000). This needs
+  // neither the covariance nor the difference between the cameras, which may be missing if one is nonsense.
   [[nodiscard]] bool isFarOff() const {
     constexpr double kByFar = 3;
     return judgement_.misfit_sigmas > kNormalOneInThousand &&
@@ -306,7 +306,7 @@ class ImagesAgree {
 
   [[nodiscard]] std::string evidenceText() const {
     std::string text;
-    // Far off, where projection is no longer nearly linear, the test of all parameters says less and less.
+    // When far off, projection is no longer nearly linear, and the test of all parameters loses power.
     if (judgement_.overall && !isFarOff())
       text = fmt::format("all parameters together {:.1f} sigma; ", std::max(0.0, judgement_.overall->sigmas));
     text += fmt::format("RMS {:.3g} px as it is", judgement_.fixed_rms_px);
@@ -321,7 +321,7 @@ class ImagesAgree {
   const HeldOutJudgement& judgement_;
   double tolerance_px_;
   const Slip* slip_ = nullptr;
-  // Whatever warns here does so for want of evidence, with one exception.
+  // All warnings here are due to missing evidence, with one exception.
   Diagnosis check_{.id = "images_agree",
                    .severity = Severity::kWarning,
                    .cause = {},
@@ -396,7 +396,7 @@ Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other
 }
 
 Diagnosis ownImagesCheck(std::span<const Eigen::Vector2d> recorded, std::span<const View> views) {
-  constexpr double kSamePx = 0.5;  // an outlier that was left out moves the mean by no more
+  constexpr double kSamePx = 0.5;  // px; leaving out one outlier moves the mean by less
   std::vector<std::string> own;
   for (const View& view : views) {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();

@@ -25,7 +25,8 @@ namespace {
 // The fewest pixels over which a camera is compared.
 constexpr std::size_t kFewestPixels = 20;
 
-// The views and corners that the freed calibration used, one a view of its fit; all of them without one.
+// The views and corners that the freed calibration used, one per view of its fit; without a freed
+// calibration, all of them.
 std::vector<View> usedViews(const std::vector<View>& views, const std::optional<Calibration>& freed) {
   if (!freed) return views;
   std::set<std::pair<std::size_t, int>> outliers;
@@ -40,7 +41,7 @@ std::vector<View> usedViews(const std::vector<View>& views, const std::optional<
   return used;
 }
 
-// The RMS of errors on the other half of a view's corners, for noise of the given sigma an axis: the pose has
+// RMS of errors on the other half of a view's corners, for noise of the given sigma per axis: the pose has
 // six parameters from half of the corners' coordinates.
 double heldOutNoise(double sigma_px, const Fit& fit) {
   double sum = 0;
@@ -49,8 +50,8 @@ double heldOutNoise(double sigma_px, const Fit& fit) {
   return std::sqrt(sum / static_cast<double>(numCorners(fit)));
 }
 
-// Tells whether either colour of the board's corners in this view gives a pose, from which the other can be
-// predicted: four corners or more, not all in one row or column.
+// True if either colour of the board's corners in this view determines a pose to predict the other colour
+// from: at least four corners, not all in one row or column.
 bool isTestable(const Board& board, const View& view) {
   constexpr std::size_t kFewestCorners = 4;
   for (const int colour : {0, 1}) {
@@ -70,17 +71,17 @@ bool isTestable(const Board& board, const View& view) {
   return true;
 }
 
-// The best pose of a view for the camera as it is; nothing where it does not see the corners from any.
+// The best pose of a view for the unchanged camera; nothing if it sees the corners from no pose.
 std::optional<SE3> poseOf(const AnyCamera& camera, const Board& board, std::span<const Observation> corners,
                           HuberLoss loss) {
   const auto start = poseFromCorners(camera, corners);
   if (!start) return std::nullopt;
-  // From afar two tilts look alike, and only the lesser cost tells them apart.
+  // From afar two tilts look alike, and only the cost decides between them.
   return bestPose(camera, corners, loss, std::array{*start, mirroredTilt(*start, board.middle())});
 }
 
-// How much a view counts: views that are blurred or moved tell less. The inverse of the variance of its
-// corners, as the freed calibration has them, taken together with some of the mean of all.
+// Weight of a view; blurred or moved views count less. The inverse of the variance of its corners in the
+// freed calibration, shrunk towards the mean of all.
 double weightOf(const Fit& freed, std::size_t view) {
   constexpr double kSharedCorners = 10;
   const double mean_square = rms(freed) * rms(freed);
@@ -91,7 +92,7 @@ double weightOf(const Fit& freed, std::size_t view) {
   return sum > 0 ? mean_square * num_corners / sum : 1.0;
 }
 
-// The same views, posed for the freed camera.
+// The same views, posed with the freed camera.
 // @param held  its views' sources are indices into those of `freed`
 PosedViews posedByFreed(const PosedViews& held, const Fit& freed) {
   PosedViews posed = held;
@@ -103,7 +104,7 @@ PosedViews posedByFreed(const PosedViews& held, const Fit& freed) {
   return posed;
 }
 
-// Poses the views for the camera as it is.
+// Poses the views with the unchanged camera.
 PosedViews poseViews(const ComparedCamera& camera, std::span<const Board> boards,
                      const std::vector<View>& views, HuberLoss loss, HeldOutJudgement& judgement) {
   const auto given = camera.camera->parameters();
@@ -199,7 +200,7 @@ void compareWithFreed(const ComparedCamera& tested, const std::vector<Eigen::Vec
   judgement.significance = significanceOf(*judgement.difference, tested, other, options.freed);
 }
 
-// The effect of a change, where it is worth mentioning.
+// The effect of a change, if worth mentioning.
 NeededChange measured(CameraChangeKind change, const StepEstimate& estimate, const ComparedCamera& tested,
                       const PosedViews* freed, double noise_variance,
                       const std::vector<Eigen::Vector2d>& covered) {
@@ -295,12 +296,12 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, std::span<const Boa
   const MatchedGrid grid = matchedGrid(camera.size, camera.size, matchImages(camera.size, camera.size, 0));
   const std::vector<Eigen::Vector2d> covered = coveredPixels(grid.pixels, used);
   judgement.covered_share = static_cast<double>(covered.size()) / static_cast<double>(grid.pixels.size());
-  // Variance of the freed parameters by how the views disagree over that by the corners' noise: what the
-  // views have in common (blur, the shape of the board) makes them agree less than noise would.
+  // Variance of the freed parameters from disagreement between views over that from corner noise: errors
+  // common to the corners of one view (blur, the shape of the board) make views agree less than noise would.
   const bool is_by_views = judgement.freed && judgement.freed->uncertainty.by_views;
   const double variance_ratio =
       is_by_views ? std::max(1.0, judgement.freed->uncertainty.by_views->excess) : 1.0;
-  // A file that states its uncertainty by noise alone was made from images like these.
+  // A file with an uncertainty by noise alone was made from images like these.
   ComparedCamera tested = camera;
   if (tested.covariance && !options.is_covariance_by_views)
     tested.covariance = DenseMatrix(variance_ratio * tested.covariance->view());

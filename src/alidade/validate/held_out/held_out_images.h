@@ -18,47 +18,48 @@
 namespace alidade {
 
 struct HeldOutOptions {
-  /// The tested camera's covariance takes only views for independent; otherwise it is that by noise alone.
+  /// The tested camera's covariance assumes only that views are independent; false: it is by corner noise
+  /// alone.
   bool is_covariance_by_views = false;
-  int jobs = 1;  ///< threads, 0: one per processor; the answer is the same bit by bit
+  int jobs = 1;  ///< threads, 0: one per processor; the answer is bit-identical
   const CancelFlag* cancel = nullptr;
 };
 
-/// A corner that had no part in the pose by which it is predicted.
+/// A corner that was not used for the pose that predicts it.
 struct HeldOutCorner {
   int id = 0;
-  Eigen::Vector2d pixel{0, 0};     ///< where it was seen
+  Eigen::Vector2d pixel{0, 0};     ///< observed position
   Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
 };
 
-/// A view of the board, as the camera that is tested sees it.
+/// A view of the board, as seen by the tested camera.
 struct HeldOutView {
   std::string image;
   std::size_t board = 0;    ///< see View
   bool is_testable = true;  ///< see isTestable()
-  int num_corners = 0;      ///< with an error
+  int num_corners = 0;      ///< those with an error
   int num_unseen = 0;       ///< that the camera cannot see from the pose of the others
   double rms_px = std::numeric_limits<double>::quiet_NaN();
-  /// RMS of all corners with the pose fitted to all of them, px: of the camera as it is, and of the freed
+  /// RMS of all corners with the pose fitted to all of them, px: of the unchanged camera, and of the freed
   /// one.
   double fixed_rms_px = std::numeric_limits<double>::quiet_NaN();
   double freed_rms_px = std::numeric_limits<double>::quiet_NaN();
-  SE3 camera_from_board = {};               ///< fitted to all corners, for the camera as it is
+  SE3 camera_from_board = {};               ///< fitted to all corners, for the unchanged camera
   std::vector<HeldOutCorner> corners = {};  ///< with an error, in ascending order of id
 };
 
-/// A change of one number that the images ask for.
+/// A change of one parameter that the images suggest.
 struct NeededChange {
   CameraChangeKind change;
   StepEstimate estimate;
-  /// The projection difference that the change makes where the boards were, the rotation taken out: 95 %;
-  /// infinity where it makes a camera that cannot be, or cannot be compared. NaN if it is not even a hint.
+  /// The projection difference that the change makes where the boards were, after removing the best rotation:
+  /// 95 %; infinity if the changed camera is invalid or cannot be compared. NaN if it is not even a hint.
   double p95_px = std::numeric_limits<double>::quiet_NaN();
-  /// The change brought to rest, where it is a hint: `estimate` is only its first step. Nothing where that
-  /// does not succeed.
+  /// The change iterated to convergence, if it is a hint; `estimate` is only its first step. Nothing if it
+  /// does not converge.
   std::optional<ChangeRefit> refined = std::nullopt;
 
-  /// Whether it is worth mentioning: beyond two standard deviations.
+  /// True if worth mentioning: beyond two standard deviations.
   [[nodiscard]] bool isHint() const { return estimate.sigmas > 2; }
 };
 
@@ -66,32 +67,32 @@ struct NeededChange {
 struct HeldOutJudgement {
   int num_views_given = 0;
   std::vector<HeldOutView> views;  ///< those used, in order of image name
-  /// sqrt(mean of dx^2 + dy^2) over corners that had no part in their view's pose, px. NaN if there are none.
+  /// sqrt(mean of dx^2 + dy^2) over corners not used for their view's pose, px. NaN if there are none.
   double held_out_rms_px = std::numeric_limits<double>::quiet_NaN();
-  /// One standard deviation an axis of the noise by which neighbouring corners differ, of the camera as it is
-  /// or of the freed one, whose errors differ less: a camera that is far off is no measure of noise. NaN
+  /// One standard deviation per axis of the noise between neighbouring corners, of the unchanged camera or of
+  /// the freed one, whichever is smaller, because a camera that is far off does not measure noise. NaN
   /// without neighbours.
   double noise_sigma_px = std::numeric_limits<double>::quiet_NaN();
   /// held_out_rms_px for that noise alone.
   double noise_rms_px = std::numeric_limits<double>::quiet_NaN();
-  /// The camera of the same model that these images give by themselves; nothing where they give none.
+  /// The camera of the same model calibrated from these images alone; nothing if that fails.
   std::optional<Calibration> freed;
-  std::string freed_complaint;  ///< why there is none
-  /// RMS of all corners with the poses fitted to all of them, px, of the camera as it is.
+  std::string freed_complaint;  ///< reason why there is none
+  /// RMS of all corners with the poses fitted to all of them, px, for the unchanged camera.
   double fixed_rms_px = std::numeric_limits<double>::quiet_NaN();
-  /// From the camera to the freed one, the rotation taken out, where the boards were: nothing without a freed
-  /// one, or without a covariance of it.
+  /// From the camera to the freed one, after removing the best rotation, where the boards were; nothing
+  /// without a freed camera or its covariance.
   std::optional<ProjectionDifference> difference;
-  /// How far beyond what the views share by chance the camera's errors exceed the freed one's, see
-  /// misfitSigmas(); NaN without a freed one.
+  /// Excess of the camera's errors over the freed one's beyond what views share by chance, see
+  /// misfitSigmas(); NaN without a freed camera.
   double misfit_sigmas = std::numeric_limits<double>::quiet_NaN();
-  std::optional<DifferenceSignificance> significance;  ///< for what the images would notice
+  std::optional<DifferenceSignificance> significance;  ///< of the images' power to detect a difference
   double covered_share = 0;                            ///< of the image
-  /// Whether the images ask for a different camera at all; nothing where they are too few to tell.
+  /// Test whether the images require any change of the camera; nothing if there are too few.
   std::optional<OverallTest> overall;
-  /// One for each way to change the camera that the views say something of, the surest first.
+  /// One for each type of change that the views constrain, the most certain first.
   std::vector<NeededChange> changes;
-  std::vector<Slip> slips;  ///< mended, see mendedSlips(); none without a freed camera
+  std::vector<Slip> slips;  ///< corrected, see mendedSlips(); none without a freed camera
 
   [[nodiscard]] int numCorners() const;  ///< with an error
   [[nodiscard]] int numUnseen() const;
@@ -99,20 +100,20 @@ struct HeldOutJudgement {
   [[nodiscard]] double freedRmsPx() const;
 };
 
-/// Judges a camera by views that it was not made from. The camera is held as it is throughout; two questions
-/// are asked, of which the second is the one that refitted poses cannot hide a wrong camera from:
+/// Judges a camera by views that it was not made from. The camera is never changed. Two questions are asked;
+/// for the second, refitted poses cannot hide a wrong camera:
 ///
 /// Does it predict corners? Each view's pose is found from one colour of the board's squares, and the error
 /// is that of the other (heldOutErrors()).
 ///
-/// Is it the camera that the images show? They are calibrated from scratch with the same model, with
-/// everything that goes with it (robust loss, outliers, the boards' bends, covariance by the views where they
-/// disagree by more than noise), and the projection difference between the two cameras is taken over the part
-/// of the image where boards were. Whether that difference is more than chance is asked of the camera as it
-/// is (see HeldScores): of all its parameters together, and of single changes.
+/// Is it the camera that the images show? They are calibrated from scratch with the same model and the usual
+/// procedure (robust loss, outliers, the boards' bends, covariance by the views if they disagree by more than
+/// noise), and the projection difference between the two cameras is taken over the part of the image where
+/// boards were. Tests of the unchanged camera (see HeldScores) show whether the difference is more than
+/// chance: for all its parameters together, and for single changes.
 ///
-/// Corners that the freed calibration took for outliers count for neither, and its bends of the boards hold
-/// for both: none of that depends on the camera that is tested.
+/// Outliers of the freed calibration are excluded from both, and its board bends apply to both: none of this
+/// depends on the tested camera.
 ///
 /// @param boards  see calibrate()
 /// @throws Error (kInput) for no views, or views of another image size than the camera's; Cancelled

@@ -20,7 +20,7 @@
 namespace alidade {
 namespace {
 
-// One of 400 normal variables exceeds this in size.
+// One of 400 normal variables exceeds this in absolute value.
 constexpr double kOneIn400OfSize = 3.0233414397391377;
 
 std::vector<Reduced> weightedPulls(const PosedViews& posed) {
@@ -32,7 +32,7 @@ std::vector<Reduced> weightedPulls(const PosedViews& posed) {
   return pulls;
 }
 
-// Tells whether no direction has a negative variance, rounding aside. Held parameters have none.
+// True if no direction has a negative variance, apart from rounding. Held parameters have none.
 bool isCovariance(const Eigen::MatrixXd& matrix) {
   constexpr double kRounding = 1e-9;
   if (!matrix.allFinite() || !(matrix.diagonal().minCoeff() >= 0)) return false;
@@ -42,20 +42,20 @@ bool isCovariance(const Eigen::MatrixXd& matrix) {
   return solver.eigenvalues()(0) >= -kRounding * static_cast<double>(matrix.rows());
 }
 
-// One of few views may know nearly all of a change: only the jackknife's lift makes its disagreement with the
-// others large enough then. With more views it would accuse hardly any camera, right or wrong.
+// One of few views may determine nearly all of a change, and only the jackknife's lift makes its disagreement
+// with the others large enough. With more views this lift would leave the test without power.
 PullLift liftFor(std::size_t num_views) {
   constexpr std::size_t kFew = 8;
   return num_views < kFew ? PullLift::kLeaveOneOut : PullLift::kForNoise;
 }
 
-// The views' pulls once the camera has made a step, to first order.
+// The views' pulls after a step of the camera, to first order.
 std::vector<Reduced> pullsAfter(std::vector<Reduced> pulls, const Eigen::VectorXd& step) {
   for (Reduced& pull : pulls) pull.gradient += pull.information * step;
   return pulls;
 }
 
-// The pulls of the single views, once the camera suits all of them best.
+// The pulls of single views, at the camera that fits all of them best.
 std::optional<ViewShares> sharesOf(const std::vector<Reduced>& pulls, const Eigen::MatrixXd& directions) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(directions.cols(), directions.cols());
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(directions.cols());
@@ -67,9 +67,9 @@ std::optional<ViewShares> sharesOf(const std::vector<Reduced>& pulls, const Eige
                           {}, liftFor(pulls.size()));
 }
 
-// The directions of which the information says more than rounding does, one a column.
+// The directions that the information determines beyond rounding, one per column.
 Eigen::MatrixXd determinedDirections(const Eigen::MatrixXd& information) {
-  constexpr double kLeast = 1e-10;  // once the parameters are scaled alike
+  constexpr double kLeast = 1e-10;  // after scaling the parameters alike
   const Eigen::VectorXd scale =
       information.diagonal().unaryExpr([](double x) { return x > 0 ? 1 / std::sqrt(x) : 0.0; });
   const SymmetricEigen solver(scale.asDiagonal() * information * scale.asDiagonal());
@@ -87,7 +87,7 @@ double squaresOf(const PosedViews& posed) {
   return squares;
 }
 
-// Two digits, and no exponent of ten for what people count.
+// Two digits; no exponent for values of 100 and more.
 std::string figure(double value) {
   return value < 100 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);
 }
@@ -192,11 +192,11 @@ std::optional<StepEstimate> HeldScores::along(const Eigen::VectorXd& direction) 
   const auto shares = ViewShares::make(pullsAfter(pulls_, estimate.amount * direction), direction, 1, {},
                                        liftFor(pulls_.size()));
   if (!shares) return std::nullopt;
-  // From direction to direction the excess over noise varies by about a half (on photographs and on simulated
-  // motion), as does a variance of eight degrees of freedom: so much the excess of all directions counts, and
-  // no more than there are views to disagree. Moderated as by Smyth 2004, Linear models and empirical Bayes
-  // methods for assessing differential expression in microarray experiments, Statistical Applications in
-  // Genetics and Molecular Biology 3(1), section 3.
+  // The excess over noise varies between directions by about a half (on photographs and on simulated motion),
+  // like a variance of eight degrees of freedom. The excess over all directions gets this many, but no more
+  // than the views provide. Moderated as in Smyth 2004, Linear models and empirical Bayes methods for
+  // assessing differential expression in microarray experiments, Statistical Applications in Genetics and
+  // Molecular Biology 3(1), section 3.
   constexpr double kMostFreedomOfAll = 8;
   const double by_noise = direction.dot(noise_ * direction) / (information * information);
   const double by_views = shares->covariance()(0, 0) / information;
@@ -212,7 +212,7 @@ std::optional<StepEstimate> HeldScores::along(const Eigen::VectorXd& direction) 
   const double variance = of_images + own;
   if (!(variance > 0)) return std::nullopt;
   estimate.std = std::sqrt(variance);
-  // Satterthwaite's, the camera's own variance being known.
+  // By Satterthwaite; the camera's own variance is known exactly.
   estimate.freedom = freedom * (variance / of_images) * (variance / of_images);
   estimate.sigmas = normalOfStudentT(std::abs(estimate.amount) / estimate.std, estimate.freedom);
   return estimate;
@@ -239,8 +239,8 @@ OverallTest HeldScores::overall() const {
   const Eigen::MatrixXd spread_by_own = factor.solve(own);
   const Eigen::MatrixXd spread_by_images = factor.solve(of_images);
   const double expected = (spread_by_own + spread_by_images).trace();
-  // Directions always look uneven in a covariance from a few views: what they would do so by chance is taken
-  // off (Fujikoshi 2010, Multivariate statistics, the unbiased estimate of the trace of a covariance
+  // A covariance from a few views always looks uneven over directions; the expected unevenness by chance is
+  // subtracted (Fujikoshi 2010, Multivariate statistics, the unbiased estimate of the trace of a covariance
   // squared).
   const auto n = static_cast<double>(pulls_.size()) - 1;
   const double trace = spread_by_images.trace();
@@ -249,7 +249,7 @@ OverallTest HeldScores::overall() const {
   squares += (spread_by_own * (spread_by_own + 2 * spread_by_images)).trace();
   const double above = squares > 0 ? std::clamp(expected * expected / squares, 1.0, num) : num;
   const double share_of_images = variance * factor.solve(one).trace() / num;
-  const double num_equal_views = num / shares_->squaresOfShares();  // if all said equally much
+  const double num_equal_views = num / shares_->squaresOfShares();  // for equal information
   const double below = above * std::max(1.0, num_equal_views - 1) / (share_of_images * share_of_images);
   const double f = statistic / expected;
   OverallTest test{.sigmas = normalOfF(f, above, below)};
@@ -274,16 +274,16 @@ std::optional<AnyCamera> changed(const AnyCamera& camera, CameraChangeKind chang
 
 std::string complaintOf(CameraChangeKind change, double amount, double std) {
   const double size = std::abs(amount);
-  const bool is_too_large = amount < 0;  // something would have to be taken off
+  const bool is_too_large = amount < 0;  // the value would have to be reduced
   const auto pixels = [&](const char* what) {
     return fmt::format("{} {} +- {} px too {}", what, figure(size), figure(std),
                        is_too_large ? "large" : "small");
   };
-  // A number that has to be multiplied is off by a share of the right value: that of the file times this
-  // factor.
+  // For a number that needs a factor, the error is a share of the right value, which is that of the file
+  // times this factor.
   const double factor = 1 + amount;
   const auto share = [&](const char* what, const char* large, const char* little) {
-    constexpr double kLeastFactor = 0.1;  // less has no such share, or the other sign
+    constexpr double kLeastFactor = 0.1;  // below it, such a share is meaningless or negative
     if (factor < kLeastFactor) {
       return fmt::format("{} would have to be {} +- {} times as {}", what, figure(factor), figure(std),
                          large);

@@ -17,47 +17,48 @@
 
 namespace alidade {
 
-/// Views, posed for a camera.
+/// Views with poses for a camera.
 struct PosedViews {
   Fit fit;  ///< of one camera, without a loss
-  /// How much each view counts: best the inverse of the variance of its corners. Empty: all alike.
+  /// Weight of each view, ideally the inverse of the variance of its corners. Empty: all equal.
   std::vector<double> weights;
 };
 
-/// Errors of this size an axis, px, count as chance even where corners are without noise: what is left of
-/// those is rounding, and how a change compares with it says nothing.
+/// Errors of this size per axis, px, count as chance even without corner noise: the remainder is rounding,
+/// and comparing a change with rounding means nothing.
 inline constexpr double kFinestPx = 1e-3;
 
-/// How far views are from what a camera predicts at their poses: sqrt(mean of dx^2 + dy^2) over all corners.
+/// Deviation of the views from the camera's predictions at their poses: sqrt(mean of dx^2 + dy^2) over all
+/// corners.
 [[nodiscard]] double misfitPx(const PosedViews& posed);
 
-/// Whether a camera is off by so much that the refitted poses cannot hide it: how improbable the ratio of its
-/// squared errors to those of the freed camera would be if it were right, as a normal variable.
+/// Evidence that a camera is off by so much that refitted poses cannot hide it: how improbable the ratio of
+/// its squared errors to those of the freed camera would be for the right camera, as a normal variable.
 ///
-/// An F test in which corners do not count, only views: what the corners of a view have in common (blur,
-/// motion, a rolling shutter) shears and stretches it as a whole, which is four numbers, of which its pose
-/// takes most. Each view adds two degrees of freedom, however many corners it has; the freed parameters
-/// take theirs away. With few views none remain, and the result is 0. With noise alone, which is far more
-/// numbers a view, the test is far on the safe side.
-/// @param held   posed for the camera as it is
-/// @param freed  the same views, posed for the camera that they give
+/// An F test that counts views and not corners: errors common to the corners of a view (blur, motion, a
+/// rolling shutter) shear and stretch it as a whole. That is four numbers, and its pose absorbs most of them.
+/// Each view adds two degrees of freedom, however many corners it has; the freed parameters subtract theirs.
+/// With few views none remain, and the result is 0. With pure noise, which has far more numbers per view, the
+/// test is very conservative.
+/// @param held   posed with the unchanged camera
+/// @param freed  the same views, posed with the camera calibrated from them
 [[nodiscard]] double misfitSigmas(const PosedViews& held, const PosedViews& freed);
 
-/// The best of the poses of a view to which refits from some starts lead; nothing where none does.
-/// @param corners  on the board as it is bent
+/// The best of the poses of a view to which refits from several starts converge; nothing if none does.
+/// @param corners  on the bent board
 [[nodiscard]] std::optional<SE3> bestPose(const AnyCamera& camera, std::span<const Observation> corners,
                                           HuberLoss loss, std::span<const SE3> starts);
 
-/// The views refitted to another camera, from where they are; nothing where it does not see one of them.
+/// The views refitted to a different camera from their current poses; nothing if it does not see one of them.
 [[nodiscard]] std::optional<PosedViews> posedFor(const AnyCamera& camera, PosedViews views);
 
-/// By how much a camera would have to be changed in one way, and in no other, to suit images best.
+/// Amount of one single change to a camera that fits images best.
 struct StepEstimate {
   double amount = 0;   ///< to first order
-  double std = 0;      ///< one standard deviation of it
+  double std = 0;      ///< one standard deviation of `amount`
   double freedom = 0;  ///< degrees of freedom of `std`
-  /// The normal variable that is as improbable as such an amount, of either sign, for the right camera; not
-  /// negative.
+  /// The normal variable, not negative, that is as improbable as an amount of this size and either sign for
+  /// the right camera.
   double sigmas = 0;
 
   [[nodiscard]] bool isSignificant() const;
@@ -66,46 +67,45 @@ struct StepEstimate {
   [[nodiscard]] double effectiveStd() const;
 };
 
-/// Whether any change of the camera at all would suit images better than chance does.
+/// Test whether any change of the camera would fit images better than chance.
 struct OverallTest {
-  double sigmas = 0;  ///< the normal variable that is exceeded as often by the right camera
+  double sigmas = 0;  ///< normal variable that is as improbable for the right camera
   /// The share of the change in question that is beyond chance, 0 to 1.
   double sure_share = 0;
 
   [[nodiscard]] bool isSignificant() const;
 };
 
-/// What views that a camera was not made from say against it while it is held as it is: score tests, in which
-/// nothing but the poses is fitted to the images.
+/// Evidence of views that a camera was not made from against the unchanged camera: score tests, in which only
+/// the poses are fitted to the images.
 ///
-/// Only views count as independent of each other, whatever the corners of one view have in common (Cameron
-/// and Miller 2015, A practitioner's guide to cluster-robust inference, Journal of Human Resources 50(2)).
-/// With few views see ViewShares for how far their disagreement can be trusted. The variance of a single
-/// change, and the mean variance of all, are not taken for less than the corners' noise makes them, and what
-/// the camera's own uncertainty contributes is added.
+/// Views count as independent of each other; the corners of one view may share errors (Cameron and Miller
+/// 2015, A practitioner's guide to cluster-robust inference, Journal of Human Resources 50(2)). With few
+/// views see ViewShares for the reliability of their disagreement. The variance of a single change, and the
+/// mean variance of all, are at least those of the corners' noise, and the camera's own uncertainty is added.
 class HeldScores {
  public:
-  /// @param held   posed for the camera as it is
+  /// @param held   posed with the unchanged camera
   /// @param freed  the same views, posed for the camera that they give by themselves, by which their
   ///               disagreement is measured; nothing: by the camera that is one step away from the held one,
   ///               near which the two are the same
   /// @param noise_variance  of the coordinate of a corner of weight 1, px^2; positive
   /// @param covariance      of the camera's parameters, N x N; nothing, or a matrix that is none: they count
   ///                        as exact
-  /// @returns nothing for less than three views, or views that say nothing of the parameters
+  /// @returns nothing for fewer than three views, or views that do not constrain the parameters
   [[nodiscard]] static std::optional<HeldScores> make(const AnyCamera& camera, const PosedViews& held,
                                                       const PosedViews* freed, double noise_variance,
                                                       std::optional<DenseMatrix> covariance);
 
-  /// Of one change by itself: a statement of one number, for which a few views suffice where an estimate of
-  /// all parameters would be lost in their uncertainty. Nothing where the views say nothing of it.
+  /// Test of one change by itself: one number, for which a few views suffice although they cannot estimate
+  /// all parameters. Nothing if the views do not constrain it.
   /// @param direction  N: the change of the parameters per amount of 1
   [[nodiscard]] std::optional<StepEstimate> along(const Eigen::VectorXd& direction) const;
 
-  /// Of all parameters at once. The views are too few for a covariance in so many dimensions: their
-  /// disagreement counts as one factor on the variance by noise, and how unevenly it lies over the directions
-  /// goes into the degrees of freedom (Satterthwaite 1946, An approximate distribution of estimates of
-  /// variance components, Biometrics Bulletin 2(6)).
+  /// Test of all parameters at once. The views are too few for a covariance in so many dimensions: their
+  /// disagreement becomes one factor on the variance by noise, and its unevenness over directions reduces the
+  /// degrees of freedom (Satterthwaite 1946, An approximate distribution of estimates of variance components,
+  /// Biometrics Bulletin 2(6)).
   [[nodiscard]] OverallTest overall() const;
 
  private:
@@ -114,46 +114,46 @@ class HeldScores {
   std::vector<Reduced> pulls_;   // weighted
   Eigen::MatrixXd information_;  // of all views
   Eigen::VectorXd gradient_;
-  Eigen::MatrixXd noise_;             // what the corners' noise makes of the gradient's covariance
+  Eigen::MatrixXd noise_;             // covariance of the gradient by corner noise
   std::optional<ViewShares> shares_;  // with all parameters free
   std::optional<double> excess_;      // variance by the views over that by noise, over all directions
   std::optional<DenseMatrix> covariance_;
 };
 
-/// Ways in which intrinsics are wrong as a whole, one number saying by how much: a file of another zoom or
-/// focus, of a crop, of a lens like it, or with the pixel's origin at its corner.
+/// Ways in which intrinsics may be wrong as a whole, by one number each: a file for a different zoom or
+/// focus, for a crop, for a similar lens, or with the pixel origin at the corner.
 inline constexpr std::array kIntrinsicsChanges = {CameraChangeKind::kFocalLength, CameraChangeKind::kCenterX,
                                                   CameraChangeKind::kCenterY, CameraChangeKind::kDistortion,
                                                   CameraChangeKind::kPixelOrigin};
 
-/// The change of the parameters per amount of 1; empty for a camera that has nothing of the kind, and for a
-/// distortion in no proportion to its coefficients.
+/// The change of the parameters per amount of 1; empty for a camera without such parameters, and for a
+/// distortion that is not proportional to its coefficients.
 [[nodiscard]] Eigen::VectorXd directionOf(CameraChangeKind change, const AnyCamera& camera);
 
-/// The camera changed by `amount`; nothing where its parameters would leave their range.
+/// The camera changed by `amount`; nothing if its parameters would leave their range.
 [[nodiscard]] std::optional<AnyCamera> changed(const AnyCamera& camera, CameraChangeKind change,
                                                double amount);
 
-/// What is wrong with a camera that would have to be changed by `amount`, in words: "its focal length is
-/// 1.02 +- 0.05 % too long".
+/// The error of a camera that needs a change by `amount`, in words: "its focal length is 1.02 +- 0.05 % too
+/// long".
 [[nodiscard]] std::string complaintOf(CameraChangeKind change, double amount, double std);
 
-/// The amounts of directions in which a camera is nearest to the freed one, as the views count: near the
-/// freed camera the sum of squared errors is a parabola, however far the first one is from it.
-/// @param open  N x M: a direction a column
+/// The amounts along directions at which a camera is nearest to the freed one, weighted by the views: near
+/// the freed camera the sum of squared errors is a parabola, however far away the tested camera is.
+/// @param open  N x M: one direction per column
 [[nodiscard]] Eigen::VectorXd amountsToFreed(const AnyCamera& camera, const Eigen::MatrixXd& open,
                                              const PosedViews& freed);
 
-/// One way to change a camera, taken until nothing more is gained by it: the first step alone, which a score
-/// test takes, falls far short where the camera is far off.
+/// One type of change, iterated until nothing more is gained. A score test takes only the first step, which
+/// is far too short if the camera is far off.
 struct ChangeRefit {
-  StepEstimate estimate;  ///< of the change in all, its uncertainty that where it has come to rest
+  StepEstimate estimate;  ///< of the total change; its uncertainty is that at convergence
   double rms_px = 0;      ///< sqrt(mean of dx^2 + dy^2) over all corners, poses refitted
 };
 
 /// The other parameters are as in HeldScores::make().
-/// @returns nothing where the views say nothing of the change, or where it leads to a camera that cannot be
-/// or does not see the boards
+/// @returns nothing if the views do not constrain the change, or if it leads to an invalid camera or one that
+/// does not see the boards
 [[nodiscard]] std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChangeKind change,
                                                      const PosedViews& freed, double noise_variance,
                                                      const std::optional<DenseMatrix>& covariance);

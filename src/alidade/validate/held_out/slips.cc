@@ -16,16 +16,16 @@
 namespace alidade {
 namespace {
 
-// By name. What is mended of numbers that the model does not have is lost.
+// Numbers by name. Corrections of numbers that the model does not have are lost.
 using Numbers = std::map<std::string_view, double>;
 
 struct SlipKind {
   std::string_view id;
   std::string_view text;
   void (*mend)(Numbers&) = nullptr;
-  // Groups of numbers that are wrong by one factor each, which the images tell.
+  // Groups of numbers, each wrong by one factor that the images determine.
   std::array<std::string_view, 2> open = {};
-  double least_change = 0;  // of the first factor; a smaller one is not this slip
+  double least_change = 0;  // of the first factor; a smaller change is not this slip
 
   [[nodiscard]] int numOpen() const { return (open[0].empty() ? 0 : 1) + (open[1].empty() ? 0 : 1); }
 };
@@ -37,7 +37,7 @@ void shiftCenter(Numbers& n) {
   n["cy"] += 0.5 * kHalves;
 }
 
-// THE list. Of two that mend the same the first is named.
+// THE list. If two have the same correction, the first is named.
 constexpr std::array kSlips = {
     SlipKind{"k1_sign", "k1 has the wrong sign", [](Numbers& n) { n["k1"] *= -1; }},
     SlipKind{"radial_sign", "the radial terms have the wrong sign",
@@ -64,11 +64,11 @@ constexpr std::array kSlips = {
     SlipKind{"pixel_origin", "the pixel origin is half a pixel off", shiftCenter<1>},
     SlipKind{"fx", "fx alone is wrong", nullptr, {"fx"}},
     SlipKind{"fy", "fy alone is wrong", nullptr, {"fy"}},
-    // Nobody resizes images by less than 5 %.
+    // In practice images are not resized by less than 5 %.
     SlipKind{"scaled", "the numbers are those of images of another size", nullptr, {"fx fy cx cy"}, 0.05},
     SlipKind{"cropped", "cx and cy alone are wrong, as of another part of the image", nullptr, {"cx", "cy"}}};
 
-// The camera without the slip; nothing where it does not have it, or where no camera has such numbers.
+// The camera without the slip; nothing if it does not have it or the corrected numbers make no valid camera.
 std::optional<AnyCamera> mended(const SlipKind& kind, const AnyCamera& tested, const PosedViews& freed) {
   const auto names = tested.parameterNames();
   const auto given = tested.parameters();
