@@ -270,8 +270,7 @@ TEST(RigCheck, StatedDeviationsCoverTheTruth) {
                            freedom.kind == CameraChangeKind::kPose ||
                            freedom.kind == CameraChangeKind::kSeveral;
       if (is_open) continue;
-      const PairFit fit =
-          fitPair(pair, freedom, timed, Eigen::VectorXd::Zero(freedom.size()), 0.15);
+      const PairFit fit = fitPair(pair, freedom, timed, Eigen::VectorXd::Zero(freedom.size()), 0.15);
       ASSERT_TRUE(fit.is_converged);
       for (Eigen::Index i = 0; i < freedom.size(); ++i) {
         num_within += std::abs(fit.amounts[i]) < kNormal95 * std::sqrt(fit.covariance(i, i)) ? 1 : 0;
