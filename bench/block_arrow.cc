@@ -6,7 +6,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "alidade/adjust/board/corner_groups.h"
 #include "alidade/adjust/board/view_kernel.h"
 
 namespace alidade {
@@ -27,7 +26,7 @@ struct Point {
 class Solver {
  public:
   explicit Solver(const Fit& fit) : loss_(fit.loss) {
-    for (const FitView& view : fit.views) corners_.emplace_back(view.corners);
+    for (const FitView& view : fit.views) corners_.push_back(groupsOf(view.corners));
   }
 
   // Returns false if a corner does not project.
@@ -38,8 +37,7 @@ class Solver {
     at.cost = 0;
     for (std::size_t v = 0; v < corners_.size(); ++v) {
       ViewFactor& factor = at.factors[v];
-      if (!kernel_.factor(at.params.data(), at.poses[v], corners_[v].view(0), loss_, Unseen::kRefuse,
-                          factor.data()))
+      if (!kernel_.factor(at.params.data(), at.poses[v], corners_[v], loss_, Unseen::kRefuse, factor.data()))
         return false;
       const auto rest = factor.block<kParams, kParams>(6, 6);
       at.information += rest.transpose() * rest;
@@ -88,8 +86,8 @@ class Solver {
   }
 
  private:
-  ViewKernel kernel_ = viewKernel("radtan");
-  std::vector<CornerGroups> corners_;
+  const ViewKernel& kernel_ = viewKernel("radtan");
+  std::vector<std::vector<CornerGroup>> corners_;
   HuberLoss loss_;
 };
 

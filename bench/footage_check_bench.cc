@@ -87,7 +87,7 @@ FootageTracks tracksOf(const FootageSimulator& simulator, std::uint64_t seed) {
 }
 
 FootageTracks renderedTracks(const FootageSimulator& simulator) {
-  const auto front_end = makeFrontEnd({.kind = FrontEndKind::kFlow});
+  const auto front_end = makeFrontEnd(FrontEndKind::kFlow);
   FootageTracks kept;
   kept.size = kSize;
   kept.is_video = true;

@@ -92,7 +92,7 @@ int run() {
 
   FootageTracks tracks{.size = testing::kFootageSize, .is_video = true, .numbers = {}, .frames = {}};
   start = cpuSeconds();
-  const auto front_end = makeFrontEnd({});
+  const auto front_end = makeFrontEnd(FrontEndKind::kFlow);
   forEachFrame(inputs, [&](const FootageImage& frame) {
     tracks.frames.push_back(front_end->follow(frame.image));
     tracks.numbers.push_back(frame.number);

@@ -64,7 +64,7 @@ TEST(IntrinsicsInformation, FrontoParallelViewsAreSingular) {
   }
   const auto information = intrinsicsInformation(fit);
   EXPECT_FALSE(information.inverse);
-  EXPECT_LT(information.scaled_condition, 1e-10);
+  EXPECT_LT(information.condition, 1e-10);
 }
 
 TEST(CoordinateVariance, CountsCoordinatesAndParameters) {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/board/disc_rows.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,11 +46,11 @@ TYPED_TEST_SUITE(DiscRowsOf, AllModelTypes, ModelName);
 
 TYPED_TEST(DiscRowsOf, AreZeroWhereTheCentroidsAreSeen) {
   const DiscSet set = discSet<TypeParam>(0);
-  const ViewKernel kernel = viewKernel(TypeParam::kId);
+  const ViewKernel& kernel = viewKernel(TypeParam::kId);
   std::size_t num_checked = 0;
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     std::vector<Eigen::Vector2d> errors(set.views[v].size());
-    kernel.errors(set.params.data(), set.poses[v], CornerGroups(set.views[v]).view(0), errors);
+    kernel.errors(set.params.data(), set.poses[v], groupsOf(set.views[v]), errors);
     for (const Eigen::Vector2d& error : errors) EXPECT_LT(error.norm(), 1e-5);
     num_checked += errors.size();
   }
@@ -62,12 +60,12 @@ TYPED_TEST(DiscRowsOf, AreZeroWhereTheCentroidsAreSeen) {
 TYPED_TEST(DiscRowsOf, HaveTheDerivativesOfTheErrors) {
   using M = TypeParam;
   const DiscSet set = discSet<M>(2);
-  const ViewKernel kernel = viewKernel(M::kId);
+  const ViewKernel& kernel = viewKernel(M::kId);
   const int size = kernel.numParams() + 7;
   const auto& view = set.views.front();
-  const CornerGroups corners(view);
+  const auto corners = groupsOf(view);
   std::vector<double> rows(2 * view.size() * static_cast<std::size_t>(size));
-  kernel.rows(set.params.data(), set.poses.front(), corners.view(0), rows);
+  kernel.rows(set.params.data(), set.poses.front(), corners, rows);
   const auto errorsAt = [&](int column, double step) {
     SE3 pose = set.poses.front();
     std::vector<double> params = set.params;
@@ -77,7 +75,7 @@ TYPED_TEST(DiscRowsOf, HaveTheDerivativesOfTheErrors) {
       params[static_cast<std::size_t>(column - 6)] += step;
     }
     std::vector<Eigen::Vector2d> errors(view.size());
-    kernel.errors(params.data(), pose, corners.view(0), errors);
+    kernel.errors(params.data(), pose, corners, errors);
     return errors;
   };
   int num_checked = 0;
@@ -106,14 +104,14 @@ TYPED_TEST(DiscRowsOf, HaveTheDerivativesOfTheErrors) {
 TYPED_TEST(DiscRowsOf, MakeUpFactorAndCost) {
   using M = TypeParam;
   const DiscSet set = discSet<M>(2);
-  const ViewKernel kernel = viewKernel(M::kId);
+  const ViewKernel& kernel = viewKernel(M::kId);
   const int size = kernel.numParams() + 7;
   int num_far = 0;
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     const auto& view = set.views[v];
-    const CornerGroups corners(view);
+    const auto corners = groupsOf(view);
     std::vector<double> values(2 * view.size() * static_cast<std::size_t>(size));
-    kernel.rows(set.params.data(), set.poses[v], corners.view(0), values);
+    kernel.rows(set.params.data(), set.poses[v], corners, values);
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(size, size);
     double sum_of_rho = 0;
     for (std::size_t i = 0; i < view.size(); ++i) {
@@ -125,14 +123,14 @@ TYPED_TEST(DiscRowsOf, MakeUpFactorAndCost) {
       num_far += kLoss.weight(s) < 1 ? 1 : 0;
     }
     gram(size - 1, size - 1) = sum_of_rho;
-    const auto factor = viewFactor(kernel, set.params, set.poses[v], corners.view(0), kLoss, Unseen::kRefuse);
+    const auto factor = viewFactor(kernel, set.params, set.poses[v], corners, kLoss, Unseen::kRefuse);
     ASSERT_TRUE(factor);
     const Eigen::MatrixXd made_up = factor->transpose() * *factor;
     for (int i = 0; i < size; ++i) {
       for (int j = 0; j < size; ++j)
         EXPECT_NEAR(made_up(i, j), gram(i, j), 1e-11 * std::sqrt(gram(i, i) * gram(j, j)));
     }
-    EXPECT_NEAR(kernel.sumOfRho(set.params.data(), set.poses[v], corners.view(0), kLoss), sum_of_rho,
+    EXPECT_NEAR(kernel.sumOfRho(set.params.data(), set.poses[v], corners, kLoss), sum_of_rho,
                 1e-12 * sum_of_rho);
   }
   EXPECT_GT(num_far, 5);
@@ -140,16 +138,16 @@ TYPED_TEST(DiscRowsOf, MakeUpFactorAndCost) {
 
 TEST(DiscRows, RefuseADiscOfWhichAPartDoesNotProject) {
   const DiscSet set = discSet<Pinhole>(0);
-  const ViewKernel kernel = viewKernel("pinhole");
+  const ViewKernel& kernel = viewKernel("pinhole");
   const auto& view = set.views.front();
-  const CornerGroups corners(view);
+  const auto corners = groupsOf(view);
   // Seen edge-on from a millimetre off its middle, a disc reaches behind the camera.
   const SE3 pose{SO3::exp({1.5, 0, 0}), {0, 0, 0.001}};
-  EXPECT_FALSE(viewFactor(kernel, set.params, pose, corners.view(0), kLoss, Unseen::kRefuse));
-  EXPECT_TRUE(viewFactor(kernel, set.params, pose, corners.view(0), kLoss, Unseen::kLeaveOut));
-  EXPECT_TRUE(std::isnan(kernel.sumOfRho(set.params.data(), pose, corners.view(0), kLoss)));
+  EXPECT_FALSE(viewFactor(kernel, set.params, pose, corners, kLoss, Unseen::kRefuse));
+  EXPECT_TRUE(viewFactor(kernel, set.params, pose, corners, kLoss, Unseen::kLeaveOut));
+  EXPECT_TRUE(std::isnan(kernel.sumOfRho(set.params.data(), pose, corners, kLoss)));
   std::vector<Eigen::Vector2d> errors(view.size());
-  kernel.errors(set.params.data(), pose, corners.view(0), errors);
+  kernel.errors(set.params.data(), pose, corners, errors);
   EXPECT_TRUE(std::isnan(errors.front().x()));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/board/elimination.h"
+#include "alidade/adjust/board/view_equations.h"
 
 #include <gtest/gtest.h>
 

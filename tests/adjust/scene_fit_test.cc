@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/scene/scene_equations.h"
-#include "alidade/adjust/scene/scene_solve.h"
+#include "alidade/adjust/scene/scene_fit.h"
 
 #include <algorithm>
 #include <cmath>

@@ -65,7 +65,7 @@ TYPED_TEST_SUITE(ViewKernelOf, AllModelTypes, ModelName);
 
 TYPED_TEST(ViewKernelOf, SumsWhatCornersGiveOneByOne) {
   using M = TypeParam;
-  const ViewKernel kernel = viewKernel(M::kId);
+  const ViewKernel& kernel = viewKernel(M::kId);
   ASSERT_EQ(kernel.numParams(), kNumParams<M>);
   int num_checked = 0;
   int num_far = 0;
@@ -74,20 +74,20 @@ TYPED_TEST(ViewKernelOf, SumsWhatCornersGiveOneByOne) {
     const double* params = fit.cameras.front().params.data();
     for (const FitView& view : fit.views) {
       const SE3 pose = cameraFromBoard(fit, view);
-      const CornerGroups corners(view.corners);
+      const auto corners = groupsOf(view.corners);
       const Gram<M> expected = plainGram<M>(params, pose, view.corners, kLoss);
       withAndWithoutAvx2([&] {
         const auto factor =
-            viewFactor(kernel, fit.cameras.front().params, pose, corners.view(0), kLoss, Unseen::kRefuse);
+            viewFactor(kernel, fit.cameras.front().params, pose, corners, kLoss, Unseen::kRefuse);
         ASSERT_TRUE(factor);
         expectEqual<M>(gramOf<M>(*factor), expected);
         // Rows of the pose first, then of the parameters, then of the error.
         EXPECT_EQ(factor->bottomLeftCorner(kNumParams<M> + 1, 6).norm(), 0);
         EXPECT_EQ(factor->bottomLeftCorner(1, kNumParams<M> + 6).norm(), 0);
         const double sum_rho = expected(kNumParams<M> + 6, kNumParams<M> + 6);
-        EXPECT_NEAR(kernel.sumOfRho(params, pose, corners.view(0), kLoss), sum_rho, 1e-12 * sum_rho);
+        EXPECT_NEAR(kernel.sumOfRho(params, pose, corners, kLoss), sum_rho, 1e-12 * sum_rho);
         std::vector<Eigen::Vector2d> errors(view.corners.size());
-        kernel.errors(params, pose, corners.view(0), errors);
+        kernel.errors(params, pose, corners, errors);
         for (std::size_t i = 0; i < errors.size(); ++i) {
           Reprojection<M> corner;
           const Observation& observation = view.corners[i];
@@ -118,12 +118,11 @@ TYPED_TEST(ViewKernelOf, RefusesCornersBehindTheCamera) {
   if (M::kMaxAngle <= std::numbers::pi / 2) {
     EXPECT_FALSE(sees_all);
   }
-  const CornerGroups corners(view);
-  const ViewKernel kernel = viewKernel(M::kId);
+  const auto corners = groupsOf(view);
+  const ViewKernel& kernel = viewKernel(M::kId);
   withAndWithoutAvx2([&] {
-    EXPECT_EQ(viewFactor(kernel, params, pose, corners.view(0), kLoss, Unseen::kRefuse).has_value(),
-              sees_all);
-    EXPECT_EQ(std::isfinite(kernel.sumOfRho(params.data(), pose, corners.view(0), kLoss)), sees_all);
+    EXPECT_EQ(viewFactor(kernel, params, pose, corners, kLoss, Unseen::kRefuse).has_value(), sees_all);
+    EXPECT_EQ(std::isfinite(kernel.sumOfRho(params.data(), pose, corners, kLoss)), sees_all);
   });
 }
 
@@ -135,8 +134,8 @@ TEST(ViewKernel, LeavesOutTheCornersThatCannotBeProjected) {
   SE3 pose;
   pose.rotation = SO3::exp({0, 1.2, 0});
   pose.translation = {-0.05, -0.05, 0.1};
-  const CornerGroups corners(view);
-  const ViewKernel kernel = viewKernel("radtan");
+  const auto corners = groupsOf(view);
+  const ViewKernel& kernel = viewKernel("radtan");
   std::size_t num_seen = 0;
   Reprojection<Radtan> corner;
   for (const Observation& o : view)
@@ -145,14 +144,14 @@ TEST(ViewKernel, LeavesOutTheCornersThatCannotBeProjected) {
   ASSERT_LT(num_seen, view.size());
   withAndWithoutAvx2([&] {
     const auto all = [&](Unseen unseen) {
-      return viewFactor(kernel, fit.cameras.front().params, pose, corners.view(0), kNoLoss, unseen);
+      return viewFactor(kernel, fit.cameras.front().params, pose, corners, kNoLoss, unseen);
     };
     EXPECT_FALSE(all(Unseen::kRefuse));
     ASSERT_TRUE(all(Unseen::kLeaveOut));
     expectEqual<Radtan>(gramOf<Radtan>(*all(Unseen::kLeaveOut)),
                         plainGram<Radtan>(params, pose, view, kNoLoss));
     std::vector<Eigen::Vector2d> errors(view.size());
-    kernel.errors(params, pose, corners.view(0), errors);
+    kernel.errors(params, pose, corners, errors);
     const auto num_finite =
         std::count_if(errors.begin(), errors.end(), [](const auto& e) { return e.allFinite(); });
     EXPECT_EQ(static_cast<std::size_t>(num_finite), num_seen);
@@ -162,23 +161,23 @@ TEST(ViewKernel, LeavesOutTheCornersThatCannotBeProjected) {
 TEST(ViewKernel, RefusesAFoldedLens) {
   Fit fit = bundleSet<Radtan>(1, 0);
   std::vector<double>& params = fit.cameras.front().params;
-  const CornerGroups corners(fit.views[0].corners);
+  const auto corners = groupsOf(fit.views[0].corners);
   const SE3 pose = cameraFromBoard(fit, fit.views[0]);
-  const ViewKernel kernel = viewKernel("radtan");
-  EXPECT_TRUE(viewFactor(kernel, params, pose, corners.view(0), kLoss, Unseen::kRefuse));
+  const ViewKernel& kernel = viewKernel("radtan");
+  EXPECT_TRUE(viewFactor(kernel, params, pose, corners, kLoss, Unseen::kRefuse));
   params[4] = -30;  // folds at six degrees from the axis
-  EXPECT_FALSE(viewFactor(kernel, params, pose, corners.view(0), kLoss, Unseen::kRefuse));
+  EXPECT_FALSE(viewFactor(kernel, params, pose, corners, kLoss, Unseen::kRefuse));
 }
 
 // Columns that the others determine leave rows that must not blow up.
 TEST(ViewKernel, FactorsWhatOneFlatViewTells) {
   const Fit fit = bundleSet<Rational>(1, 0);
-  const CornerGroups corners(fit.views[0].corners);
+  const auto corners = groupsOf(fit.views[0].corners);
   constexpr int kSize = kNumParams<Rational> + 7;
   const double* params = fit.cameras.front().params.data();
   const SE3 pose = cameraFromBoard(fit, fit.views[0]);
-  const auto factor = viewFactor(viewKernel("rational"), fit.cameras.front().params, pose, corners.view(0),
-                                 kLoss, Unseen::kRefuse);
+  const auto factor =
+      viewFactor(viewKernel("rational"), fit.cameras.front().params, pose, corners, kLoss, Unseen::kRefuse);
   ASSERT_TRUE(factor);
   const Gram<Rational> again = gramOf<Rational>(*factor);
   ASSERT_TRUE(again.allFinite());

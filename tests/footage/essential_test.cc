@@ -45,7 +45,7 @@ TEST(Essential, OneOfTheFourMotionsIsTheTrueOne) {
     const RayPair pair{p.normalized(), (b_from_a * p).normalized()};
     int num_positive = 0;
     for (const SE3& motion : motions) {
-      num_positive += depthsOf(pair, motion).arePositive() ? 1 : 0;
+      num_positive += (depthsOf(pair, motion) > 0).all() ? 1 : 0;
       if ((motion.rotation.matrix() - b_from_a.rotation.matrix()).norm() < 1e-9 &&
           (motion.translation - b_from_a.translation).norm() < 1e-9)
         num_exact += 1;
@@ -58,9 +58,9 @@ TEST(Essential, OneOfTheFourMotionsIsTheTrueOne) {
 TEST(Essential, DepthsAreThoseOfThePoint) {
   const SE3 b_from_a{SO3::exp(Eigen::Vector3d(0.1, -0.2, 0.05)), Eigen::Vector3d(0.3, 0.1, -0.2)};
   const Eigen::Vector3d p(0.4, -0.3, 2.5);
-  const RayDepths depths = depthsOf({p.normalized(), (b_from_a * p).normalized()}, b_from_a);
-  EXPECT_NEAR(depths.a, p.norm(), 1e-12);
-  EXPECT_NEAR(depths.b, (b_from_a * p).norm(), 1e-12);
+  const Eigen::Array2d depths = depthsOf({p.normalized(), (b_from_a * p).normalized()}, b_from_a);
+  EXPECT_NEAR(depths[0], p.norm(), 1e-12);
+  EXPECT_NEAR(depths[1], (b_from_a * p).norm(), 1e-12);
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ FollowErrors followErrors(FrontEndKind kind, int num_frames, int step) {
                      .flow_px = 6,
                      .num_jobs = 1};
   const FootageSimulator simulator(scene);
-  const auto front_end = makeFrontEnd({.kind = kind});
+  const auto front_end = makeFrontEnd(kind);
   std::map<std::uint32_t, ScenePoint> starts;
   FollowErrors errors;
   for (int i = 0; i < num_frames; ++i) {
@@ -99,7 +99,7 @@ TEST(FrontEnd, KeyPointsAreAlignedInTurnedAndScaledImages) {
     const auto imageOf = [](const cv::Mat& mat) {
       return GrayImage{{mat.cols, mat.rows}, {mat.begin<std::uint8_t>(), mat.end<std::uint8_t>()}};
     };
-    const auto front_end = makeFrontEnd({.kind = FrontEndKind::kKeyPoints});
+    const auto front_end = makeFrontEnd(FrontEndKind::kKeyPoints);
     const auto before = front_end->follow(imageOf(first));
     const auto after = front_end->follow(imageOf(second));
     std::vector<double> errors;
@@ -126,7 +126,7 @@ TEST(FrontEnd, SmallImagesHaveNoPoints) {
       GrayImage image{size, std::vector<std::uint8_t>(static_cast<std::size_t>(size.width * size.height))};
       for (std::size_t i = 0; i < image.pixels.size(); ++i)
         image.pixels[i] = static_cast<std::uint8_t>(37 * i);
-      const auto front_end = makeFrontEnd({.kind = kind});
+      const auto front_end = makeFrontEnd(kind);
       for (int again = 0; again < 2; ++again) EXPECT_TRUE(front_end->follow(image).empty());
       ++num_checked;
     }
@@ -147,7 +147,7 @@ TEST(FrontEnd, KeyPointsHaveNoShift) {
       image.pixels[static_cast<std::size_t>(y * 320 + x)] = static_cast<std::uint8_t>(std::lround(light));
     }
   }
-  const auto found = makeFrontEnd({.kind = FrontEndKind::kKeyPoints})->follow(image);
+  const auto found = makeFrontEnd(FrontEndKind::kKeyPoints)->follow(image);
   Eigen::Vector2d sum{0, 0};
   int count = 0;
   for (const Eigen::Vector2d& spot : spots) {

@@ -270,8 +270,7 @@ TEST(RigCheck, StatedDeviationsCoverTheTruth) {
                            freedom.kind == CameraChangeKind::kPose ||
                            freedom.kind == CameraChangeKind::kSeveral;
       if (is_open) continue;
-      const PairFit fit =
-          fitPair(pair, freedom, timed, Eigen::VectorXd::Zero(freedom.size()), {.noise = 0.15});
+      const PairFit fit = fitPair(pair, freedom, timed, Eigen::VectorXd::Zero(freedom.size()), 0.15);
       ASSERT_TRUE(fit.is_converged);
       for (Eigen::Index i = 0; i < freedom.size(); ++i) {
         num_within += std::abs(fit.amounts[i]) < kNormal95 * std::sqrt(fit.covariance(i, i)) ? 1 : 0;
@@ -306,7 +305,7 @@ TEST(RigCheck, InstantsThatDifferWidenTheDeviations) {
     pair.second_from_first.translation.normalize();
     const PairFreedom freedom = pairFreedoms(pair, {640, 640}).front();
     ASSERT_EQ(freedom.kind, CameraChangeKind::kRotation);
-    const PairFit fit = fitPair(pair, freedom, timed, Eigen::VectorXd::Zero(3), {.noise = 0.3});
+    const PairFit fit = fitPair(pair, freedom, timed, Eigen::VectorXd::Zero(3), 0.3);
     num_differing += fit.disagreement > 2 ? 1 : 0;
     const double x = std::abs(fit.amounts[0]) / std::sqrt(fit.covariance(0, 0));
     num_within += x < kNormal95 ? 1 : 0;

@@ -79,8 +79,7 @@ MotionErrors motionErrors(double false_share, int cases_each) {
     for (int i = 0; i < cases_each; ++i) {
       const SE3 truth = someMotion(camera, random);
       const auto points = scatteredPoints(camera, 300, random).points;
-      errors.add(estimateTwoView(camera, matchesOf(camera, points, truth, false_share, random),
-                                 {.size = kFootageSize}),
+      errors.add(estimateTwoView(camera, matchesOf(camera, points, truth, false_share, random), kFootageSize),
                  truth);
     }
   }
@@ -121,7 +120,7 @@ TEST(TwoView, FalseMatchesAreFound) {
   std::vector<PixelMatch> matches = matchesOf(camera, scattered.points, truth, 0, random);
   const std::size_t num_false = matches.size() / 2;
   for (std::size_t i = 0; i < num_false; ++i) matches[i].b = {random.uniform(0, 639), random.uniform(0, 479)};
-  const TwoView two = estimateTwoView(camera, matches, {.size = kFootageSize});
+  const TwoView two = estimateTwoView(camera, matches, kFootageSize);
   std::size_t num_mistaken = 0;
   for (std::size_t i = 0; i < matches.size(); ++i)
     num_mistaken += two.is_inlier[i] != (i >= num_false) ? 1 : 0;
@@ -137,7 +136,7 @@ TEST(TwoView, RotationAndPlaneAreRecognised) {
     for (int i = 0; i < 10; ++i) {
       const SE3 turn{SO3::exp(0.15 * randomDirection(random)), Eigen::Vector3d::Zero()};
       const auto turned = matchesOf(camera, scatteredPoints(camera, 300, random).points, turn, 0.1, random);
-      EXPECT_EQ(estimateTwoView(camera, turned, {.size = kFootageSize}).kind, TwoViewKind::kRotation);
+      EXPECT_EQ(estimateTwoView(camera, turned, kFootageSize).kind, TwoViewKind::kRotation);
 
       // A plane at 3 m, a little inclined.
       const Eigen::Vector3d normal = Eigen::Vector3d(0.2, -0.1, 1).normalized();
@@ -146,10 +145,8 @@ TEST(TwoView, RotationAndPlaneAreRecognised) {
         if (normal.dot(p.normalized()) > 0.2) on_plane.push_back(3 / normal.dot(p) * p);
       }
       const SE3 moved{SO3::exp(0.05 * randomDirection(random)), Eigen::Vector3d(0.5, -0.2, 0.1)};
-      EXPECT_EQ(
-          estimateTwoView(camera, matchesOf(camera, on_plane, moved, 0.1, random), {.size = kFootageSize})
-              .kind,
-          TwoViewKind::kPlane);
+      EXPECT_EQ(estimateTwoView(camera, matchesOf(camera, on_plane, moved, 0.1, random), kFootageSize).kind,
+                TwoViewKind::kPlane);
       num_cases += 2;
     }
   }
@@ -165,10 +162,10 @@ TEST(TwoView, UnrelatedMatchesHaveNoMotion) {
       matches.push_back({{random.uniform(0, 639), random.uniform(0, 479)},
                          {random.uniform(0, 639), random.uniform(0, 479)}});
     }
-    const TwoView two = estimateTwoView(camera, matches, {.size = kFootageSize});
+    const TwoView two = estimateTwoView(camera, matches, kFootageSize);
     EXPECT_LT(two.num_inliers, 40U);
   }
-  EXPECT_EQ(estimateTwoView(camera, {}, {.size = kFootageSize}).kind, TwoViewKind::kNone);
+  EXPECT_EQ(estimateTwoView(camera, {}, kFootageSize).kind, TwoViewKind::kNone);
 }
 
 TEST(TwoView, PointsOnRaysMayLieAtInfinity) {

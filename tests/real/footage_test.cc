@@ -65,7 +65,7 @@ TEST(Footage, OfADeskGivesThePathOfItsCamera) {
   for (const auto& [name, kind] :
        {std::pair("flow", FrontEndKind::kFlow), std::pair("keypoints", FrontEndKind::kKeyPoints)}) {
     Odometry odometry(camera, {640, 480});
-    const auto front_end = makeFrontEnd({.kind = kind});
+    const auto front_end = makeFrontEnd(kind);
     forEachFrame(inputs,
                  [&](const auto& frame) { odometry.add(frame.number, front_end->follow(frame.image)); });
     const Path path = odometry.finish();

@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
@@ -33,6 +34,50 @@ Eigen::VectorXd solveSpd(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
 
 Eigen::MatrixXd inverseSpd(const Eigen::MatrixXd& A) {
   return solveSpd(A, Eigen::MatrixXd(Eigen::MatrixXd::Identity(A.rows(), A.cols())));
+}
+
+Eigen::Vector3d solveSpd3(const Eigen::Matrix3d& A, const Eigen::Vector3d& b) {
+  return A.ldlt().solve(b);
+}
+
+Vector6d solveSpd6(const Matrix6d& A, const Vector6d& b) {
+  return A.ldlt().solve(b);
+}
+
+Vector6d solveAny6(const Matrix6d& A, const Vector6d& b) {
+  return A.partialPivLu().solve(b);
+}
+
+Eigen::MatrixXd solveAny(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+  return A.partialPivLu().solve(B);
+}
+
+Matrix6d inverseOfAny6(const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>& A) {
+  return A.inverse();
+}
+
+std::optional<Eigen::MatrixXd> scaledInverseSpd(const Eigen::MatrixXd& A) {
+  if (A.size() == 0) return A;
+  if (!(A.diagonal().minCoeff() > 0)) return std::nullopt;
+  const Eigen::VectorXd scale = A.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::LLT<Eigen::MatrixXd> llt(scale.asDiagonal() * A * scale.asDiagonal());
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  const Eigen::MatrixXd inverse = llt.solve(Eigen::MatrixXd::Identity(A.rows(), A.cols()));
+  if (!inverse.allFinite()) return std::nullopt;
+  return Eigen::MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal());
+}
+
+std::optional<Eigen::MatrixXd> inverseRootOf(const Eigen::MatrixXd& A) {
+  const Eigen::LLT<Eigen::MatrixXd> llt(A);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  return Eigen::MatrixXd(llt.matrixU().solve(Eigen::MatrixXd::Identity(A.rows(), A.rows())));
+}
+
+Eigen::MatrixXd semidefiniteRootOf(const Eigen::MatrixXd& A) {
+  const Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower> ldlt(A);
+  const Eigen::VectorXd roots = ldlt.vectorD().cwiseMax(0).cwiseSqrt();
+  const Eigen::MatrixXd permutation = ldlt.transpositionsP() * Eigen::MatrixXd::Identity(A.rows(), A.cols());
+  return roots.asDiagonal() * (ldlt.matrixU() * permutation);
 }
 
 Eigen::MatrixXd choleskyOf(const Eigen::MatrixXd& A) {

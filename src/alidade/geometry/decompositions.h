@@ -2,6 +2,8 @@
 // Eigen's decompositions behind plain functions: each takes seconds to compile in every source that names it.
 #pragma once
 
+#include <optional>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -26,6 +28,26 @@ struct Svd3 {
                                        Eigen::MatrixXd* inverse = nullptr);
 [[nodiscard]] Eigen::VectorXd solveSpd(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 [[nodiscard]] Eigen::MatrixXd inverseSpd(const Eigen::MatrixXd& A);
+
+/// The same for the unknowns of a point or a pose, with operations in the order of fixed sizes.
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+[[nodiscard]] Eigen::Vector3d solveSpd3(const Eigen::Matrix3d& A, const Eigen::Vector3d& b);
+[[nodiscard]] Vector6d solveSpd6(const Matrix6d& A, const Vector6d& b);
+/// For any A that has an inverse.
+[[nodiscard]] Vector6d solveAny6(const Matrix6d& A, const Vector6d& b);
+[[nodiscard]] Eigen::MatrixXd solveAny(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
+[[nodiscard]] Matrix6d inverseOfAny6(const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>& A);
+
+/// The inverse of a symmetric positive definite matrix, whose diagonal is scaled to 1 first; nothing if it is
+/// not.
+[[nodiscard]] std::optional<Eigen::MatrixXd> scaledInverseSpd(const Eigen::MatrixXd& A);
+
+/// U^-1 with U^T U = A for an upper triangle U; nothing where A is not positive definite.
+[[nodiscard]] std::optional<Eigen::MatrixXd> inverseRootOf(const Eigen::MatrixXd& A);
+
+/// R with R^T R = A for an A that is positive semi-definite but for rounding; its lower triangle is read.
+[[nodiscard]] Eigen::MatrixXd semidefiniteRootOf(const Eigen::MatrixXd& A);
 
 /// The lower triangle L with L L^T = A, and L^-1 B.
 [[nodiscard]] Eigen::MatrixXd choleskyOf(const Eigen::MatrixXd& A);

@@ -12,7 +12,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "alidade/adjust/board/corner_groups.h"
 #include "alidade/adjust/board/view_kernel.h"
 #include "alidade/camera/batch.h"
 #include "alidade/camera/projection_uncertainty.h"
@@ -305,9 +304,8 @@ std::vector<ViewCandidate> viewCandidates(const AnyCamera& camera, ImageSize siz
 
 Eigen::MatrixXd viewInformation(const AnyCamera& camera, const SE3& camera_from_board,
                                 const std::vector<Observation>& corners) {
-  const CornerGroups groups{std::span<const Observation>(corners)};
   return paramsInformation(*viewFactor(viewKernel(camera.modelId()), camera.parameters(), camera_from_board,
-                                       groups.view(0), kNoLoss, Unseen::kLeaveOut));
+                                       groupsOf(corners), kNoLoss, Unseen::kLeaveOut));
 }
 
 NextViewSearch::NextViewSearch(const CameraKnowledge& known, const Board& board,

@@ -127,7 +127,7 @@ class TrackCommand final : public Command {
   void track(const CameraRecord& camera) {
     is_flow_ = front_end_.empty() ? isVideoFootage(inputs_) : front_end_ == "flow";
     const std::unique_ptr<FrontEnd> front_end =
-        makeFrontEnd({.kind = is_flow_ ? FrontEndKind::kFlow : FrontEndKind::kKeyPoints});
+        makeFrontEnd(is_flow_ ? FrontEndKind::kFlow : FrontEndKind::kKeyPoints);
     Odometry odometry(camera.camera, camera.image_size);
     ProgressBar bar("tracking", common_.quiet);
     const FootagePass pass = forEachFrame(

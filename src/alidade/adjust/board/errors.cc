@@ -3,16 +3,30 @@
 
 #include <cmath>
 
-#include "alidade/adjust/board/corner_groups.h"
 #include "alidade/adjust/board/view_kernel.h"
 
 namespace alidade {
+namespace {
+
+// Root of the mean of the squared errors times the corners' weights.
+double rootMean(const Fit& fit, double (*weight)(const Observation&)) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const FitView& view : fit.views) {
+    for (std::size_t i = 0; i < view.errors.size(); ++i)
+      sum += weight(view.corners[i]) * view.errors[i].squaredNorm();
+    count += view.errors.size();
+  }
+  return std::sqrt(sum / static_cast<double>(count));
+}
+
+}  // namespace
 
 std::vector<Eigen::Vector2d> reprojectionErrors(std::string_view model_id, std::span<const double> params,
                                                 const SE3& camera_from_board,
                                                 std::span<const Observation> corners) {
   std::vector<Eigen::Vector2d> errors(corners.size());
-  viewKernel(model_id).errors(params.data(), camera_from_board, CornerGroups(corners).view(0), errors);
+  viewKernel(model_id).errors(params.data(), camera_from_board, groupsOf(corners), errors);
   return errors;
 }
 
@@ -40,29 +54,12 @@ std::vector<Eigen::Vector2d> weightedErrors(const Fit& fit) {
   return errors;
 }
 
-double meanWeightedSquare(const Fit& fit) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (const FitView& view : fit.views) {
-    for (std::size_t i = 0; i < view.errors.size(); ++i)
-      sum += view.corners[i].weight * view.errors[i].squaredNorm();
-    count += view.errors.size();
-  }
-  return sum / static_cast<double>(count);
-}
-
 double weightedRms(const Fit& fit) {
-  return std::sqrt(meanWeightedSquare(fit));
+  return rootMean(fit, [](const Observation& corner) { return corner.weight; });
 }
 
 double rms(const Fit& fit) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (const FitView& view : fit.views) {
-    for (const Eigen::Vector2d& error : view.errors) sum += error.squaredNorm();
-    count += view.errors.size();
-  }
-  return std::sqrt(sum / static_cast<double>(count));
+  return rootMean(fit, [](const Observation&) { return 1.0; });
 }
 
 void NeighbourDifferences::add(const Board& board, std::span<const Observation> corners,

@@ -31,10 +31,7 @@ namespace alidade {
 /// Errors times the square roots of their weights, view by view.
 [[nodiscard]] std::vector<Eigen::Vector2d> weightedErrors(const Fit& fit);
 
-/// Mean over all corners of weight (dx^2 + dy^2), px^2.
-[[nodiscard]] double meanWeightedSquare(const Fit& fit);
-
-/// The square root of meanWeightedSquare(), px.
+/// sqrt(mean over all corners of weight (dx^2 + dy^2)), px.
 [[nodiscard]] double weightedRms(const Fit& fit);
 
 /// sqrt(mean over all corners of dx^2 + dy^2), px.

@@ -2,24 +2,19 @@
 #include "alidade/adjust/board/fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
 namespace alidade {
 
 Eigen::MatrixXd freeDirections(int num_params, const ParamConstraint& constraint) {
-  const auto isHeld = [&](int i) {
-    return std::find(constraint.held.begin(), constraint.held.end(), i) != constraint.held.end();
-  };
   std::vector<Eigen::VectorXd> columns;
-  int next = 0;
-  if (constraint.same_focal) {
-    next = 2;
-    if (!isHeld(0) && !isHeld(1))
-      columns.emplace_back(Eigen::VectorXd::Unit(num_params, 0) + Eigen::VectorXd::Unit(num_params, 1));
-  }
-  for (int i = next; i < num_params; ++i) {
-    if (!isHeld(i)) columns.emplace_back(Eigen::VectorXd::Unit(num_params, i));
+  const auto unit = [&](int i) { return Eigen::VectorXd::Unit(num_params, i); };
+  if (constraint.same_focal && !constraint.holds(0) && !constraint.holds(1))
+    columns.emplace_back(unit(0) + unit(1));
+  for (int i = constraint.same_focal ? 2 : 0; i < num_params; ++i) {
+    if (!constraint.holds(i)) columns.emplace_back(unit(i));
   }
   Eigen::MatrixXd directions(num_params, static_cast<Eigen::Index>(columns.size()));
   for (std::size_t i = 0; i < columns.size(); ++i) directions.col(static_cast<Eigen::Index>(i)) = columns[i];
@@ -27,17 +22,8 @@ Eigen::MatrixXd freeDirections(int num_params, const ParamConstraint& constraint
 }
 
 std::string_view terminationName(Termination termination) {
-  switch (termination) {
-    case Termination::kConverged:
-      return "converged";
-    case Termination::kIterationLimit:
-      return "iteration_limit";
-    case Termination::kStalled:
-      return "stalled";
-    case Termination::kFailed:
-      return "failed";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 4> kNames = {"converged", "iteration_limit", "stalled", "failed"};
+  return kNames.at(static_cast<std::size_t>(termination));
 }
 
 SE3 cameraFromBoard(const Fit& fit, const FitView& view) {

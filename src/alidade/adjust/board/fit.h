@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -29,6 +30,7 @@ struct ParamConstraint {
   bool same_focal = false;     ///< fx and fy change by the same step, so they stay equal
 
   [[nodiscard]] bool isNone() const { return held.empty() && !same_focal; }
+  [[nodiscard]] bool holds(int i) const { return std::ranges::find(held, i) != held.end(); }
 };
 
 /// The remaining free directions, one per column: N parameters x M.

@@ -34,10 +34,10 @@ double LensPrior::cost(std::span<const double> params) const {
   return 0.5 * twice;
 }
 
-void LensPrior::addTo(std::span<const double> params, Eigen::MatrixXd& information,
-                      Eigen::VectorXd& gradient) const {
+void LensPrior::addTo(std::span<const double> params, Eigen::MatrixXd& information, Eigen::VectorXd& gradient,
+                      Eigen::Index first) const {
   for (std::size_t i = 0; i < precision.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::Index row = first + static_cast<Eigen::Index>(i);
     information(row, row) += precision[i];
     gradient(row) += precision[i] * (params[i] - mean[i]);
   }

@@ -5,27 +5,12 @@
 #include <array>
 
 #include <ceres/manifold.h>
+#include <ceres/normal_prior.h>
 #include <Eigen/Core>
 
 #include "alidade/geometry/se3.h"
 
 namespace alidade {
-
-/// The plane through a point along given directions (orthogonal columns), for Ceres.
-class LinearManifold final : public ceres::Manifold {
- public:
-  explicit LinearManifold(Eigen::MatrixXd directions);
-  [[nodiscard]] int AmbientSize() const override { return static_cast<int>(directions_.rows()); }
-  [[nodiscard]] int TangentSize() const override { return static_cast<int>(directions_.cols()); }
-  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
-  bool PlusJacobian(const double* x, double* jacobian) const override;
-  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
-  bool MinusJacobian(const double* x, double* jacobian) const override;
-
- private:
-  Eigen::MatrixXd directions_;
-  Eigen::MatrixXd inverse_;  // M x N
-};
 
 /// A pose as the solver holds it: [qx qy qz qw tx ty tz], metres.
 using PoseBlock = std::array<double, 7>;
@@ -89,5 +74,19 @@ class SE3Manifold final : public ceres::Manifold {
     return true;
   }
 };
+
+/// The Jacobian of the tangent at a pose by the seven numbers of its block.
+[[nodiscard]] inline Eigen::Matrix<double, 6, 7, Eigen::RowMajor> tangentByBlock(const double* pose) {
+  Eigen::Matrix<double, 6, 7, Eigen::RowMajor> J;
+  SE3Manifold().MinusJacobian(pose, J.data());
+  return J;
+}
+
+/// One residual a parameter: (parameter - mean) / deviation.
+/// @param inverse_deviations  0 for a parameter of which nothing is known
+[[nodiscard]] inline ceres::CostFunction* priorBlock(const Eigen::VectorXd& inverse_deviations,
+                                                     const Eigen::VectorXd& mean) {
+  return new ceres::NormalPrior(inverse_deviations.asDiagonal(), mean);
+}
 
 }  // namespace alidade

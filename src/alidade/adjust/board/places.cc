@@ -71,4 +71,8 @@ std::vector<Reduced> sumByPlace(std::vector<Reduced> views, std::span<const std:
   return sums;
 }
 
+std::vector<Reduced> reducedByPlace(const Fit& fit, LossWeights weights) {
+  return sumByPlace(reduced(fit, weights), placesOf(fit));
+}
+
 }  // namespace alidade

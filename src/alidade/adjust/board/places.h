@@ -22,10 +22,6 @@ namespace alidade {
                                               std::span<const std::size_t> places);
 
 /// Same as reduced(), but one per place.
-template <ExtraColumns Extra = NoExtra>
-[[nodiscard]] std::vector<Reduced> reducedByPlace(const Fit& fit, LossWeights weights,
-                                                  const Extra& extra = {}) {
-  return sumByPlace(reduced(fit, weights, extra), placesOf(fit));
-}
+[[nodiscard]] std::vector<Reduced> reducedByPlace(const Fit& fit, LossWeights weights);
 
 }  // namespace alidade

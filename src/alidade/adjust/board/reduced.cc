@@ -1,54 +1,41 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/board/reduced.h"
 
-#include "alidade/adjust/board/corner_groups.h"
+#include <algorithm>
+#include <cmath>
+
 #include "alidade/adjust/board/view_kernel.h"
+#include "alidade/core/mapped.h"
+#include "alidade/geometry/decompositions.h"
+#include "alidade/target/board_shape.h"
 
-namespace alidade::detail {
+namespace alidade {
+namespace {
 
-WeightedRows weightedRows(std::string_view model_id, std::span<const double> params,
-                          const SE3& camera_from_board, std::span<const Observation> view, HuberLoss loss) {
-  const ViewKernel kernel = viewKernel(model_id);
-  const CornerGroups groups(view);
-  const Eigen::Index num_columns = kernel.numParams() + 7;
-  WeightedRows of;
-  of.rows.resize(2 * static_cast<Eigen::Index>(view.size()), num_columns);
-  kernel.rows(params.data(), camera_from_board, groups.view(0),
-              {of.rows.data(), static_cast<std::size_t>(of.rows.size())});
-  constexpr Eigen::Index kCx = 6 + 2;
-  for (std::size_t i = 0; i < view.size(); ++i) {
-    const auto from = static_cast<Eigen::Index>(2 * i);
-    const double root_weight = of.rows(from, kCx);  // as the pixel moves with the principal point
-    if (!(root_weight > 0)) continue;
-    const auto to = static_cast<Eigen::Index>(2 * of.corner.size());
-    if (to != from) of.rows.middleRows<2>(to) = of.rows.middleRows<2>(from);
-    of.corner.push_back(i);
-    of.root_weight.push_back(root_weight);
-    of.loss_weight.push_back(loss.weight(of.rows.block<2, 1>(to, num_columns - 1).squaredNorm()));
-  }
-  of.rows.conservativeResize(2 * static_cast<Eigen::Index>(of.corner.size()), num_columns);
-  return of;
+using Elements = std::vector<std::pair<int, double>>;
+
+// A shift of the board along its own z is a shift of the point.
+void addBends(const Board& board, int first, const CornerRows& rows, int axis, Elements& to) {
+  const Eigen::Vector3d& p = board.corner(rows.corner.id);
+  const Eigen::Vector2d profile = bendProfile(board, p.x(), p.y());
+  const double J_px_z = rows.J_px_pose[static_cast<std::size_t>(axis)][2];
+  to.emplace_back(first, J_px_z * profile.x());
+  to.emplace_back(first + 1, J_px_z * profile.y());
 }
 
-Reduced eliminatePose(const ViewGram& gram) {
-  const Eigen::Index num_params = gram.dense.rows() - 7;
-  const Eigen::Index num_extra = gram.extra.rows();
-  const Eigen::Index size = num_params + num_extra;
-  const Eigen::Index error = 6 + num_params;
-  const Eigen::Matrix<double, 6, 6> pose = gram.dense.topLeftCorner<6, 6>().selfadjointView<Eigen::Lower>();
-  Eigen::MatrixXd coupling(6, size + 1);
-  coupling << gram.dense.block(6, 0, num_params, 6).transpose(), gram.mixed.leftCols<6>().transpose(),
-      gram.dense.block(error, 0, 1, 6).transpose();
-  Reduced reduced{.information = Eigen::MatrixXd(size, size),
-                  .gradient = Eigen::VectorXd(size),
-                  .squares = gram.dense(error, error),
+// Eliminates the pose.
+Reduced eliminatePose(const detail::ViewGram& gram) {
+  const Eigen::MatrixXd& sums = gram.lower;
+  const Eigen::Index size = sums.rows() - 7;
+  const Eigen::Index error = 6 + size;
+  const Eigen::MatrixXd pose = sums.topLeftCorner<6, 6>().selfadjointView<Eigen::Lower>();
+  const Eigen::MatrixXd coupling = sums.bottomLeftCorner(size + 1, 6).transpose();
+  Reduced reduced{.information = sums.block(6, 6, size, size),
+                  .gradient = sums.row(error).segment(6, size).transpose(),
+                  .squares = sums(error, error),
                   .num_corners = gram.num_corners};
   auto& information = reduced.information;
-  information.topLeftCorner(num_params, num_params) = gram.dense.block(6, 6, num_params, num_params);
-  information.bottomLeftCorner(num_extra, num_params) = gram.mixed.middleCols(6, num_params);
-  information.bottomRightCorner(num_extra, num_extra) = gram.extra;
-  reduced.gradient << gram.dense.block(error, 6, 1, num_params).transpose(), gram.mixed.col(error);
-  const Eigen::MatrixXd solved = pose.ldlt().solve(coupling);
+  const Eigen::MatrixXd solved = solveSpd(pose, coupling);
   information.triangularView<Eigen::Lower>() -= coupling.leftCols(size).transpose() * solved.leftCols(size);
   information.triangularView<Eigen::StrictlyUpper>() = information.transpose();
   reduced.gradient -= coupling.leftCols(size).transpose() * solved.col(size);
@@ -56,4 +43,95 @@ Reduced eliminatePose(const ViewGram& gram) {
   return reduced;
 }
 
-}  // namespace alidade::detail
+}  // namespace
+
+ExtraColumns bendColumns(const Board* board, int first, int num_columns) {
+  ExtraColumns columns;
+  columns.size = num_columns;
+  columns.addElements = [board, first](const CornerRows& rows, int axis, Elements& to) {
+    if (board != nullptr) addBends(*board, first, rows, axis, to);
+  };
+  return columns;
+}
+
+ExtraColumns offsetColumns(const Board& board) {
+  ExtraColumns columns;
+  columns.size = kNumBends + 3 * board.numCorners();
+  columns.addElements = [&board](const CornerRows& rows, int axis, Elements& to) {
+    addBends(board, 0, rows, axis, to);
+    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];  // same as a shift of the
+    for (int i = 0; i < 3; ++i) to.emplace_back(kNumBends + 3 * rows.corner.id + i, J_px_point[i]);
+  };
+  return columns;
+}
+
+detail::ViewGram detail::gramOf(std::string_view model_id, std::span<const double> params,
+                                const SE3& camera_from_board, std::span<const Observation> view,
+                                HuberLoss loss, LossWeights weights, const ExtraColumns& extra) {
+  const ViewKernel& kernel = viewKernel(model_id);
+  const Eigen::Index error = kernel.numParams() + 6;  // in the dense rows: pose, parameters, error
+  const Eigen::Index last = error + extra.size;       // among all columns
+  ViewFactor dense(2 * static_cast<Eigen::Index>(view.size()), error + 1);
+  kernel.rows(params.data(), camera_from_board, groupsOf(view),
+              {dense.data(), static_cast<std::size_t>(dense.size())});
+  ViewGram gram{.lower = Eigen::MatrixXd::Zero(last + 1, last + 1)};
+  Eigen::Index num_rows = 0;
+  Elements elements;
+  for (std::size_t i = 0; i < view.size(); ++i) {
+    constexpr Eigen::Index kCx = 6 + 2;
+    const auto from = static_cast<Eigen::Index>(2 * i);
+    const double root_weight = dense(from, kCx);  // as the pixel moves with the centre
+    if (!(root_weight > 0)) continue;
+    if (num_rows != from) dense.middleRows<2>(num_rows) = dense.middleRows<2>(from);
+    const double* u = dense.row(num_rows).data();
+    const double* v = u + error + 1;
+    const double s = u[error] * u[error] + v[error] * v[error];
+    gram.sum_of_rho += loss.rho(s);
+    // Rows include the square root of the information's weight, and the error is scaled to give the weight of
+    // the gradient.
+    const double weight = loss.weight(s);
+    const double root = weights == LossWeights::kUse ? std::sqrt(weight) : 1.0;
+    const CornerRows rows{.corner = view[i],
+                          .camera_from_board = camera_from_board,
+                          .root_weight = root_weight,
+                          .J_px_pose = {u, v},
+                          .J_px_params = {u + 6, v + 6},
+                          .error = {u[error], v[error]}};
+    for (int axis = 0; axis < 2; ++axis) {
+      elements.clear();
+      if (extra.size > 0) extra.addElements(rows, axis, elements);
+      auto row = dense.row(num_rows++);
+      row.head(error) *= root;
+      row(error) *= weight / root;
+      for (std::size_t a = 0; a < elements.size(); ++a) {
+        elements[a].second *= root;
+        const Eigen::Index at = error + elements[a].first;
+        gram.lower.row(at).head(error) += elements[a].second * row.head(error);
+        gram.lower(last, at) += elements[a].second * row(error);
+        for (std::size_t b = 0; b <= a; ++b) {
+          const Eigen::Index other = error + elements[b].first;
+          gram.lower(std::max(at, other), std::min(at, other)) += elements[a].second * elements[b].second;
+        }
+      }
+    }
+    ++gram.num_corners;
+  }
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(error + 1, error + 1);
+  products.selfadjointView<Eigen::Lower>().rankUpdate(dense.topRows(num_rows).transpose());
+  gram.lower.topLeftCorner(error, error) = products.topLeftCorner(error, error);
+  gram.lower.row(last).head(error) = products.row(error).head(error);
+  gram.lower(last, last) = products(error, error);
+  return gram;
+}
+
+Reduced reduced(const Fit& fit, const FitView& view, LossWeights weights, const ExtraColumns& extra) {
+  const FitCamera& camera = fit.cameras[view.camera];
+  return eliminatePose(detail::gramOf(camera.model, camera.params, cameraFromBoard(fit, view),
+                                      cornersOnShape(fit, view), fit.loss, weights, extra));
+}
+
+std::vector<Reduced> reduced(const Fit& fit, LossWeights weights, const ExtraColumns& extra) {
+  return mapped(fit.views, [&](const FitView& view) { return reduced(fit, view, weights, extra); });
+}
+
+}  // namespace alidade

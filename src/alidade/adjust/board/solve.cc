@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include <ceres/iteration_callback.h>
@@ -22,15 +23,50 @@
 namespace alidade {
 namespace {
 
+// The plane through a point along given directions (orthogonal columns), for Ceres.
+class LinearManifold final : public ceres::Manifold {
+ public:
+  explicit LinearManifold(Eigen::MatrixXd directions)
+      : directions_(std::move(directions)),
+        inverse_(directions_.colwise()
+                     .squaredNorm()
+                     .unaryExpr([](double s) { return s > 0 ? 1 / s : 0.0; })
+                     .asDiagonal() *
+                 directions_.transpose()) {}
+  [[nodiscard]] int AmbientSize() const override { return static_cast<int>(directions_.rows()); }
+  [[nodiscard]] int TangentSize() const override { return static_cast<int>(directions_.cols()); }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    Vector(x_plus_delta, AmbientSize()) =
+        Eigen::Map<const Eigen::VectorXd>(x, AmbientSize()) +
+        directions_ * Eigen::Map<const Eigen::VectorXd>(delta, TangentSize());
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<ViewFactor>(jacobian, AmbientSize(), TangentSize()) = directions_;
+    return true;
+  }
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
+    Vector(y_minus_x, TangentSize()) = inverse_ * (Eigen::Map<const Eigen::VectorXd>(y, AmbientSize()) -
+                                                   Eigen::Map<const Eigen::VectorXd>(x, AmbientSize()));
+    return true;
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<ViewFactor>(jacobian, TangentSize(), AmbientSize()) = inverse_;
+    return true;
+  }
+
+ private:
+  using Vector = Eigen::Map<Eigen::VectorXd>;
+
+  Eigen::MatrixXd directions_;
+  Eigen::MatrixXd inverse_;  // M x N
+};
+
 // Stops when the next step cannot reduce the cost further, and records the decrease that steps predict.
 class StepWatch final : public ceres::IterationCallback {
  public:
   explicit StepWatch(const SolveOptions& options) : options_(options) {}
 
-  void begin() {
-    promised_share_ = 1;
-    is_refused_ = false;
-  }
   // Predicted decrease, as a share of the cost, of the last step that earlier rejections did not shorten.
   [[nodiscard]] double promisedShare() const { return promised_share_; }
   [[nodiscard]] bool isRefused() const { return is_refused_; }
@@ -67,7 +103,7 @@ class StepWatch final : public ceres::IterationCallback {
 // The fit in the form that Ceres needs.
 class Bundle {
  public:
-  Bundle(Fit& fit, const SolveOptions& options) : fit_(fit), options_(options), watch_(options) {
+  Bundle(Fit& fit, const SolveOptions& options) : fit_(fit), options_(options) {
     ceres::Problem::Options problem;
     problem.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     problem_ = std::make_unique<ceres::Problem>(problem);
@@ -78,8 +114,12 @@ class Bundle {
     for (const FitView& view : fit.views) add(view);
     for (FitCamera& camera : fit.cameras) {
       const LensPrior& prior = camera.weak_prior.prior;
-      if (!prior.isNone() && problem_->HasParameterBlock(camera.params.data()))
-        problem_->AddResidualBlock(new PriorBlock(prior), nullptr, camera.params.data());
+      if (prior.isNone() || !problem_->HasParameterBlock(camera.params.data())) continue;
+      const auto size = static_cast<Eigen::Index>(prior.precision.size());
+      problem_->AddResidualBlock(
+          priorBlock(Eigen::Map<const Eigen::VectorXd>(prior.precision.data(), size).cwiseSqrt(),
+                     Eigen::Map<const Eigen::VectorXd>(prior.mean.data(), size)),
+          nullptr, camera.params.data());
     }
     manifolds_.resize(fit.cameras.size());
   }
@@ -102,27 +142,23 @@ class Bundle {
   }
 
   SolveSummary solve() {
-    SolveSummary result{.cost = cost()};
-    if (!std::isfinite(result.cost)) {
+    SolveSummary result;
+    if (!problem_->Evaluate({}, &result.cost, nullptr, nullptr, nullptr) || !std::isfinite(result.cost)) {
+      result.cost = std::numeric_limits<double>::quiet_NaN();
       result.reason = "a corner cannot be projected at the start";
       return result;
     }
+    StepWatch watch(options_);
+    ceres::Solver::Options options = solverOptions();
+    options.callbacks.push_back(&watch);
     ceres::Solver::Summary summary;
-    watch_.begin();
-    ceres::Solve(solverOptions(), problem_.get(), &summary);
+    ceres::Solve(options, problem_.get(), &summary);
     throwIfCancelled(options_.cancel);
     result.num_iterations = static_cast<int>(summary.iterations.size()) - 1;
     result.cost = summary.final_cost;
     result.reason = summary.message;
-    result.termination = terminationOf(summary);
+    result.termination = terminationOf(summary, watch);
     return result;
-  }
-
-  // NaN if a corner does not project.
-  [[nodiscard]] double cost() {
-    double cost = 0;
-    const bool is_evaluable = problem_->Evaluate({}, &cost, nullptr, nullptr, nullptr);
-    return is_evaluable && std::isfinite(cost) ? cost : std::numeric_limits<double>::quiet_NaN();
   }
 
   // Gradient of the cost by the intrinsics of a camera, all free; nothing if a corner does not project. Zero
@@ -195,34 +231,27 @@ class Bundle {
     options.max_num_consecutive_invalid_steps = 100;  // each step is smaller than the one before
     options.max_trust_region_radius = 1e12;           // keeps the remaining damping above rounding
     options.logging_type = ceres::SILENT;
-    options.callbacks.push_back(&watch_);
     return options;
   }
 
   // If no step lowers the cost, Ceres stops because steps are small, which alone does not make an optimum.
-  [[nodiscard]] Termination terminationOf(const ceres::Solver::Summary& summary) const {
+  [[nodiscard]] Termination terminationOf(const ceres::Solver::Summary& summary,
+                                          const StepWatch& watch) const {
     constexpr double kPerfect = 1e-12;  // px^2 per residual
     // Share of the cost that a step may predict without lowering it, for example at a kink of the loss.
     constexpr double kNegligible = 1e-10;
-    switch (summary.termination_type) {
-      case ceres::NO_CONVERGENCE:
-        return Termination::kIterationLimit;
-      case ceres::CONVERGENCE:
-      case ceres::USER_SUCCESS:
-      case ceres::FAILURE:
-        break;
-      default:
-        return Termination::kFailed;
-    }
-    const bool is_done = summary.termination_type != ceres::FAILURE && !watch_.isRefused();
+    const ceres::TerminationType end = summary.termination_type;
+    if (end == ceres::NO_CONVERGENCE) return Termination::kIterationLimit;
+    const bool is_success = end == ceres::CONVERGENCE || end == ceres::USER_SUCCESS;
+    if (!is_success && end != ceres::FAILURE) return Termination::kFailed;
+    const bool is_done = is_success && !watch.isRefused();
     const bool is_perfect = summary.final_cost <= kPerfect * num_residuals_;
-    if (is_done || is_perfect || watch_.promisedShare() <= kNegligible) return Termination::kConverged;
+    if (is_done || is_perfect || watch.promisedShare() <= kNegligible) return Termination::kConverged;
     return Termination::kStalled;
   }
 
   Fit& fit_;
   const SolveOptions& options_;
-  StepWatch watch_;
   SE3Manifold pose_manifold_;
   std::vector<std::unique_ptr<LinearManifold>> manifolds_;  // one per camera
   std::vector<PoseBlock> rig_poses_;
@@ -234,37 +263,30 @@ class Bundle {
 
 // The limits of the lens parameters' ranges. Beyond them the lens has no value, a whole step is rejected, and
 // the solver stops where it first meets a limit.
-class Ranges {
- public:
-  explicit Ranges(const Fit& fit) {
-    for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
-      const FitCamera& camera = fit.cameras[c];
-      int index = static_cast<int>(kNumAffine);
-      for (const ParamRange& range : modelTraits(camera.model).lens_ranges) {
-        const auto& fixed = camera.constraint.held;
-        if (std::find(fixed.begin(), fixed.end(), index) == fixed.end())
-          ranges_.push_back({{c, index}, range});
-        ++index;
-      }
-    }
-  }
-
-  struct Range {
-    FitParam param;
-    ParamRange range;
-  };
-  [[nodiscard]] const std::vector<Range>& free() const { return ranges_; }
-
- private:
-  std::vector<Range> ranges_;
+struct Range {
+  FitParam param;
+  ParamRange range;
 };
 
-double& valueOf(Fit& fit, FitParam param) {
-  return fit.cameras[param.camera].params[static_cast<std::size_t>(param.index)];
+std::vector<Range> freeRanges(const Fit& fit) {
+  std::vector<Range> ranges;
+  for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
+    const FitCamera& camera = fit.cameras[c];
+    int index = static_cast<int>(kNumAffine);
+    for (const ParamRange& range : modelTraits(camera.model).lens_ranges) {
+      if (!camera.constraint.holds(index)) ranges.push_back({{c, index}, range});
+      ++index;
+    }
+  }
+  return ranges;
 }
 
 bool contains(const std::vector<FitParam>& params, FitParam param) {
-  return std::find(params.begin(), params.end(), param) != params.end();
+  return std::ranges::find(params, param) != params.end();
+}
+
+double& valueOf(Fit& fit, FitParam param) {
+  return fit.cameras[param.camera].params[static_cast<std::size_t>(param.index)];
 }
 
 // The limit of the range that a value has reached, if any.
@@ -286,7 +308,8 @@ void constrainAll(Bundle& bundle, const Fit& fit, const std::vector<FitParam>& a
 }
 
 // The parameters at a limit that the cost pushes against it; nothing if the cost cannot be evaluated.
-std::optional<std::vector<FitParam>> pushedAgainstEnds(Bundle& bundle, Fit& fit, const Ranges& ranges,
+std::optional<std::vector<FitParam>> pushedAgainstEnds(Bundle& bundle, Fit& fit,
+                                                       std::span<const Range> ranges,
                                                        std::vector<FitParam> at_limit) {
   std::vector<std::vector<double>> gradients;
   for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
@@ -294,7 +317,7 @@ std::optional<std::vector<FitParam>> pushedAgainstEnds(Bundle& bundle, Fit& fit,
     if (!gradient) return std::nullopt;
     gradients.push_back(std::move(*gradient));
   }
-  for (const Ranges::Range& r : ranges.free()) {
+  for (const Range& r : ranges) {
     const double slope = gradients[r.param.camera][static_cast<std::size_t>(r.param.index)];
     const bool leads_inwards = valueOf(fit, r.param) == r.range.max ? slope > 0 : slope < 0;
     if (leads_inwards) std::erase(at_limit, r.param);
@@ -305,15 +328,15 @@ std::optional<std::vector<FitParam>> pushedAgainstEnds(Bundle& bundle, Fit& fit,
 // Active-set method: solves, fixes parameters that reach a limit of their range, solves for the others, and
 // releases a parameter if the cost then falls inwards. Ceres' own bounds shorten steps instead, which takes
 // thousands of steps to the same optimum.
-SolveSummary solveAlongRanges(Fit& fit, const Ranges& ranges, const SolveOptions& options) {
+SolveSummary solveAlongRanges(Fit& fit, std::span<const Range> ranges, const SolveOptions& options) {
   Bundle bundle(fit, options);
   constrainAll(bundle, fit, {});
   SolveSummary summary = bundle.solve();
-  for (std::size_t round = 0; round < ranges.free().size(); ++round) {
+  for (std::size_t round = 0; round < ranges.size(); ++round) {
     if (summary.termination == Termination::kFailed) break;
     std::vector<FitParam> at_limit = summary.at_limit;
     const std::vector<FitCamera> before = fit.cameras;
-    for (const Ranges::Range& r : ranges.free()) {
+    for (const Range& r : ranges) {
       const auto end = endReached(r.range, valueOf(fit, r.param));
       if (!end || contains(at_limit, r.param)) continue;
       valueOf(fit, r.param) = *end;
@@ -338,11 +361,11 @@ SolveSummary solveAlongRanges(Fit& fit, const Ranges& ranges, const SolveOptions
 
 // A new start for parameters that stopped near a limit although the optimum is elsewhere, because steps
 // beyond the limit were rejected until none was left. Nothing if there are no parameters like these.
-std::optional<Fit> fromFartherInside(const Fit& fit, const Ranges& ranges) {
+std::optional<Fit> fromFartherInside(const Fit& fit, std::span<const Range> ranges) {
   constexpr double kBeside = 1e-4;
   constexpr double kInside = 0.2;
   std::optional<Fit> inside;
-  for (const Ranges::Range& r : ranges.free()) {
+  for (const Range& r : ranges) {
     if (contains(fit.summary.at_limit, r.param)) continue;
     const double value = fit.cameras[r.param.camera].params[static_cast<std::size_t>(r.param.index)];
     const bool is_high = value > r.range.max - kBeside;
@@ -356,7 +379,7 @@ std::optional<Fit> fromFartherInside(const Fit& fit, const Ranges& ranges) {
 }  // namespace
 
 Fit solve(Fit fit, const SolveOptions& options) {
-  const Ranges ranges(fit);
+  const std::vector<Range> ranges = freeRanges(fit);
   fit.summary = solveAlongRanges(fit, ranges, options);
   if (fit.summary.termination != Termination::kFailed) {
     if (auto inside = fromFartherInside(fit, ranges)) {

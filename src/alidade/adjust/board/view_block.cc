@@ -1,37 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/board/view_block.h"
 
-#include <algorithm>
 #include <cmath>
-#include <utility>
-
-#include <Eigen/Cholesky>
 
 #include "alidade/adjust/board/manifolds.h"
 #include "alidade/adjust/board/reduced.h"
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
 
-using PoseJacobian = Eigen::Matrix<double, 6, 7, Eigen::RowMajor>;
-
 constexpr Eigen::Index kPose = 6;
-
-// Derivative of the tangent at a pose by the seven numbers of its block.
-PoseJacobian tangentByBlock(const double* pose) {
-  PoseJacobian J;
-  SE3Manifold().MinusJacobian(pose, J.data());
-  return J;
-}
-
-// Rows with rows^T rows = the symmetric matrix, which is positive semi-definite up to rounding.
-Eigen::MatrixXd triangularFactor(const Eigen::MatrixXd& lower) {
-  const Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower> ldlt(lower);
-  const Eigen::VectorXd roots = ldlt.vectorD().cwiseMax(0).cwiseSqrt();
-  const Eigen::MatrixXd permutation =
-      ldlt.transpositionsP() * Eigen::MatrixXd::Identity(lower.rows(), lower.cols());
-  return roots.asDiagonal() * (ldlt.matrixU() * permutation);
-}
 
 }  // namespace
 
@@ -43,7 +22,7 @@ ViewBlock::ViewBlock(const Fit& fit, const FitView& view)
       kernel_(viewKernel(camera_.model)),
       has_rig_pose_(!camera_.is_rig_pose_fixed),
       has_shape_(!board_.is_shape_fixed),
-      corners_(onShape(board_.target, board_.shape, view.corners)) {
+      corners_(groupsOf(onShape(board_.target, board_.shape, view.corners))) {
   mutable_parameter_block_sizes()->push_back(kernel_.numParams());
   mutable_parameter_block_sizes()->push_back(7);
   if (has_rig_pose_) mutable_parameter_block_sizes()->push_back(7);
@@ -60,7 +39,9 @@ bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double*
   Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
   if (jacobians == nullptr) {
     // Residuals with the same sum of squares have the same cost, so all of it goes into one.
-    const double rho = sumOfRho(params, camera_from_board, shape);
+    const double rho = shape == nullptr
+                           ? kernel_.sumOfRho(params, camera_from_board, corners_, loss_)
+                           : kernel_.sumOfRho(params, camera_from_board, groupsOf(onBend(shape)), loss_);
     r.setZero();
     r(0) = std::sqrt(rho);
     return std::isfinite(rho);
@@ -89,53 +70,21 @@ std::vector<Observation> ViewBlock::onBend(const double* bend_m) const {
   return onShape(board_.target, shape, view_.corners);
 }
 
-double ViewBlock::sumOfRho(const double* params, const SE3& camera_from_board, const double* shape) const {
-  if (shape == nullptr) return kernel_.sumOfRho(params, camera_from_board, corners_.view(0), loss_);
-  const CornerGroups corners(onBend(shape));
-  return kernel_.sumOfRho(params, camera_from_board, corners.view(0), loss_);
-}
-
 bool ViewBlock::factor(const double* params, const SE3& camera_from_board, const double* shape,
                        RowMajorMatrix& rows) const {
   const Eigen::Index size = num_residuals();
   if (shape == nullptr) {
     rows.resize(size, size);
-    return kernel_.factor(params, camera_from_board, corners_.view(0), loss_, Unseen::kRefuse, rows.data());
+    return kernel_.factor(params, camera_from_board, corners_, loss_, Unseen::kRefuse, rows.data());
   }
   const auto corners = onBend(shape);
   const auto num_params = static_cast<std::size_t>(kernel_.numParams());
-  const detail::ViewGram of = detail::gramOf(camera_.model, {params, num_params}, camera_from_board, corners,
-                                             loss_, LossWeights::kUse, BendColumns{.board = &board_.target});
+  detail::ViewGram of = detail::gramOf(camera_.model, {params, num_params}, camera_from_board, corners, loss_,
+                                       LossWeights::kUse, bendColumns(&board_.target));
   if (of.num_corners < static_cast<int>(corners.size())) return false;
-  // Order of the columns: pose, intrinsics, shape, error.
-  const Eigen::Index num_dense = of.dense.rows() - 1;
-  Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(size, size);
-  lower.topLeftCorner(num_dense, num_dense) = of.dense.topLeftCorner(num_dense, num_dense);
-  lower.middleRows<kNumBends>(num_dense).leftCols(num_dense) = of.mixed.leftCols(num_dense);
-  lower.block<kNumBends, kNumBends>(num_dense, num_dense) = of.extra;
-  lower.bottomRows<1>().leftCols(num_dense) = of.dense.bottomRows<1>().leftCols(num_dense);
-  lower.block<1, kNumBends>(size - 1, num_dense) = of.mixed.rightCols<1>().transpose();
-  lower(size - 1, size - 1) = of.sum_of_rho;
-  rows = triangularFactor(lower);
+  of.lower(size - 1, size - 1) = of.sum_of_rho;
+  rows = semidefiniteRootOf(of.lower);
   return rows.allFinite();
-}
-
-PriorBlock::PriorBlock(LensPrior prior) : prior_(std::move(prior)) {
-  const auto size = static_cast<int>(prior_.precision.size());
-  mutable_parameter_block_sizes()->push_back(size);
-  set_num_residuals(size);
-}
-
-bool PriorBlock::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
-  const std::size_t size = prior_.precision.size();
-  double* J = jacobians != nullptr ? jacobians[0] : nullptr;
-  if (J != nullptr) std::fill_n(J, size * size, 0.0);
-  for (std::size_t i = 0; i < size; ++i) {
-    const double root = std::sqrt(prior_.precision[i]);
-    residuals[i] = root * (blocks[0][i] - prior_.mean[i]);
-    if (J != nullptr) J[i * size + i] = root;
-  }
-  return true;
 }
 
 }  // namespace alidade

@@ -3,7 +3,6 @@
 
 #include <ceres/cost_function.h>
 
-#include "alidade/adjust/board/corner_groups.h"
 #include "alidade/adjust/board/fit.h"
 #include "alidade/adjust/board/view_kernel.h"
 
@@ -29,9 +28,7 @@ class ViewBlock final : public ceres::CostFunction {
  private:
   using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  // NaN, or false, if a corner does not project.
-  [[nodiscard]] double sumOfRho(const double* params, const SE3& camera_from_board,
-                                const double* shape) const;
+  // False if a corner does not project.
   [[nodiscard]] bool factor(const double* params, const SE3& camera_from_board, const double* shape,
                             RowMajorMatrix& rows) const;
   // The corners on the board with this bend.
@@ -41,20 +38,10 @@ class ViewBlock final : public ceres::CostFunction {
   const FitBoard& board_;
   const FitView& view_;
   HuberLoss loss_;
-  ViewKernel kernel_;
+  const ViewKernel& kernel_;
   bool has_rig_pose_;
   bool has_shape_;
-  CornerGroups corners_;  // on the present shape, if it is fixed
-};
-
-/// Prior knowledge of the intrinsics, see LensPrior: one residual per parameter.
-class PriorBlock final : public ceres::CostFunction {
- public:
-  explicit PriorBlock(LensPrior prior);
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
-
- private:
-  LensPrior prior_;
+  std::vector<CornerGroup> corners_;  // on the shape as it is, where that is fixed
 };
 
 }  // namespace alidade

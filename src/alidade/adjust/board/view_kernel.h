@@ -4,14 +4,20 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include "alidade/adjust/board/corner_groups.h"
-#include "alidade/adjust/board/view_rows.h"
+#include "alidade/adjust/board/observation.h"
+#include "alidade/core/lanes.h"
 #include "alidade/geometry/se3.h"
 
 namespace alidade {
+
+/// The corners of a view in groups. What fills up the last group repeats the first corner, which is seen
+/// wherever the view is, with weight 0.
+[[nodiscard]] std::vector<CornerGroup> groupsOf(std::span<const Observation> view);
 
 /// The triangular factor of the normal equations [J r]^T [J r] of a view, with rows^T rows equal to the
 /// equations. It has columns for the pose's tangent, the parameters and the error, and as many rows. Corners'
@@ -31,7 +37,7 @@ enum class Unseen {
 /// fixed, so that results depend only on the arguments and on whether the processor has AVX2.
 class ViewKernel {
  public:
-  explicit ViewKernel(const detail::ViewRows& points) : points_(&points) {}
+  virtual ~ViewKernel() = default;
 
   [[nodiscard]] int numParams() const;
 
@@ -55,12 +61,23 @@ class ViewKernel {
   void rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
             std::span<double> rows) const;
 
- private:
-  const detail::ViewRows* points_;
+  /// The columns of write().
+  [[nodiscard]] virtual const RowLayout& layout() const = 0;
+
+  /// Writes both rows of each corner, taken as a point: that of u first, 2 layout().width lanes a group,
+  /// times the root of its weight and of the loss' weight, and adds its rho. Corners that are not seen
+  /// (behind the camera, beyond a pole, or where the lens has folded) get zeros; false if there are any.
+  virtual bool write(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> groups,
+                     HuberLoss loss, Lanes* rows, Lanes& sum_rho) const = 0;
+
+  /// Writes the errors in u and v of each group of points, px, not weighted; NaN for a corner that is not
+  /// seen.
+  virtual void writeErrors(const double* params, const SE3& camera_from_board,
+                           std::span<const CornerGroup> groups, Lanes* errors) const = 0;
 };
 
 /// The kernel of a known model.
-[[nodiscard]] ViewKernel viewKernel(std::string_view model_id);
+[[nodiscard]] const ViewKernel& viewKernel(std::string_view model_id);
 
 /// The factor of a view; nothing if a corner is rejected.
 [[nodiscard]] std::optional<ViewFactor> viewFactor(const ViewKernel& kernel, std::span<const double> params,

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -96,24 +95,6 @@ std::optional<Eigen::Matrix3d> nearestRotation(const Eigen::Vector3d& a, const E
   return R;
 }
 
-struct Evaluation {
-  double cost = 0;  // sum of rho
-  double drop = 0;  // decrease that the quadratic model predicts for the step
-  SE3::Vec6 step = SE3::Vec6::Zero();
-};
-
-std::optional<Evaluation> evaluate(const ViewKernel& kernel, std::span<const double> params,
-                                   std::span<const CornerGroup> corners, HuberLoss loss, const SE3& pose,
-                                   ViewFactor& factor) {
-  if (!kernel.factor(params.data(), pose, corners, loss, Unseen::kRefuse, factor.data())) return std::nullopt;
-  const SE3::Vec6 y = factor.topRightCorner<6, 1>();
-  // Not triangular, because its rows are in the order of the pivots.
-  const Eigen::Matrix<double, 6, 6> R = factor.topLeftCorner<6, 6>();
-  return Evaluation{.cost = factor.rightCols<1>().squaredNorm(),
-                    .drop = y.squaredNorm(),
-                    .step = -R.partialPivLu().solve(y)};
-}
-
 }  // namespace
 
 std::optional<SE3> poseFromRays(std::span<const Eigen::Vector2d> on_board,
@@ -138,7 +119,7 @@ std::optional<SE3> poseFromRays(std::span<const Eigen::Vector2d> on_board,
     sum_across += across;
     sum_points += across * (R->leftCols<2>() * on_board[i]);
   }
-  const Eigen::Vector3d t = -sum_across.ldlt().solve(sum_points);
+  const Eigen::Vector3d t = -solveSpd3(sum_across, sum_points);
   if (!t.allFinite()) return std::nullopt;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!(rays[i].dot(R->leftCols<2>() * on_board[i] + t) > 0)) return std::nullopt;
@@ -180,18 +161,30 @@ std::optional<SE3> refitPose(const ViewKernel& kernel, std::span<const double> p
   constexpr double kAtRest = 1e-10;  // share of the cost
   SE3 pose = camera_from_board;
   ViewFactor factor(kernel.numParams() + 7, kernel.numParams() + 7);
-  auto at = evaluate(kernel, params, corners, loss, pose, factor);
-  if (!at) return std::nullopt;
+  ViewFactor trial = factor;
+  // Sum of rho.
+  const auto costAt = [&](const SE3& at, ViewFactor& to) -> std::optional<double> {
+    if (!kernel.factor(params.data(), at, corners, loss, Unseen::kRefuse, to.data())) return std::nullopt;
+    return to.rightCols<1>().squaredNorm();
+  };
+  auto cost = costAt(pose, factor);
+  if (!cost) return std::nullopt;
   // A pose that has not converged by then is merely less accurate.
-  for (int i = 0; i < kMaxSteps && at->drop > kAtRest * at->cost; ++i) {
-    SE3::Vec6 step = at->step;
+  for (int i = 0; i < kMaxSteps; ++i) {
+    const Vector6d y = factor.topRightCorner<6, 1>();
+    // What the step takes off the cost, as far as a parabola says.
+    if (!(y.squaredNorm() > kAtRest * *cost)) break;
+    // Not triangular, because its rows are in the order of the pivots.
+    const Matrix6d R = factor.topLeftCorner<6, 6>();
+    Vector6d step = -solveAny6(R, y);
     bool is_lower = false;
     for (int k = 0; k < kMaxHalvings && !is_lower; ++k, step *= 0.5) {
       const SE3 moved = pose * SE3::exp(step);
-      const auto there = evaluate(kernel, params, corners, loss, moved, factor);
-      if (!there || !(there->cost < at->cost)) continue;
+      const auto there = costAt(moved, trial);
+      if (!there || !(*there < *cost)) continue;
       pose = moved;
-      at = there;
+      cost = there;
+      factor.swap(trial);
       is_lower = true;
     }
     if (!is_lower) break;
@@ -202,7 +195,7 @@ std::optional<SE3> refitPose(const ViewKernel& kernel, std::span<const double> p
 std::optional<SE3> refitPose(std::string_view model_id, std::span<const double> params,
                              std::span<const Observation> corners, HuberLoss loss,
                              const SE3& camera_from_board) {
-  return refitPose(viewKernel(model_id), params, CornerGroups(corners).view(0), loss, camera_from_board);
+  return refitPose(viewKernel(model_id), params, groupsOf(corners), loss, camera_from_board);
 }
 
 }  // namespace alidade

@@ -7,7 +7,6 @@
 
 #include <Eigen/Core>
 
-#include "alidade/adjust/board/corner_groups.h"
 #include "alidade/adjust/board/observation.h"
 #include "alidade/adjust/board/view_kernel.h"
 #include "alidade/camera/any_camera.h"

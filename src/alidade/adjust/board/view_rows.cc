@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/adjust/board/view_rows.h"
-
 #include <algorithm>
 #include <array>
 #include <cstddef>
 
-#include "alidade/adjust/board/elimination.h"
+#include "alidade/adjust/board/view_equations.h"
+#include "alidade/adjust/board/view_kernel.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/camera/projection.h"
 #include "alidade/core/error.h"
 
-namespace alidade::detail {
+namespace alidade {
 namespace {
+
+using detail::GroupLoss;
 
 // Camera and pose in the form that the loops read.
 template <CameraModel M>
@@ -68,7 +69,7 @@ ALIDADE_ALWAYS_INLINE GroupProjection projectGroup(const ViewCamera<M>& camera, 
 }
 
 template <CameraModel M>
-class RowsOf final : public ViewRows {
+class KernelOf final : public ViewKernel {
  public:
   [[nodiscard]] const RowLayout& layout() const override { return kLayout; }
 
@@ -159,57 +160,14 @@ class RowsOf final : public ViewRows {
 
 }  // namespace
 
-const ViewRows& viewRows(std::string_view model_id) {
-  const ViewRows* rows = nullptr;
+const ViewKernel& viewKernel(std::string_view model_id) {
+  const ViewKernel* kernel = nullptr;
   AllModels::forEach([&]<class M>() {
-    static const RowsOf<M> of_model;
-    if (M::kId == model_id) rows = &of_model;
+    static const KernelOf<M> of_model;
+    if (M::kId == model_id) kernel = &of_model;
   });
-  expect(rows != nullptr, "the model's id is known");
-  return *rows;
+  expect(kernel != nullptr, "the model's id is known");
+  return *kernel;
 }
 
-void ViewRows::errors(const double* params, const SE3& camera_from_board,
-                      std::span<const CornerGroup> corners, std::span<Eigen::Vector2d> errors) const {
-  std::size_t i = 0;
-  forEachChunk(corners, [&](std::span<const CornerGroup> chunk) {
-    Lanes of_chunk[2 * kChunk];
-    writeErrors(params, camera_from_board, chunk, of_chunk);
-    for (std::size_t g = 0; g < chunk.size(); ++g) {
-      CornerGroup::Column u;
-      CornerGroup::Column v;
-      lane::store(of_chunk[2 * g], u.data());
-      lane::store(of_chunk[2 * g + 1], v.data());
-      for (std::size_t l = 0; l < kNumLanes && i < errors.size(); ++l, ++i) errors[i] = {u[l], v[l]};
-    }
-    return true;
-  });
-}
-
-void ViewRows::rows(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> corners,
-                    std::span<double> rows) const {
-  const RowLayout& columns = layout();
-  const std::size_t size = columns.size;
-  std::fill(rows.begin(), rows.end(), 0.0);
-  std::size_t corner = 0;
-  forEachChunk(corners, [&](std::span<const CornerGroup> chunk) {
-    Lanes of_chunk[kMaxChunkRows];
-    Lanes rho = {};
-    write(params, camera_from_board, chunk, kNoLoss, of_chunk, rho);
-    const Lanes* at = of_chunk;
-    for (std::size_t g = 0; g < chunk.size(); ++g, corner += kNumLanes) {
-      const std::size_t count = std::min(kNumLanes, rows.size() / (2 * size) - corner);
-      for (std::size_t axis = 0; axis < 2; ++axis) {
-        for (std::size_t c = 0; c < columns.width; ++c) {
-          CornerGroup::Column values;
-          lane::store(*at++, values.data());
-          const std::size_t to = columns.column[axis][c];
-          for (std::size_t l = 0; l < count; ++l) rows[(2 * (corner + l) + axis) * size + to] = values[l];
-        }
-      }
-    }
-    return true;
-  });
-}
-
-}  // namespace alidade::detail
+}  // namespace alidade

@@ -6,12 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/adjust/noise/robust_weighting.h"
-#include "alidade/core/mapped.h"
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
@@ -19,18 +17,6 @@ namespace {
 constexpr double kFirstScatter = 0.02;  // share of the points' spacing
 constexpr double kLeastScatter = 1e-5;  // smaller offsets count as zero
 constexpr double kFewestOffsets = 3;    // number of coordinates that the corners determine
-
-// The inverse of a symmetric positive definite matrix, scaled first; nothing if it is not positive definite.
-std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
-  if (matrix.size() == 0) return matrix;
-  if (!(matrix.diagonal().minCoeff() > 0)) return std::nullopt;
-  const Eigen::VectorXd scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> llt(scale.asDiagonal() * matrix * scale.asDiagonal());
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  const Eigen::MatrixXd inverse = llt.solve(Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()));
-  if (!inverse.allFinite()) return std::nullopt;
-  return Eigen::MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal());
-}
 
 // The normal equations of the whole fit, including the priors of the lenses.
 Reduced equationsOf(const Fit& fit, const JointColumns& columns, LossWeights weights) {
@@ -42,12 +28,7 @@ Reduced equationsOf(const Fit& fit, const JointColumns& columns, LossWeights wei
   });
   for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
     const FitCamera& camera = fit.cameras[c];
-    const LensPrior& prior = camera.weak_prior.prior;
-    for (std::size_t i = 0; i < prior.precision.size(); ++i) {
-      const Eigen::Index at = columns.params[c] + static_cast<Eigen::Index>(i);
-      sum.information(at, at) += prior.precision[i];
-      sum.gradient(at) += prior.precision[i] * (camera.params[i] - prior.mean[i]);
-    }
+    camera.weak_prior.prior.addTo(camera.params, sum.information, sum.gradient, columns.params[c]);
   }
   return sum;
 }
@@ -56,49 +37,47 @@ Reduced equationsOf(const Fit& fit, const JointColumns& columns, LossWeights wei
 // stretch, shear, gradation, twist or bend. Directions that keep its shape are excluded, and their share is
 // removed from the others.
 std::vector<Eigen::VectorXd> smoothModes(const Board& target) {
-  const Eigen::Index num_points = target.numCorners();
-  const Eigen::Vector3d middle = target.middle();
-  const auto field = [&](const auto& offsetAt) {
-    Eigen::VectorXd offsets(3 * num_points);
-    for (Eigen::Index i = 0; i < num_points; ++i) {
-      const Eigen::Vector3d p = (target.corner(static_cast<int>(i)) - middle) / middle.head<2>().norm();
+  using Offset = Eigen::Vector3d;
+  const Offset middle = target.middle();
+  std::vector<Eigen::VectorXd> basis;
+  const auto add = [&](const auto& offsetAt) {
+    constexpr double kNothing = 1e-6;
+    Eigen::VectorXd offsets(3 * target.numCorners());
+    for (int i = 0; i < target.numCorners(); ++i) {
+      const Offset p = (target.corner(i) - middle) / middle.head<2>().norm();
       offsets.segment<3>(3 * i) = offsetAt(p.x(), p.y());
     }
-    return offsets;
-  };
-  using Offset = Eigen::Vector3d;
-  std::vector<Eigen::VectorXd> basis;
-  const auto add = [&](Eigen::VectorXd offsets) {
-    constexpr double kNothing = 1e-6;
     const double norm = offsets.norm();
     for (const Eigen::VectorXd& other : basis) offsets -= other.dot(offsets) * other;
     if (offsets.norm() > kNothing * norm) basis.push_back(offsets.normalized());
   };
-  add(field([](double, double) { return Offset(1, 0, 0); }));
-  add(field([](double, double) { return Offset(0, 1, 0); }));
-  add(field([](double, double) { return Offset(0, 0, 1); }));
-  add(field([](double x, double y) { return Offset(-y, x, 0); }));
-  add(field([](double x, double y) { return Offset(x, y, 0); }));
-  add(field([](double x, double) { return Offset(0, 0, x); }));
-  add(field([](double, double y) { return Offset(0, 0, y); }));
+  for (const int axis : {0, 1, 2}) add([&](double, double) { return Offset(Offset::Unit(axis)); });
+  add([](double x, double y) { return Offset(-y, x, 0); });
+  add([](double x, double y) { return Offset(x, y, 0); });
+  add([](double x, double) { return Offset(0, 0, x); });
+  add([](double, double y) { return Offset(0, 0, y); });
   const auto num_of_pose_and_size = static_cast<std::ptrdiff_t>(basis.size());
-  add(field([](double x, double y) { return Offset(x, -y, 0); }));
-  add(field([](double x, double y) { return Offset(y, x, 0); }));
+  add([](double x, double y) { return Offset(x, -y, 0); });
+  add([](double x, double y) { return Offset(y, x, 0); });
   for (const int axis : {0, 1, 2}) {
-    add(field([&](double x, double) { return Offset(x * x * Offset::Unit(axis)); }));
-    add(field([&](double x, double y) { return Offset(x * y * Offset::Unit(axis)); }));
-    add(field([&](double, double y) { return Offset(y * y * Offset::Unit(axis)); }));
+    add([&](double x, double) { return Offset(x * x * Offset::Unit(axis)); });
+    add([&](double x, double y) { return Offset(x * y * Offset::Unit(axis)); });
+    add([&](double, double y) { return Offset(y * y * Offset::Unit(axis)); });
   }
   return {basis.begin() + num_of_pose_and_size, basis.end()};
 }
 
-// Prior of a board's offsets: each coordinate scatters about zero, in the plane or normal to it, and each
-// smooth mode has its own estimated scatter. If all points scattered independently, a stretch of the board
-// would seem much better known than it is.
-class OffsetPrior {
+// A board among all whose offsets are estimated, and what is known of them beforehand: each coordinate
+// scatters about zero, in the plane or across it, and a smooth mode by as much as it is found to. If points
+// only scattered independently, a stretched board would seem much better known than it is.
+class UnevenBoard {
  public:
-  explicit OffsetPrior(const FitBoard& board)
-      : count_(3 * static_cast<Eigen::Index>(board.target.numCorners())),
+  // @param first  of its offsets among those of all boards
+  UnevenBoard(const FitBoard& board, std::size_t index, Eigen::Index first)
+      : index_(index),
+        first_(first),
+        count_(3 * static_cast<Eigen::Index>(board.target.numCorners())),
+        spacing_(board.target.spacing()),
         precision_(*board.offset_precision) {
     for (Eigen::VectorXd& direction : smoothModes(board.target)) {
       bool is_across = false;
@@ -108,11 +87,39 @@ class OffsetPrior {
     }
   }
 
-  static constexpr int kInPlane = 0;
-  static constexpr int kAcross = 1;
+  // Its part of what belongs to the offsets of all boards.
+  [[nodiscard]] auto own(Eigen::VectorXd& all) const { return all.segment(first_, count_); }
+  [[nodiscard]] auto own(const Eigen::VectorXd& all) const { return all.segment(first_, count_); }
+  [[nodiscard]] auto own(Eigen::MatrixXd& all) const { return all.block(first_, first_, count_, count_); }
+  [[nodiscard]] auto own(const Eigen::MatrixXd& all) const {
+    return all.block(first_, first_, count_, count_);
+  }
 
-  [[nodiscard]] double scatterPrecision(int axes) const { return precision_(axes); }
-  void setScatterPrecision(int axes, double precision) { precision_(axes) = precision; }
+  // The information of what is known.
+  [[nodiscard]] Eigen::MatrixXd information() const {
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(count_, count_);
+    for (Eigen::Index i = 0; i < count_; ++i) matrix(i, i) = precision_(axesOf(i));
+    for (const Mode& mode : modes_)
+      matrix += (mode.precision - precision_(mode.axes)) * mode.direction * mode.direction.transpose();
+    return matrix;
+  }
+
+  // Sets the scatter and the modes; returns the relative change of a scatter.
+  double update(const Eigen::VectorXd& offsets, const Eigen::MatrixXd& inverse, double variance) {
+    double largest = 0;
+    for (const int axes : {kInPlane, kAcross}) {
+      const double least = kLeastScatter * spacing_;
+      const double determined = determinedOf(inverse, axes);
+      const double scatter_m =
+          std::max(least, determined > 0 ? std::sqrt(squaresOf(offsets, axes) / determined) : 0.0);
+      const double precision = variance / (scatter_m * scatter_m);
+      const double change = std::abs(precision / precision_(axes) - 1);
+      precision_(axes) = precision;
+      if (scatter_m > least) largest = std::max(largest, change);
+    }
+    freeModes(offsets, inverse, variance);
+    return largest;
+  }
 
   // Sets the variance of each mode to its most likely value: the square of the amplitude that the corners
   // alone give, minus their own variance. It is at least the variance of the scatter. The result does not
@@ -123,29 +130,25 @@ class OffsetPrior {
     constexpr int kMaxRounds = 100;
     constexpr double kSteady = 1e-9;
     constexpr double kSomething = 0.01;  // least share of the corners in the information on a mode
-    const auto count = static_cast<Eigen::Index>(modes_.size());
-    Eigen::MatrixXd U(count_, count);
-    Eigen::VectorXd held(count);
-    for (Eigen::Index k = 0; k < count; ++k) {
-      U.col(k) = modes_[static_cast<std::size_t>(k)].direction;
-      held(k) = modes_[static_cast<std::size_t>(k)].precision;
-    }
+    Eigen::MatrixXd U(count_, static_cast<Eigen::Index>(modes_.size()));
+    Eigen::Index column = 0;
+    for (const Mode& mode : modes_) U.col(column++) = mode.direction;
     // Information on the amplitudes with all other offsets eliminated, with and without the modes' own
     // priors.
-    const auto known = inverseOf(U.transpose() * inverse * U);
+    const auto known = scaledInverseSpd(U.transpose() * inverse * U);
     if (!known) return;
     const Eigen::VectorXd gradient = *known * (U.transpose() * offsets);
     Eigen::MatrixXd by_others = *known;
-    by_others.diagonal() -= held;
+    by_others.diagonal() -= heldBy();
     for (int round = 0; round < kMaxRounds; ++round) {
       Eigen::MatrixXd sum = by_others;
-      for (Eigen::Index k = 0; k < count; ++k) sum(k, k) += modes_[static_cast<std::size_t>(k)].precision;
-      const auto posterior = inverseOf(sum);
+      sum.diagonal() += heldBy();
+      const auto posterior = scaledInverseSpd(sum);
       if (!posterior) return;
       const Eigen::VectorXd amplitudes = *posterior * gradient;
       double change = 0;
-      for (Eigen::Index k = 0; k < count; ++k) {
-        Mode& mode = modes_[static_cast<std::size_t>(k)];
+      Eigen::Index k = 0;
+      for (Mode& mode : modes_) {
         const double of_all = 1 / (*posterior)(k, k);
         const double by_corners = of_all - mode.precision;
         double precision = precision_(mode.axes);
@@ -156,9 +159,39 @@ class OffsetPrior {
         }
         change = std::max(change, std::abs(precision / mode.precision - 1));
         mode.precision = precision;
+        ++k;
       }
       if (change < kSteady) return;
     }
+  }
+
+  // Gives the board of the fit its offsets and their scatter; returns the largest step over the points'
+  // distance.
+  double apply(const Eigen::VectorXd& step, const Eigen::VectorXd& offsets, double num_free, Fit& fit) const {
+    FitBoard& board = fit.boards[index_];
+    *board.offset_precision = precision_;
+    for (Eigen::Index i = 0; i < count_; ++i)
+      board.shape.offsets_m[static_cast<std::size_t>(i / 3)](i % 3) = offsets(i);
+    board.num_free_offsets = num_free;
+    return step.cwiseAbs().maxCoeff() / spacing_;
+  }
+
+ private:
+  struct Mode {
+    Eigen::VectorXd direction;
+    int axes = kInPlane;
+    double precision = 0;
+  };
+
+  static constexpr int kInPlane = 0;
+  static constexpr int kAcross = 1;
+
+  static int axesOf(Eigen::Index i) { return i % 3 == 2 ? kAcross : kInPlane; }
+
+  [[nodiscard]] Eigen::VectorXd heldBy() const {
+    Eigen::VectorXd precisions(static_cast<Eigen::Index>(modes_.size()));
+    std::ranges::transform(modes_, precisions.data(), &Mode::precision);
+    return precisions;
   }
 
   // Sum of squares of the offsets without the modes.
@@ -189,24 +222,10 @@ class OffsetPrior {
     return count - precision_(axes) * trace;
   }
 
-  [[nodiscard]] Eigen::MatrixXd information() const {
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(count_, count_);
-    for (Eigen::Index i = 0; i < count_; ++i) matrix(i, i) = precision_(axesOf(i));
-    for (const Mode& mode : modes_)
-      matrix += (mode.precision - precision_(mode.axes)) * mode.direction * mode.direction.transpose();
-    return matrix;
-  }
-
- private:
-  struct Mode {
-    Eigen::VectorXd direction;
-    int axes = kInPlane;
-    double precision = 0;
-  };
-
-  static int axesOf(Eigen::Index i) { return i % 3 == 2 ? kAcross : kInPlane; }
-
+  std::size_t index_;
+  Eigen::Index first_;
   Eigen::Index count_;
+  double spacing_;
   Eigen::Vector2d precision_;
   std::vector<Mode> modes_;
 };
@@ -219,21 +238,12 @@ Eigen::VectorXd offsetsOf(const FitBoard& board) {
   return offsets;
 }
 
-// One of the boards whose offsets are estimated.
-struct UnevenBoard {
-  std::size_t board = 0;
-  Eigen::Index first = 0;  // first column of its offsets
-  Eigen::Index count = 0;
-  double spacing = 0;
-  OffsetPrior prior;
-};
-
 // The equations of the offsets with all other unknowns eliminated.
 class OffsetEquations {
  public:
-  // Nothing if the other unknowns are not determined.
-  // @param priors  of the uneven boards; empty: initial ones without freed modes
-  static std::optional<OffsetEquations> make(const Fit& fit, std::span<const OffsetPrior> priors = {}) {
+  // Nothing where the other unknowns are not determined.
+  // @param kept  the uneven boards as of before; empty: with no mode freed
+  static std::optional<OffsetEquations> make(const Fit& fit, const std::vector<UnevenBoard>& kept = {}) {
     const JointColumns columns = jointColumns(fit, Offsets::kInclude);
     const Reduced all = equationsOf(fit, columns, LossWeights::kUse);
     OffsetEquations result;
@@ -242,10 +252,12 @@ class OffsetEquations {
     const Eigen::Index num_offsets = columns.count - num_others;
     const Eigen::MatrixXd directions = jointDirections(fit, columns, all.information);
     const Eigen::Index num_free = directions.cols() - num_offsets;
-    const auto others = directions.topLeftCorner(num_others, num_free);
-    const Eigen::MatrixXd mixed = all.information.bottomLeftCorner(num_offsets, num_others) * others;
-    const auto inverse =
-        inverseOf(others.transpose() * all.information.topLeftCorner(num_others, num_others) * others);
+    // Plain matrices: each kind of block would be a product of its own to compile.
+    const Eigen::MatrixXd others = directions.topLeftCorner(num_others, num_free);
+    const Eigen::MatrixXd own = all.information.topLeftCorner(num_others, num_others);
+    const Eigen::MatrixXd coupling = all.information.bottomLeftCorner(num_offsets, num_others);
+    const Eigen::MatrixXd mixed = coupling * others;
+    const auto inverse = scaledInverseSpd(others.transpose() * own * others);
     if (!inverse) return std::nullopt;
     result.information_ =
         all.information.bottomRightCorner(num_offsets, num_offsets) - mixed * *inverse * mixed.transpose();
@@ -257,16 +269,9 @@ class OffsetEquations {
     result.offsets_.resize(num_offsets);
     for (std::size_t b = 0; b < fit.boards.size(); ++b) {
       if (columns.offsets[b] < 0) continue;
-      const FitBoard& board = fit.boards[b];
-      UnevenBoard uneven{.board = b,
-                         .first = columns.offsets[b] - num_others,
-                         .count = 3 * static_cast<Eigen::Index>(board.target.numCorners()),
-                         .spacing = board.target.spacing(),
-                         .prior = OffsetPrior(board)};
-      if (!priors.empty()) uneven.prior = priors[result.boards_.size()];
-      const Eigen::VectorXd offsets = offsetsOf(board);
-      result.offsets_.segment(uneven.first, uneven.count) = offsets;
-      result.boards_.push_back(std::move(uneven));
+      result.boards_.push_back(kept.empty() ? UnevenBoard(fit.boards[b], b, columns.offsets[b] - num_others)
+                                            : kept[result.boards_.size()]);
+      result.boards_.back().own(result.offsets_) = offsetsOf(fit.boards[b]);
     }
     return result;
   }
@@ -279,7 +284,8 @@ class OffsetEquations {
     for (int round = 0; round < kMaxRounds; ++round) {
       if (!step()) return false;
       double change = 0;
-      for (UnevenBoard& board : boards_) change = std::max(change, update(board));
+      for (UnevenBoard& board : boards_)
+        change = std::max(change, board.update(board.own(next_), board.own(inverse_), variance_));
       if (change < kSteady) break;
     }
     return step();
@@ -288,17 +294,15 @@ class OffsetEquations {
   // Estimates the offsets with the present scatter and freed modes; false if there is no solution.
   bool freeModes() {
     if (!step()) return false;
-    for (UnevenBoard& board : boards_)
-      board.prior.freeModes(next_.segment(board.first, board.count), inverseOfBoard(board), variance_);
+    for (UnevenBoard& board : boards_) board.freeModes(board.own(next_), board.own(inverse_), variance_);
     return step();
   }
 
   // Estimates the offsets with the present scatter; false if there is no solution.
   bool step() {
     prior_ = Eigen::MatrixXd::Zero(information_.rows(), information_.cols());
-    for (const UnevenBoard& board : boards_)
-      prior_.block(board.first, board.first, board.count, board.count) = board.prior.information();
-    const auto inverse = inverseOf(information_ + prior_);
+    for (const UnevenBoard& board : boards_) board.own(prior_) = board.information();
+    const auto inverse = scaledInverseSpd(information_ + prior_);
     if (!inverse) return false;
     inverse_ = *inverse;
     next_ = inverse_ * (information_ * offsets_ - gradient_);
@@ -309,7 +313,7 @@ class OffsetEquations {
     return std::isfinite(variance_);
   }
 
-  [[nodiscard]] std::vector<OffsetPrior> priors() const { return mapped(boards_, &UnevenBoard::prior); }
+  [[nodiscard]] const std::vector<UnevenBoard>& boards() const { return boards_; }
 
   // Variance of the errors after the step, divided by that without a step.
   [[nodiscard]] double varianceShare() const { return variance_ / (squares_ / freedom_); }
@@ -318,47 +322,16 @@ class OffsetEquations {
   // spacing.
   double apply(Fit& fit) const {
     double largest = 0;
-    for (const UnevenBoard& uneven : boards_) {
-      FitBoard& board = fit.boards[uneven.board];
-      *board.offset_precision = {uneven.prior.scatterPrecision(OffsetPrior::kInPlane),
-                                 uneven.prior.scatterPrecision(OffsetPrior::kAcross)};
-      const auto own = [&](const Eigen::VectorXd& all) { return all.segment(uneven.first, uneven.count); };
-      for (Eigen::Index i = 0; i < uneven.count; ++i)
-        board.shape.offsets_m[static_cast<std::size_t>(i / 3)](i % 3) = next_(uneven.first + i);
-      const auto block = [&](const Eigen::MatrixXd& all) {
-        return all.block(uneven.first, uneven.first, uneven.count, uneven.count);
-      };
-      board.num_free_offsets =
-          static_cast<double>(uneven.count) - block(prior_).cwiseProduct(block(inverse_)).sum();
-      largest = std::max(largest, (own(next_) - own(offsets_)).cwiseAbs().maxCoeff() / uneven.spacing);
+    for (const UnevenBoard& board : boards_) {
+      const Eigen::VectorXd next = board.own(next_);
+      const double num_held = board.own(prior_).cwiseProduct(board.own(inverse_)).sum();
+      const double num_free = static_cast<double>(next.size()) - num_held;
+      largest = std::max(largest, board.apply(next - board.own(offsets_), next, num_free, fit));
     }
     return largest;
   }
 
  private:
-  [[nodiscard]] Eigen::MatrixXd inverseOfBoard(const UnevenBoard& board) const {
-    return inverse_.block(board.first, board.first, board.count, board.count);
-  }
-
-  // Sets the scatter and the modes of a board; returns the relative change of the scatter.
-  double update(UnevenBoard& board) const {
-    const Eigen::VectorXd offsets = next_.segment(board.first, board.count);
-    const Eigen::MatrixXd inverse = inverseOfBoard(board);
-    double largest = 0;
-    for (const int axes : {OffsetPrior::kInPlane, OffsetPrior::kAcross}) {
-      const double least = kLeastScatter * board.spacing;
-      const double determined = board.prior.determinedOf(inverse, axes);
-      const double scatter_m = std::max(
-          least, determined > 0 ? std::sqrt(board.prior.squaresOf(offsets, axes) / determined) : 0.0);
-      const double precision = variance_ / (scatter_m * scatter_m);
-      const double change = std::abs(precision / board.prior.scatterPrecision(axes) - 1);
-      board.prior.setScatterPrecision(axes, precision);
-      if (scatter_m > least) largest = std::max(largest, change);
-    }
-    board.prior.freeModes(offsets, inverse, variance_);
-    return largest;
-  }
-
   Eigen::MatrixXd information_;
   Eigen::VectorXd gradient_;
   Eigen::VectorXd offsets_;  // present offsets of the fit
@@ -370,14 +343,6 @@ class OffsetEquations {
   double freedom_ = 0;  // degrees of freedom without the offsets
   double variance_ = 0;
 };
-
-// Makes boards even whose offsets the corners do not determine.
-void evenOut(Fit& fit) {
-  for (FitBoard& board : fit.boards) {
-    if (!board.isUneven() || board.num_free_offsets >= kFewestOffsets) continue;
-    makeEven(board);
-  }
-}
 
 }  // namespace
 
@@ -413,7 +378,7 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
   constexpr double kLoose = 1e-9;  // share of the cost
   constexpr int kMaxChanges = 12;  // of the modes: a barely determined one may be freed and held forever
   if (!isAnyUneven(fit)) return fit;
-  std::vector<OffsetPrior> kept;
+  std::vector<UnevenBoard> kept;
   int num_changes = 0;
   for (int i = 0; isAnyUneven(fit); ++i) {
     if (i == kMaxSteps) return std::nullopt;
@@ -424,9 +389,11 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
                            : kept.empty() ? equations->freeModes()
                                           : equations->step();
     if (!is_solved) return std::nullopt;
-    if (!is_estimated && kept.empty() && ++num_changes == kMaxChanges) kept = equations->priors();
+    if (!is_estimated && kept.empty() && ++num_changes == kMaxChanges) kept = equations->boards();
     const double step = equations->apply(fit);
-    if (is_estimated) evenOut(fit);
+    for (FitBoard& board : fit.boards) {  // those whose offsets the corners do not determine are even
+      if (is_estimated && board.isUneven() && board.num_free_offsets < kFewestOffsets) makeEven(board);
+    }
     if (step < kScatterAtRest) scatter = OffsetScatter::kKeep;
     const bool is_at_rest = step < kAtRest;
     const double tolerance = is_at_rest ? SolveOptions().function_tolerance : kLoose;
@@ -445,22 +412,21 @@ std::optional<Eigen::MatrixXd> offsetShare(const Fit& fit) {
   Eigen::MatrixXd information = equationsOf(fit, columns, LossWeights::kLeaveOut).information;
   auto equations = OffsetEquations::make(fit);
   if (!equations || !equations->freeModes()) return std::nullopt;
-  const std::vector<OffsetPrior> priors = equations->priors();
   std::size_t k = 0;
   for (std::size_t b = 0; b < fit.boards.size(); ++b) {
     if (columns.offsets[b] < 0) continue;
-    const Eigen::MatrixXd of_board = priors[k++].information();
+    const Eigen::MatrixXd of_board = equations->boards()[k++].information();
     information.block(columns.offsets[b], columns.offsets[b], of_board.rows(), of_board.cols()) += of_board;
   }
   const Eigen::MatrixXd directions = jointDirections(fit, columns, information);
   const Eigen::Index num_others = directions.cols() - (columns.count - num_columns);
   const Eigen::MatrixXd free = directions.transpose() * information * directions;
-  const auto whole = inverseOf(free);
-  const auto given = inverseOf(free.topLeftCorner(num_others, num_others));
+  const auto whole = scaledInverseSpd(free);
+  const auto given = scaledInverseSpd(free.topLeftCorner(num_others, num_others));
   if (!whole || !given) return std::nullopt;
-  const auto others = directions.topLeftCorner(num_columns, num_others);
-  return Eigen::MatrixXd(others * (whole->topLeftCorner(num_others, num_others) - *given) *
-                         others.transpose());
+  const Eigen::MatrixXd others = directions.topLeftCorner(num_columns, num_others);
+  const Eigen::MatrixXd difference = whole->topLeftCorner(num_others, num_others) - *given;
+  return Eigen::MatrixXd(others * difference * others.transpose());
 }
 
 }  // namespace alidade

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
-#include "alidade/adjust/board/corner_groups.h"
 #include "alidade/adjust/board/view_kernel.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
@@ -26,32 +26,29 @@ ScaledInverse scaledInverse(const Eigen::MatrixXd& matrix, double singular) {
   return result;
 }
 
+ScaledInverse inverseAlong(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& matrix) {
+  if (directions.cols() == 0)
+    return {.condition = 1, .inverse = Eigen::MatrixXd::Zero(matrix.rows(), matrix.rows())};
+  ScaledInverse result = scaledInverse(directions.transpose() * matrix * directions);
+  if (result.inverse) result.inverse = directions * *result.inverse * directions.transpose();
+  return result;
+}
+
 IntrinsicsInformation intrinsicsInformation(const Fit& fit) {
   const FitCamera& camera = onlyCamera(fit);
-  IntrinsicsInformation result;
   // The Schur complement of the poses in J^T W J is that of a fit without a loss.
-  const ViewKernel kernel = viewKernel(camera.model);
-  const Eigen::Index n = kernel.numParams();
-  result.information = Eigen::MatrixXd::Zero(n, n);
+  const ViewKernel& kernel = viewKernel(camera.model);
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kernel.numParams(), kernel.numParams());
   for (const FitView& view : fit.views) {
-    const CornerGroups corners(cornersOnShape(fit, view));
-    const auto factor = viewFactor(kernel, camera.params, cameraFromBoard(fit, view), corners.view(0),
-                                   kNoLoss, Unseen::kLeaveOut);
-    result.information += paramsInformation(*factor);
+    const auto factor = viewFactor(kernel, camera.params, cameraFromBoard(fit, view),
+                                   groupsOf(cornersOnShape(fit, view)), kNoLoss, Unseen::kLeaveOut);
+    information += paramsInformation(*factor);
   }
-
-  const Eigen::MatrixXd directions = freeDirections(static_cast<int>(n), camera.constraint);
-  if (directions.cols() == 0) {
-    result.scaled_condition = 1;
-    result.inverse = Eigen::MatrixXd::Zero(result.information.rows(), result.information.rows());
-    return result;
-  }
-  // Below the limit, the smallest eigenvalue is rounding, because the Schur complement subtracts nearly equal
-  // numbers.
-  const ScaledInverse scaled = scaledInverse(directions.transpose() * result.information * directions);
-  result.scaled_condition = scaled.condition;
-  if (scaled.inverse) result.inverse = directions * *scaled.inverse * directions.transpose();
-  return result;
+  // Where the condition is below the limit, the smallest eigenvalue is rounding: the Schur complement
+  // subtracts numbers of its own size.
+  const ScaledInverse inverse =
+      inverseAlong(freeDirections(kernel.numParams(), camera.constraint), information);
+  return {inverse, std::move(information)};
 }
 
 double meanSlope(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss) {

@@ -22,17 +22,16 @@ struct ScaledInverse {
 /// @param singular  condition below which the smallest eigenvalue is rounding
 [[nodiscard]] ScaledInverse scaledInverse(const Eigen::MatrixXd& matrix, double singular = 1e-13);
 
-/// Information of the corners on the intrinsics with all poses free. In directions that a constraint
-/// excludes, `inverse` is zero, and the condition is that of the other directions.
-struct IntrinsicsInformation {
+/// The same along free directions, one a column: zero across them, and the condition is that of the rest.
+[[nodiscard]] ScaledInverse inverseAlong(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& matrix);
+
+/// What the corners say about the intrinsics once every pose is free, with the inverse along what a
+/// constraint leaves free. With a condition near 0, some combination of parameters is not seen by these views
+/// at all.
+struct IntrinsicsInformation : ScaledInverse {
   /// N x N: the Schur complement of the poses in J^T W J with the corners' weights W, so that covariance =
   /// sigma^2 * information^-1 with the variance sigma^2 of a corner of weight 1. Per px^2.
   Eigen::MatrixXd information;
-  /// Ratio of the smallest to the largest eigenvalue after scaling the diagonal to 1. Near 0, these views do
-  /// not determine some combination of parameters.
-  double scaled_condition = 0;
-  /// information^-1; nothing if the matrix is singular to working precision.
-  std::optional<Eigen::MatrixXd> inverse;
 };
 
 /// The information of a fit of one camera; corners that do not project are left out.

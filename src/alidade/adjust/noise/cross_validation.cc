@@ -7,7 +7,6 @@
 #include <span>
 #include <utility>
 
-#include "alidade/adjust/board/corner_groups.h"
 #include "alidade/adjust/board/corner_noise.h"
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/board/view_kernel.h"
@@ -49,22 +48,21 @@ std::optional<Fit> withoutFold(int fold, const Fit& fit, const CancelFlag* cance
 std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view, const Fit& without) {
   const FitCamera& camera = without.cameras[view.camera];
   const FitBoard& board = without.boards[boardIndex(fit, view)];
-  const ViewKernel kernel = viewKernel(camera.model);
+  const ViewKernel& kernel = viewKernel(camera.model);
   const std::vector<Observation> all = onShape(board.target, board.shape, view.corners);
   const SE3 pose = cameraFromBoard(fit, view);
   const CornerHalves halves = halvesOf(board.target, all);
-  const std::array<std::vector<Observation>, 2> corners = {cornersOf(all, halves[0]),
-                                                           cornersOf(all, halves[1])};
+  const std::array corners = {cornersOf(all, halves[0]), cornersOf(all, halves[1])};
   if (!givesPose(corners[0]) || !givesPose(corners[1])) return {};
-  const std::array<CornerGroups, 2> groups = {CornerGroups(corners[0]), CornerGroups(corners[1])};
+  const std::array groups = {groupsOf(corners[0]), groupsOf(corners[1])};
   constexpr double kUnseen = std::numeric_limits<double>::quiet_NaN();
   std::vector<Eigen::Vector2d> errors(all.size(), Eigen::Vector2d::Constant(kUnseen));
   for (std::size_t half = 0; half < 2; ++half) {
     const std::size_t other = 1 - half;
-    const auto refitted = refitPose(kernel, camera.params, groups[half].view(0), fit.loss, pose);
+    const auto refitted = refitPose(kernel, camera.params, groups[half], fit.loss, pose);
     if (!refitted) continue;
     std::vector<Eigen::Vector2d> of_other(corners[other].size());
-    kernel.errors(camera.params.data(), *refitted, groups[other].view(0), of_other);
+    kernel.errors(camera.params.data(), *refitted, groups[other], of_other);
     for (std::size_t i = 0; i < of_other.size(); ++i) errors[halves[other][i]] = of_other[i];
   }
   return errors;

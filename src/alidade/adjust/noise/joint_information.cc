@@ -1,114 +1,73 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/noise/joint_information.h"
 
+#include <algorithm>
 #include <map>
 
-#include <Eigen/Cholesky>
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
 
 constexpr int kPoseSize = 6;
-
 using PoseRows = Eigen::Matrix<double, kPoseSize, Eigen::Dynamic>;
 
-// Sums of one placement: the unknowns of the fit, their products with the placement's own six unknowns, and
-// the error.
-struct PlacementSums {
-  explicit PlacementSums(int count)
-      : JtJ(Eigen::MatrixXd::Zero(count, count)),
-        mixed(PoseRows::Zero(kPoseSize, count)),
-        Jte(Eigen::VectorXd::Zero(count)) {}
-
-  Eigen::MatrixXd JtJ;  // lower triangle
-  PoseRows mixed;
-  Eigen::VectorXd Jte;
-  Eigen::Matrix<double, kPoseSize, kPoseSize> own = decltype(own)::Zero();
-  Eigen::Matrix<double, kPoseSize, 1> own_error = decltype(own_error)::Zero();
-  int num_corners = 0;
-};
-
-// Adds to the lower triangle, in whichever order the two blocks are.
-void addBlock(Eigen::MatrixXd& lower, int row, int column, const Eigen::MatrixXd& block) {
-  if (row == column) {
-    lower.block(row, row, block.rows(), block.rows()).triangularView<Eigen::Lower>() += block;
-  } else if (row > column) {
-    lower.block(row, column, block.rows(), block.cols()) += block;
-  } else {
-    lower.block(column, row, block.cols(), block.rows()) += block.transpose();
-  }
-}
-
-// Consecutive columns of a view that are also consecutive in the fit.
-struct Group {
-  int from = 0;  // first column in the view
-  int to = 0;    // first column in the fit
-  int size = 0;
-};
-
-// Adds a view. C Exp(eta) P Exp(zeta) = C P Exp(Ad(P^-1) eta + zeta): the columns of the pose are those of
-// the placement and, through the adjoint, those of the camera.
-void add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWeights weights,
-         PlacementSums& sums) {
+// Adds a view to the lower triangle of the sums of its placement, whose columns are the placement's own six,
+// the unknowns of the fit, and the error.
+// C Exp(eta) P Exp(zeta) = C P Exp(Ad(P^-1) eta + zeta): the pose's columns are those of the placement, and
+// by the adjoint those of the camera.
+// @returns the number of corners
+int add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWeights weights,
+        Eigen::MatrixXd& sums) {
   const FitCamera& camera = fit.cameras[view.camera];
   const std::size_t b = boardIndex(fit, view);
   const Board& board = fit.boards[b].target;
   const bool has_bend = columns.bend[b] >= 0;
   const bool has_offsets = columns.offsets[b] >= 0;
-  const auto gramWith = [&](const auto& extra) {
-    return detail::gramOf(camera.model, camera.params, cameraFromBoard(fit, view), cornersOnShape(fit, view),
-                          fit.loss, weights, extra);
+  const detail::ViewGram gram = detail::gramOf(camera.model, camera.params, cameraFromBoard(fit, view),
+                                               cornersOnShape(fit, view), fit.loss, weights,
+                                               has_offsets ? offsetColumns(board)
+                                               : has_bend  ? bendColumns(&board)
+                                                           : ExtraColumns());
+  // Where the view's columns stand among those of the sums; -1: they are not estimated.
+  std::vector<Eigen::Index> to;
+  const auto place = [&](int first, Eigen::Index count) {
+    for (Eigen::Index i = 0; i < count; ++i) to.push_back(first < 0 ? -1 : kPoseSize + first + i);
   };
-  const detail::ViewGram gram = has_offsets ? gramWith(OffsetColumns{board})
-                                : has_bend  ? gramWith(BendColumns{.board = &board})
-                                            : gramWith(NoExtra{});
-  const auto num_params = static_cast<int>(camera.params.size());
-  const int error = kPoseSize + num_params;
-  const Eigen::Matrix<double, kPoseSize, kPoseSize> pose =
-      gram.dense.topLeftCorner<kPoseSize, kPoseSize>().selfadjointView<Eigen::Lower>();
-  // The view's columns after the pose: parameters, bends and offsets.
-  const auto num_extra = static_cast<int>(gram.extra.rows());
-  const int num_offsets = num_extra - kNumBends;
-  PoseRows with_pose(kPoseSize, num_params + num_extra);
-  with_pose << gram.dense.block(kPoseSize, 0, num_params, kPoseSize).transpose(),
-      gram.mixed.leftCols<kPoseSize>().transpose();
-  std::vector<Group> groups = {{0, columns.params[view.camera], num_params}};
-  if (has_bend) groups.push_back({num_params, columns.bend[b], kNumBends});
-  if (has_offsets) groups.push_back({num_params + kNumBends, columns.offsets[b], num_offsets});
-
-  const int rig_pose = columns.pose[view.camera];
-  const Eigen::Matrix<double, kPoseSize, kPoseSize> to_camera =
-      fit.placements[view.placement].rig_from_board.inverse().adjoint();
-  const Eigen::Matrix<double, kPoseSize, 1> pose_error = gram.dense.block<1, kPoseSize>(error, 0).transpose();
-  sums.own += pose;
-  sums.own_error += pose_error;
-  if (rig_pose >= 0) {
-    sums.mixed.middleCols<kPoseSize>(rig_pose) += pose * to_camera;
-    sums.Jte.segment<kPoseSize>(rig_pose) += to_camera.transpose() * pose_error;
-    addBlock(sums.JtJ, rig_pose, rig_pose, to_camera.transpose() * pose * to_camera);
-  }
-  for (const Group& group : groups) {
-    const auto rows = with_pose.middleCols(group.from, group.size);
-    sums.mixed.middleCols(group.to, group.size) += rows;
-    if (rig_pose >= 0) addBlock(sums.JtJ, rig_pose, group.to, to_camera.transpose() * rows);
-    const bool is_lens = group.from == 0;
-    const int first = group.from - num_params;
-    sums.Jte.segment(group.to, group.size) +=
-        is_lens ? Eigen::VectorXd(gram.dense.block(error, kPoseSize, 1, num_params).transpose())
-                : Eigen::VectorXd(gram.mixed.col(error).segment(first, group.size));
-    if (is_lens) {
-      addBlock(sums.JtJ, group.to, group.to, gram.dense.block(kPoseSize, kPoseSize, num_params, num_params));
-      continue;
+  const auto num_params = static_cast<Eigen::Index>(camera.params.size());
+  for (Eigen::Index i = 0; i < kPoseSize; ++i) to.push_back(i);
+  place(columns.params[view.camera], num_params);
+  if (has_bend || has_offsets) place(columns.bend[b], kNumBends);
+  if (has_offsets) place(columns.offsets[b], 3 * board.numCorners());
+  place(columns.count, 1);
+  const auto at = [&](Eigen::Index i, Eigen::Index j) -> double& {
+    return sums(std::max(i, j), std::min(i, j));
+  };
+  const Eigen::Index size = gram.lower.rows();
+  for (Eigen::Index j = 0; j < size; ++j) {
+    for (Eigen::Index i = j; i < size; ++i) {
+      const Eigen::Index row = to[static_cast<std::size_t>(i)];
+      const Eigen::Index column = to[static_cast<std::size_t>(j)];
+      if (row >= 0 && column >= 0) at(row, column) += gram.lower(i, j);
     }
-    addBlock(sums.JtJ, group.to, columns.params[view.camera],
-             gram.mixed.block(first, kPoseSize, group.size, num_params));
-    addBlock(sums.JtJ, group.to, group.to, gram.extra.block(first, first, group.size, group.size));
   }
-  if (has_bend && has_offsets) {
-    addBlock(sums.JtJ, columns.offsets[b], columns.bend[b],
-             gram.extra.block(kNumBends, 0, num_offsets, kNumBends));
+  if (columns.pose[view.camera] < 0) return gram.num_corners;
+  const Eigen::Index first = kPoseSize + columns.pose[view.camera];
+  const Matrix6d pose = gram.lower.topLeftCorner<kPoseSize, kPoseSize>().selfadjointView<Eigen::Lower>();
+  const Matrix6d to_camera = fit.placements[view.placement].rig_from_board.inverse().adjoint();
+  const Matrix6d with_own = pose * to_camera;
+  const Matrix6d with_itself = to_camera.transpose() * pose * to_camera;
+  const PoseRows rows = gram.lower.bottomLeftCorner(size - kPoseSize, kPoseSize).transpose();
+  const PoseRows with_rest = to_camera.transpose() * rows;
+  for (Eigen::Index i = 0; i < kPoseSize; ++i) {
+    for (Eigen::Index j = 0; j < kPoseSize; ++j) at(first + i, j) += with_own(j, i);
+    for (Eigen::Index j = 0; j <= i; ++j) at(first + i, first + j) += with_itself(i, j);
+    for (Eigen::Index j = 0; j < rows.cols(); ++j) {
+      const Eigen::Index column = to[static_cast<std::size_t>(kPoseSize + j)];
+      if (column >= 0) at(first + i, column) += with_rest(i, j);
+    }
   }
-  sums.num_corners += gram.num_corners;
+  return gram.num_corners;
 }
 
 // Combines the directions of a lens so that its corners determine each equally well.
@@ -116,10 +75,9 @@ Eigen::MatrixXd balanced(const Eigen::MatrixXd& directions, const Eigen::MatrixX
   if (directions.cols() == 0) return directions;
   const Eigen::MatrixXd own = directions.transpose() * information * directions;
   const Eigen::VectorXd scale = own.diagonal().cwiseSqrt().cwiseInverse();  // because units differ
-  const Eigen::LLT<Eigen::MatrixXd> root(scale.asDiagonal() * own * scale.asDiagonal());
-  if (root.info() != Eigen::Success || !scale.allFinite()) return directions;
-  return directions * scale.asDiagonal() *
-         root.matrixU().solve(Eigen::MatrixXd::Identity(own.rows(), own.rows()));
+  const auto inverse_root = inverseRootOf(scale.asDiagonal() * own * scale.asDiagonal());
+  if (!inverse_root || !scale.allFinite()) return directions;
+  return directions * scale.asDiagonal() * *inverse_root;
 }
 
 }  // namespace
@@ -153,13 +111,18 @@ void forEachFrame(const Fit& fit, const JointColumns& columns, LossWeights weigh
     Reduced frame{.information = Eigen::MatrixXd::Zero(columns.count, columns.count),
                   .gradient = Eigen::VectorXd::Zero(columns.count)};
     for (const auto& [placement, views] : placements) {
-      PlacementSums sums(columns.count);
-      for (const FitView* view : views) add(fit, *view, columns, weights, sums);
-      const Eigen::LDLT<Eigen::Matrix<double, kPoseSize, kPoseSize>> own(sums.own);
-      frame.information.triangularView<Eigen::Lower>() += sums.JtJ;
-      frame.information.triangularView<Eigen::Lower>() -= sums.mixed.transpose() * own.solve(sums.mixed);
-      frame.gradient += sums.Jte - sums.mixed.transpose() * own.solve(sums.own_error);
-      frame.num_corners += sums.num_corners;
+      const Eigen::Index error = kPoseSize + columns.count;
+      Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(error + 1, error + 1);
+      for (const FitView* view : views) frame.num_corners += add(fit, *view, columns, weights, sums);
+      const Matrix6d pose = sums.topLeftCorner<kPoseSize, kPoseSize>().selfadjointView<Eigen::Lower>();
+      const PoseRows mixed = sums.block(kPoseSize, 0, columns.count, kPoseSize).transpose();
+      const Vector6d pose_error = sums.block<1, kPoseSize>(error, 0).transpose();
+      frame.information.triangularView<Eigen::Lower>() +=
+          sums.block(kPoseSize, kPoseSize, columns.count, columns.count);
+      frame.information.triangularView<Eigen::Lower>() -=
+          mixed.transpose() * solveSpd(pose, Eigen::MatrixXd(mixed));
+      frame.gradient += sums.row(error).segment(kPoseSize, columns.count).transpose() -
+                        mixed.transpose() * solveSpd6(pose, pose_error);
     }
     frame.information.triangularView<Eigen::StrictlyUpper>() = frame.information.transpose();
     visit(frame);

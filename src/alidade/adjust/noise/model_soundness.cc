@@ -27,7 +27,7 @@ std::optional<Unsoundness> unsoundnessOf(const Fit& fit) {
         .text = "its parameters diverge: " + std::string(terminationName(fit.summary.termination))};
   }
   const IntrinsicsInformation information = intrinsicsInformation(fit);
-  if (!information.inverse || information.scaled_condition < kMinCondition)
+  if (!information.inverse || information.condition < kMinCondition)
     return Unsoundness{.id = "ill_conditioned", .text = "these views leave its parameters undetermined"};
   const FitCamera& of = onlyCamera(fit);
   const AnyCamera camera = AnyCamera::make(of.model, of.params);

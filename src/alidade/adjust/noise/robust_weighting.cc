@@ -5,9 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/LU>
-
-#include "alidade/adjust/board/corner_groups.h"
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/pose_search.h"
 #include "alidade/adjust/board/solve.h"
@@ -15,6 +12,7 @@
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
@@ -23,7 +21,7 @@ namespace {
 // change of the pose with the parameters, and the remaining uncertainty of the pose.
 Eigen::MatrixXd jointCovariance(const ViewFactor& factor, const Eigen::MatrixXd& params_cov) {
   const Eigen::Index n = params_cov.rows();
-  const Eigen::Matrix<double, 6, 6> root = factor.topLeftCorner<6, 6>().inverse();
+  const Matrix6d root = inverseOfAny6(factor.topLeftCorner<6, 6>());
   const Eigen::MatrixXd pose_from_params = -root * factor.block(0, 6, 6, n);
   Eigen::MatrixXd joint(6 + n, 6 + n);
   joint.bottomRightCorner(n, n) = params_cov;
@@ -69,7 +67,7 @@ double robustSigma(const Fit& fit) {
 
 std::vector<std::vector<double>> leverages(const Fit& fit) {
   const FitCamera& camera = onlyCamera(fit);
-  const ViewKernel kernel = viewKernel(camera.model);
+  const ViewKernel& kernel = viewKernel(camera.model);
   const Eigen::Index n = kernel.numParams();
   // Undetermined intrinsics have little influence on the errors, so zero covariance is used.
   const Eigen::MatrixXd params_cov = intrinsicsInformation(fit).inverse.value_or(Eigen::MatrixXd::Zero(n, n));
@@ -77,12 +75,11 @@ std::vector<std::vector<double>> leverages(const Fit& fit) {
   ViewFactor rows;
   for (const FitView& view : fit.views) {
     const SE3 pose = cameraFromBoard(fit, view);
-    const CornerGroups corners(cornersOnShape(fit, view));
-    const auto factor = viewFactor(kernel, camera.params, pose, corners.view(0), kNoLoss, Unseen::kLeaveOut);
+    const auto corners = groupsOf(cornersOnShape(fit, view));
+    const auto factor = viewFactor(kernel, camera.params, pose, corners, kNoLoss, Unseen::kLeaveOut);
     const Eigen::MatrixXd covariance = jointCovariance(*factor, params_cov);
     rows.resize(2 * static_cast<Eigen::Index>(view.corners.size()), n + 7);
-    kernel.rows(camera.params.data(), pose, corners.view(0),
-                {rows.data(), static_cast<std::size_t>(rows.size())});
+    kernel.rows(camera.params.data(), pose, corners, {rows.data(), static_cast<std::size_t>(rows.size())});
     const Eigen::VectorXd forms =
         (rows.leftCols(n + 6) * covariance).cwiseProduct(rows.leftCols(n + 6)).rowwise().sum();
     std::vector<double>& of_view = all.emplace_back();

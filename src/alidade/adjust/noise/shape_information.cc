@@ -25,13 +25,11 @@ Reduced sumOf(const std::vector<Reduced>& pulls) {
 std::vector<Reduced> reducedWithBends(const Fit& fit, LossWeights weights,
                                       const std::vector<std::size_t>& boards) {
   std::vector<Reduced> views = mapped(fit.views, [&](const FitView& view) {
-    BendColumns columns{.num_columns = kNumBends * static_cast<int>(boards.size())};
+    const int num_columns = kNumBends * static_cast<int>(boards.size());
     const auto at = std::ranges::find(boards, boardIndex(fit, view));
-    if (at != boards.end()) {
-      columns.board = &boardOf(fit, view).target;
-      columns.first = kNumBends * static_cast<int>(at - boards.begin());
-    }
-    return reduced(fit, view, weights, columns);
+    const Board* board = at != boards.end() ? &boardOf(fit, view).target : nullptr;
+    const int first = kNumBends * static_cast<int>(at - boards.begin());
+    return reduced(fit, view, weights, bendColumns(board, first, num_columns));
   });
   return sumByPlace(std::move(views), placesOf(fit));
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/noise/view_shares.h"
 
-#include <Eigen/Cholesky>
-
 #include "alidade/adjust/noise/covariance.h"
+#include "alidade/geometry/decompositions.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
@@ -19,7 +18,7 @@ std::optional<ViewShares> ViewShares::make(std::span<const Reduced> pulls, const
   if (!inverse) return std::nullopt;
 
   ViewShares result;
-  result.basis_ = directions * Eigen::MatrixXd(inverse->llt().matrixL());
+  result.basis_ = directions * choleskyOf(*inverse);
   result.shares_.reserve(pulls.size());
   result.covariance_ = Eigen::MatrixXd::Zero(m, m);
   for (const Reduced& view : pulls) {

@@ -34,28 +34,13 @@ constexpr double kDominant = 0.5;  // share of the largest component of the unde
                                    // parameters above it are named
 constexpr double kSameCost = 1e-9;
 
-// Inverse of a symmetric matrix in the free directions; nothing if that is singular to working precision.
-std::optional<Eigen::MatrixXd> inverseOn(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& directions) {
-  if (directions.cols() == 0) return Eigen::MatrixXd::Zero(matrix.rows(), matrix.cols());
-  const auto inverse = scaledInverse(directions.transpose() * matrix * directions).inverse;
-  if (!inverse) return std::nullopt;
-  return directions * *inverse * directions.transpose();
-}
-
-// The least determined combination of the lens parameters.
-struct LeastKnown {
-  double sigma = 0;           // standard deviation in natural sizes
-  Eigen::VectorXd direction;  // of the lens parameters in natural sizes, unit length
-};
-
-LeastKnown leastKnown(const Eigen::MatrixXd& covariance, const LensScale& scale) {
+// The combinations of the lens' parameters, in natural sizes; the last one is known least.
+SymmetricEigen combinations(const Eigen::MatrixXd& covariance, const LensScale& scale) {
   const auto num_lens = static_cast<Eigen::Index>(scale.size.size() - kNumAffine);
   const Eigen::VectorXd inverse =
       Eigen::Map<const Eigen::VectorXd>(scale.size.data() + kNumAffine, num_lens).cwiseInverse();
-  const SymmetricEigen solver(inverse.asDiagonal() * covariance.bottomRightCorner(num_lens, num_lens) *
-                              inverse.asDiagonal());
-  return {.sigma = std::sqrt(std::max(0.0, solver.eigenvalues()(num_lens - 1))),
-          .direction = solver.eigenvectors().col(num_lens - 1)};
+  return SymmetricEigen(inverse.asDiagonal() * covariance.bottomRightCorner(num_lens, num_lens) *
+                        inverse.asDiagonal());
 }
 
 AnyCamera cameraOf(const Fit& fit) {
@@ -67,8 +52,7 @@ const WeakPrior& priorOf(const Fit& fit) {
 }
 
 bool isFixed(const Fit& fit, std::size_t i) {
-  const std::vector<int>& fixed = onlyCamera(fit).constraint.held;
-  return std::find(fixed.begin(), fixed.end(), static_cast<int>(i)) != fixed.end();
+  return onlyCamera(fit).constraint.holds(static_cast<int>(i));
 }
 
 // The search for a prior, with the corners, weights, loss and board of the present fit.
@@ -113,7 +97,9 @@ class Ladder {
   [[nodiscard]] bool isSteady(const Fit& fit) const {
     if (fit.summary.termination != Termination::kConverged) return false;
     const auto covariance = covarianceOf(fit);
-    return covariance && (!priorOf(fit).isNone() || leastKnown(*covariance, scale_).sigma <= kUnseen);
+    if (!covariance || !priorOf(fit).isNone()) return covariance.has_value();
+    const double largest = combinations(*covariance, scale_).eigenvalues().tail<1>()(0);
+    return std::sqrt(std::max(0.0, largest)) <= kUnseen;
   }
 
   // The largest free lens parameter, in natural sizes.
@@ -133,12 +119,8 @@ class Ladder {
 
   [[nodiscard]] std::optional<Eigen::MatrixXd> covarianceOf(const Fit& fit) const {
     const Eigen::MatrixXd information = intrinsicsInformation(fit).information;
-    if (!priorOf(fit).isNone()) {
-      const auto held = HeldCovariance::make(information, onlyCamera(fit), variance_);
-      if (!held) return std::nullopt;
-      return held->byNoise();
-    }
-    const auto inverse = inverseOn(information, directions_);
+    if (!priorOf(fit).isNone()) return heldCovariance(information, onlyCamera(fit), variance_);
+    const auto inverse = inverseAlong(directions_, information).inverse;
     if (!inverse) return std::nullopt;
     return variance_ * *inverse;
   }
@@ -170,7 +152,7 @@ class Ladder {
     prior.free_params = onlyCamera(free).params;
     const auto covariance = covarianceOf(held);
     if (!covariance) return;
-    const Eigen::VectorXd direction = leastKnown(*covariance, scale_).direction;
+    const Eigen::VectorXd direction = combinations(*covariance, scale_).eigenvectors().rightCols<1>();
     const double largest = direction.cwiseAbs().maxCoeff();
     for (Eigen::Index i = 0; i < direction.size(); ++i) {
       if (std::abs(direction(i)) >= kDominant * largest)
@@ -206,31 +188,22 @@ Fit regularised(Fit fit, const CancelFlag* cancel) {
   return solve(std::move(fit), {.cancel = cancel});
 }
 
-std::optional<HeldCovariance> HeldCovariance::make(const Eigen::MatrixXd& information,
-                                                   const FitCamera& camera, double variance) {
+std::optional<Eigen::MatrixXd> heldCovariance(const Eigen::MatrixXd& information, const FitCamera& camera,
+                                              double variance, const Eigen::MatrixXd& robust) {
   const WeakPrior& held = camera.weak_prior;
   const Eigen::MatrixXd directions = freeDirections(static_cast<int>(information.rows()), camera.constraint);
   const Eigen::VectorXd natural =
       vectorOf(held.scale.prior(std::max(held.width, kNatural), variance).precision);
-  const auto inverse = inverseOn(information + Eigen::MatrixXd(natural.asDiagonal()), directions);
+  const auto inverse = inverseAlong(directions, information + Eigen::MatrixXd(natural.asDiagonal())).inverse;
   if (!inverse) return std::nullopt;
-  HeldCovariance result;
-  result.information_ = information;
-  result.inverse_ = *inverse;
-  result.shift_ = *inverse * (vectorOf(held.prior.precision) - natural)
-                                 .cwiseProduct(vectorOf(camera.params) - vectorOf(held.prior.mean));
-  result.variance_ = variance;
-  return result;
-}
-
-Eigen::MatrixXd HeldCovariance::byNoise() const {
-  return variance_ * inverse_ + shift_ * shift_.transpose();
-}
-
-Eigen::MatrixXd HeldCovariance::byViews(const Eigen::MatrixXd& robust) const {
+  const Eigen::VectorXd shift =
+      *inverse * (vectorOf(held.prior.precision) - natural)
+                     .cwiseProduct(vectorOf(camera.params) - vectorOf(held.prior.mean));
+  const Eigen::MatrixXd by_noise = variance * *inverse + shift * shift.transpose();
+  if (robust.size() == 0) return by_noise;
   // Replaces independent corners by the views' pulls; the prior's part stays.
-  const Eigen::MatrixXd through = inverse_ * information_;
-  return byNoise() + through * robust * through.transpose() - variance_ * through * inverse_;
+  const Eigen::MatrixXd through = *inverse * information;
+  return Eigen::MatrixXd(by_noise + through * robust * through.transpose() - variance * through * *inverse);
 }
 
 }  // namespace alidade

@@ -31,24 +31,15 @@ namespace alidade {
 /// assumed scatter. (Averaged over all true lenses, it is the mean square error of ridge regression, Hoerl
 /// and Kennard 1970, Technometrics 12(1), section 4.) A narrow prior therefore does not make the sigmas
 /// small.
-class HeldCovariance {
- public:
-  /// @param information  of the views alone, N x N, per px^2
-  /// @param camera       estimated, with its prior
-  /// @param variance     of the coordinate of a corner of weight 1, px^2
-  /// @returns nothing if H + Q is singular
-  [[nodiscard]] static std::optional<HeldCovariance> make(const Eigen::MatrixXd& information,
-                                                          const FitCamera& camera, double variance);
-
-  [[nodiscard]] Eigen::MatrixXd byNoise() const;
-  /// @param robust  the covariance by views that the views alone would give, without a prior
-  [[nodiscard]] Eigen::MatrixXd byViews(const Eigen::MatrixXd& robust) const;
-
- private:
-  Eigen::MatrixXd information_;
-  Eigen::MatrixXd inverse_;
-  Eigen::VectorXd shift_;
-  double variance_ = 0;
-};
+///
+/// @param information  of the views alone, N x N, per px^2
+/// @param camera       estimated, with its prior
+/// @param variance     of the coordinate of a corner of weight 1, px^2
+/// @param robust       what the views alone would say without a prior, the covariance by views; empty: the
+///                     covariance by noise is asked for
+/// @returns nothing if H + Q is singular
+[[nodiscard]] std::optional<Eigen::MatrixXd> heldCovariance(const Eigen::MatrixXd& information,
+                                                            const FitCamera& camera, double variance,
+                                                            const Eigen::MatrixXd& robust = {});
 
 }  // namespace alidade

@@ -11,6 +11,7 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/image.h"
+#include "alidade/geometry/dense_matrix.h"
 #include "alidade/geometry/se3.h"
 
 namespace alidade {
@@ -36,6 +37,10 @@ struct ErrorField {
   using Coefficients = Eigen::Matrix<double, kSize, 1>;
 
   [[nodiscard]] static Basis basisAt(const Eigen::Vector2d& pixel, const ImageSize& size);
+  /// The displacement, px.
+  [[nodiscard]] static Eigen::Vector2d at(const Basis& basis, const Coefficients& field) {
+    return {field.head<kTerms>().dot(basis), field.tail<kTerms>().dot(basis)};
+  }
 };
 
 /// Images of a rigid scene of unknown points by one moving camera. World and points have no known scale.
@@ -54,9 +59,6 @@ struct SceneFit {
   double field_px = 0;
   std::vector<ErrorField::Coefficients> fields = {};  ///< one per frame if field_px is above 0
   SolveSummary summary = {};
-
-  /// The displacement by a frame's error field, px. @pre there are fields
-  [[nodiscard]] Eigen::Vector2d fieldAt(std::uint32_t frame, const ErrorField::Basis& basis) const;
 };
 
 /// A homogeneous point in the camera's frame, and its derivatives by the pose (right perturbation) and the
@@ -81,5 +83,36 @@ struct SceneProjection {
 
 /// The error of a sighting, px; NaN if the point has no pixel.
 [[nodiscard]] Eigen::Vector2d sightingError(const SceneFit& fit, const SceneSighting& sighting);
+
+/// Minimises the robust reprojection error over poses, points and error fields, with Ceres; the camera is
+/// fixed. A sighting that cannot be projected at the start is a failure (Termination::kFailed).
+/// @throws Cancelled
+[[nodiscard]] SceneFit solveScene(SceneFit fit, const SolveOptions& options = {});
+
+/// The normal equations of the camera's parameters and the readout, with poses and points eliminated, at a
+/// solved scene. Unknowns: the parameters in storage order, then the readout.
+struct SceneEquations {
+  DenseMatrix information;      ///< E x E
+  DenseMatrix point_gradients;  ///< E x points: contribution of each point to the gradient of the cost
+  DenseMatrix prior_gradient;   ///< E x 1: contribution of the fields' priors
+  /// Covariance of the poses of the frames that are not held, with the camera fixed: 6 per frame, right
+  /// perturbation [translation, rotation]. The free scale is held along the frames' displacement from the
+  /// first frame.
+  DenseMatrix pose_covariance;
+  double cost = 0;            ///< half the sum of rho, plus half of the fields' priors
+  double field_square = 0;    ///< sum of squares of the fields' coefficients, px^2
+  double field_variance = 0;  ///< trace of their covariance, for errors with the standard deviation sigma_px
+  double num_redundant = 0;   ///< coordinates minus unknowns of points and poses
+};
+
+/// @pre every sighting projects
+[[nodiscard]] SceneEquations sceneEquations(const SceneFit& fit);
+
+/// The error that each sighting would have if its point were estimated without it, px, to first order, with
+/// fixed poses; NaN if the other sightings do not determine the point.
+[[nodiscard]] std::vector<Eigen::Vector2d> heldOutErrors(const SceneFit& fit);
+
+/// Three directions orthogonal to a homogeneous point, along which it can move.
+[[nodiscard]] Eigen::Matrix<double, 4, 3> pointTangent(const Eigen::Vector4d& point);
 
 }  // namespace alidade

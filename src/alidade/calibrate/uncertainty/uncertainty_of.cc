@@ -58,14 +58,11 @@ struct Known {
 // The same with the camera's prior.
 void applyPrior(const FitCamera& camera, Known& known) {
   if (camera.weak_prior.isNone()) return;
-  const auto held = HeldCovariance::make(known.information, camera, known.variance);
-  known.covariance.reset();
-  if (!held) known.by_views.reset();
-  if (!held) return;
-  known.covariance = held->byNoise();
+  known.covariance = heldCovariance(known.information, camera, known.variance);
+  if (!known.covariance) known.by_views.reset();
   if (!known.by_views) return;
-  known.by_views->covariance = held->byViews(known.by_views->covariance);
-  known.by_views->larger = held->byViews(known.by_views->larger);
+  for (DenseMatrix* by_views : {&known.by_views->covariance, &known.by_views->larger})
+    *by_views = *heldCovariance(known.information, camera, known.variance, *by_views);
 }
 
 // Values of a fit that several stages use.
@@ -159,8 +156,8 @@ ParameterUncertainty parameterUncertainty(const Fit& fit, const Residuals& resid
                               .bend_std_m = std::move(bend_std_m),
                               .information = information.information,
                               .free_directions = residuals.directions,
-                              .scaled_condition = information.scaled_condition};
-  // Without redundant corners their accuracy is unknown.
+                              .scaled_condition = information.condition};
+  // Without a corner more than are needed there is no telling how good they are.
   if (!std::isfinite(residuals.variance)) return result;
   const bool is_estimated = isShapeEstimated(fit);
   const auto bent = is_estimated          ? shapeInformation(fit, estimatedShapes(fit))

@@ -7,9 +7,7 @@
 #include <memory>
 #include <utility>
 
-#include "alidade/adjust/scene/scene_equations.h"
-#include "alidade/adjust/scene/scene_solve.h"
-#include "alidade/core/parallel.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/statistics.h"
 #include "alidade/footage/check/camera_freeing.h"
 
@@ -74,14 +72,10 @@ double displacement(const AnyCamera& camera, const Eigen::MatrixXd& parameter_co
 CameraChange changeBy(const AnyCamera& camera, CameraChangeKind kind, const FreedCamera& given,
                       const FreedCamera& freed, const std::vector<Eigen::Vector2d>& pixels) {
   CameraChange change{{.kind = kind}, freed.camera};
-  for (Eigen::Index i = 0; i < freed.amounts.size(); ++i) {
-    change.amounts.push_back(freed.amounts[i]);
-    change.std.push_back(std::sqrt(freed.amount_covariance(i, i)));
-  }
   const double drop = given.cost - freed.cost;
-  const double unit = freed.dispersion * std::max(1.0, freed.disagreement);
   change.cost_drop = change.gain = drop / given.cost;
-  change.score = drop / unit - kPenalty * static_cast<double>(freed.amounts.size());
+  change.setFit(freed.amounts, freed.amount_covariance.view(), drop,
+                freed.dispersion * std::max(1.0, freed.disagreement));
   const auto n = static_cast<Eigen::Index>(camera.parameters().size());
   const Eigen::MatrixXd covariance = freed.covariance.view();
   change.setEffect(displacement(camera, freed.camera, pixels),
@@ -152,45 +146,32 @@ void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, 
   check.holdout_rms_px = count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-std::size_t numPixels(const FootageWindows& found) {
-  std::size_t count = 0;
-  for (const Reconstruction& window : found.windows) count += window.fit->sightings.size();
-  return count;
+// The sum of a number of each window.
+double sumOver(const FootageWindows& found, double (*of)(const Reconstruction&)) {
+  double sum = 0;
+  for (const Reconstruction& window : found.windows) sum += of(window);
+  return sum;
 }
 
-std::size_t longestWindow(const std::vector<Reconstruction>& windows) {
-  std::size_t most = 0;
-  for (const Reconstruction& window : windows) most = std::max(most, window.frames.size());
-  return most;
+double numPixels(const Reconstruction& window) {
+  return static_cast<double>(window.fit->sightings.size());
 }
 
 // Poses and points for a different camera. @returns false on failure
 bool fitTo(const AnyCamera& camera, std::vector<Reconstruction>& windows,
            const FootageCheckOptions& options) {
-  std::vector<char> is_fitted(windows.size(), 0);
-  parallelFor(
-      windows.size(), options.num_jobs,
-      [&](std::size_t i) {
-        SceneFit fit = *windows[i].fit;
-        const double noise_before = noiseOf(fit);
-        fit.camera = camera;
-        fit.loss = kNoLoss;
-        // Removes those without a pixel at these poses, from which the solver could not start.
-        removeOutliers(fit, std::numeric_limits<double>::infinity());
-        fit = solveScene(std::move(fit),
-                         {.max_iterations = 200, .function_tolerance = 1e-6, .cancel = options.cancel});
-        is_fitted[i] = fit.summary.termination == Termination::kConverged ? 1 : 0;
-        if (noise_before > 0) windows[i].noise_px *= noiseOf(fit) / noise_before;
-        windows[i].fit = std::move(fit);
-      },
-      options.cancel);
-  return std::all_of(is_fitted.begin(), is_fitted.end(), [](char ok) { return ok != 0; });
-}
-
-double meanOutliers(const FootageWindows& found) {
-  double sum = 0;
-  for (const Reconstruction& window : found.windows) sum += window.outlier_share;
-  return found.windows.empty() ? 0 : sum / static_cast<double>(found.windows.size());
+  const auto noises = mapped(windows, [](const Reconstruction& window) { return noiseOf(*window.fit); });
+  for (Reconstruction& window : windows) {
+    window.fit->camera = camera;
+    window.fit->loss = kNoLoss;
+    // Removes those without a pixel at these poses, from which the solver could not start.
+    removeOutliers(*window.fit, std::numeric_limits<double>::infinity());
+  }
+  const bool is_fitted = solveWindows(windows, options.num_jobs, options.cancel);
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    if (noises[i] > 0) windows[i].noise_px *= noiseOf(*windows[i].fit) / noises[i];
+  }
+  return is_fitted;
 }
 
 struct SolvedFootage {
@@ -204,9 +185,13 @@ struct SolvedFootage {
 // converge to wrong results.
 SolvedFootage solveFor(const AnyCamera& camera, const FootageTracks& tracks,
                        const FootageCheckOptions& options, double far_px) {
-  SolvedFootage solved{.found = reconstructAll(camera, tracks, {.cancel = options.cancel}, options.num_jobs),
+  SolvedFootage solved{.found = reconstructAll(camera, tracks, options.num_jobs, options.cancel),
                        .freeing = nullptr};
-  solved.outlier_share = meanOutliers(solved.found);
+  if (!solved.found.windows.empty()) {
+    const double sum =
+        sumOver(solved.found, [](const Reconstruction& window) { return window.outlier_share; });
+    solved.outlier_share = sum / static_cast<double>(solved.found.windows.size());
+  }
   constexpr int kRounds = 2;
   for (int round = 0; !solved.found.windows.empty(); ++round) {
     solved.freeing = std::make_unique<CameraFreeing>(camera, solved.found.windows, tracks, options.num_jobs,
@@ -215,10 +200,9 @@ SolvedFootage solveFor(const AnyCamera& camera, const FootageTracks& tracks,
     if (round == kRounds || !freed ||
         displacement(camera, freed->camera, seenPixels(solved.found.windows)) < far_px)
       break;
-    FootageWindows better =
-        reconstructAll(freed->camera, tracks, {.cancel = options.cancel}, options.num_jobs);
+    FootageWindows better = reconstructAll(freed->camera, tracks, options.num_jobs, options.cancel);
     constexpr double kMore = 1.01;
-    if (static_cast<double>(numPixels(better)) < kMore * static_cast<double>(numPixels(solved.found))) break;
+    if (sumOver(better, numPixels) < kMore * sumOver(solved.found, numPixels)) break;
     if (!fitTo(camera, better.windows, options)) break;
     solved.found = std::move(better);
   }
@@ -256,10 +240,12 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
     return check;
   }
   const double outliers = solved.outlier_share;
+  std::size_t most_together = 0;  // frames
   for (const Reconstruction& window : found.windows) {
     check.num_frames += static_cast<int>(window.frames.size());
     check.num_pixels += static_cast<int>(window.fit->sightings.size());
     check.num_points += static_cast<int>(window.fit->points.size());
+    most_together = std::max(most_together, window.frames.size());
   }
   check.num_windows = static_cast<int>(found.windows.size());
 
@@ -285,7 +271,7 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
                             change.kind == CameraChangeKind::kFirstRadial;
     if (is_binding) check.blind_px = std::max(check.blind_px, change.blind_px);
   }
-  const bool is_wrong = explain(check, fits, kCameraRule);
+  const bool is_wrong = explain(check, fits, false);
   constexpr double kMoving = 0.5;
   if (outliers > kMoving) {
     check.gap = FootageGap::kMovingScene;
@@ -295,7 +281,7 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
     check.gap = FootageGap::kWeak;
   } else if (has_open) {
     check.gap = FootageGap::kUnsolved;
-  } else if (longestWindow(found.windows) < kFewestTogether) {
+  } else if (most_together < kFewestTogether) {
     check.gap = FootageGap::kFewFrames;
   } else {
     check.verdict = FootageVerdict::kConsistent;

@@ -6,8 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "alidade/adjust/scene/scene_equations.h"
-#include "alidade/adjust/scene/scene_solve.h"
 #include "alidade/camera/camera_change.h"
 #include "alidade/core/error.h"
 #include "alidade/core/median.h"
@@ -61,27 +59,6 @@ Eigen::MatrixXd atLeast(const Eigen::MatrixXd& scatter, const Eigen::MatrixXd& i
 
 }  // namespace
 
-// The windows' sums at one camera.
-struct CameraFreeing::Sums {
-  double cost = 0;  // of the pixels, in units of their noise
-  Eigen::MatrixXd information;
-  Eigen::VectorXd gradient;
-  Eigen::MatrixXd scatter;                        // by points
-  std::vector<Eigen::VectorXd> window_gradients;  // one per window, for their scatter
-  std::vector<Eigen::MatrixXd> window_scatters;
-  std::vector<Eigen::MatrixXd> window_informations;
-  std::size_t num_points = 0;
-  double field_square = 0;  // expected, px^2, for this many coefficients
-  double num_coefficients = 0;
-};
-
-// The windows, solved at a camera.
-struct CameraFreeing::State {
-  std::vector<Reconstruction> windows;
-  Eigen::VectorXd at;
-  Sums sums;
-};
-
 CameraFreeing::CameraFreeing(const AnyCamera& given, std::vector<Reconstruction> windows,
                              const FootageTracks& tracks, int num_jobs, const CancelFlag* cancel)
     : given_(given),
@@ -96,10 +73,8 @@ CameraFreeing::CameraFreeing(const AnyCamera& given, std::vector<Reconstruction>
   setNoise();
   setPrior();
   field_px_ = 0.1;
-  State state{.windows = windows_, .at = start_, .sums = {}};
-  setField(state, field_px_);
-  if (!solveAt(state, start_)) return;
-  state.sums = sumsAt(state);
+  State state = unsolved();
+  if (!moveTo(state, start_)) return;
   const Eigen::MatrixXd all = Eigen::MatrixXd::Identity(num_ - 1, num_ - 1);
   constexpr double kLeast = 0.01;  // px
   constexpr int kRounds = 5;
@@ -108,25 +83,16 @@ CameraFreeing::CameraFreeing(const AnyCamera& given, std::vector<Reconstruction>
     const double next = std::max(kLeast, std::sqrt(state.sums.field_square / state.sums.num_coefficients));
     const bool is_settled = std::abs(next - field_px_) < 0.2 * field_px_;
     field_px_ = next;
-    setField(state, field_px_);
-    if (!solveAt(state, state.at)) return;
-    state.sums = sumsAt(state);
+    setField(state);
+    if (!moveTo(state, state.at)) return;
     if (is_settled) break;
   }
-  is_all_found_ = solve(state, all, kMostSteps);
-  State given_state{.windows = windows_, .at = start_, .sums = {}};
-  setField(given_state, field_px_);
-  if (!solveAt(given_state, start_)) return;
-  given_state.sums = sumsAt(given_state);
+  const bool is_found = solve(state, all, kMostSteps);
+  State given_state = unsolved();
+  if (!moveTo(given_state, start_)) return;
   is_usable_ = solve(given_state, Eigen::MatrixXd(num_ - 1, 0), kMostSteps);
-  at_all_ = std::make_unique<State>(std::move(state));
-  at_given_ = std::make_unique<State>(std::move(given_state));
-}
-
-CameraFreeing::~CameraFreeing() = default;
-
-const std::vector<Reconstruction>& CameraFreeing::windows() const {
-  return at_given_ ? at_given_->windows : windows_;
+  if (is_found) at_all_ = std::move(state);
+  at_given_ = std::move(given_state);
 }
 
 std::optional<FreedCamera> CameraFreeing::given() const {
@@ -135,7 +101,7 @@ std::optional<FreedCamera> CameraFreeing::given() const {
 }
 
 std::optional<FreedCamera> CameraFreeing::all() const {
-  if (!is_usable_ || !is_all_found_) return std::nullopt;
+  if (!is_usable_ || !at_all_) return std::nullopt;
   return freedAt(at_all_->at, at_all_->sums, Eigen::MatrixXd::Identity(num_ - 1, num_ - 1), true);
 }
 
@@ -247,11 +213,17 @@ void CameraFreeing::setPrior() {
   }
 }
 
+CameraFreeing::State CameraFreeing::unsolved() const {
+  State state{.windows = windows_, .at = start_, .sums = {}};
+  setField(state);
+  return state;
+}
+
 // Sets the standard deviation of the coefficients in units of the pixels' noise.
-void CameraFreeing::setField(State& state, double field_px) const {
+void CameraFreeing::setField(State& state) const {
   for (Reconstruction& window : state.windows) {
     SceneFit& fit = *window.fit;
-    fit.field_px = field_px / noise_;
+    fit.field_px = field_px_ / noise_;
     fit.fields.resize(fit.camera_from_world.size(), ErrorField::Coefficients::Zero());
   }
 }
@@ -261,28 +233,24 @@ double CameraFreeing::priorCost(const Eigen::VectorXd& at) const {
   return 0.5 * change.dot(prior_ * change);
 }
 
-bool CameraFreeing::solveAt(State& state, const Eigen::VectorXd& at) const {
+// Solves the windows at another camera. @returns whether they were found
+bool CameraFreeing::moveTo(State& state, const Eigen::VectorXd& at) const {
   const auto camera = cameraAt(at);
   if (!camera) return false;
-  std::vector<char> is_solved(state.windows.size(), 0);
-  parallelFor(
-      state.windows.size(), num_jobs_,
-      [&](std::size_t i) {
-        SceneFit& fit = *state.windows[i].fit;
-        fit.camera = *camera;
-        fit.readout = at[num_ - 1];
-        fit = solveScene(std::move(fit),
-                         {.max_iterations = 200, .function_tolerance = 1e-6, .cancel = cancel_});
-        is_solved[i] = fit.summary.termination == Termination::kConverged ? 1 : 0;
-      },
-      cancel_);
-  return std::all_of(is_solved.begin(), is_solved.end(), [](char ok) { return ok != 0; });
+  for (Reconstruction& window : state.windows) {
+    window.fit->camera = *camera;
+    window.fit->readout = at[num_ - 1];
+  }
+  if (!solveWindows(state.windows, num_jobs_, cancel_)) return false;
+  state.at = at;
+  state.sums = sumsOf(state.windows);
+  return true;
 }
 
-CameraFreeing::Sums CameraFreeing::sumsAt(const State& state) const {
-  std::vector<SceneEquations> equations(state.windows.size());
-  parallelFor(state.windows.size(), num_jobs_,
-              [&](std::size_t i) { equations[i] = sceneEquations(*state.windows[i].fit); });
+CameraFreeing::Sums CameraFreeing::sumsOf(const std::vector<Reconstruction>& windows) const {
+  std::vector<SceneEquations> equations(windows.size());
+  parallelFor(windows.size(), num_jobs_,
+              [&](std::size_t i) { equations[i] = sceneEquations(*windows[i].fit); });
   Sums sums;
   sums.information = Eigen::MatrixXd::Zero(num_, num_);
   sums.gradient = Eigen::VectorXd::Zero(num_);
@@ -321,9 +289,8 @@ bool CameraFreeing::solve(State& state, const Eigen::MatrixXd& directions, int m
     const double promise = -0.5 * gradient.dot(delta);
     if (!(promise >= 0)) return StepResult::kFailed;
     if (promise < 1e-2 * (1 + damping)) return StepResult::kConverged;
-    State trial{.windows = state.windows, .at = state.at + D * delta, .sums = {}};
-    if (!solveAt(trial, trial.at)) return StepResult::kWorse;
-    trial.sums = sumsAt(trial);
+    State trial{.windows = state.windows, .at = {}, .sums = {}};
+    if (!moveTo(trial, state.at + D * delta)) return StepResult::kWorse;
     const double trial_cost = trial.sums.cost + priorCost(trial.at);
     if (!(trial_cost <= cost + 1e-9 * cost)) return StepResult::kWorse;
     state = std::move(trial);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -43,7 +42,6 @@ class CameraFreeing {
   /// @param windows  reconstructed, with fits; at least one
   CameraFreeing(const AnyCamera& given, std::vector<Reconstruction> windows, const FootageTracks& tracks,
                 int num_jobs, const CancelFlag* cancel);
-  ~CameraFreeing();
 
   /// The given camera, with the readout freed. Here and below: nothing if it could not be evaluated.
   [[nodiscard]] std::optional<FreedCamera> given() const;
@@ -57,15 +55,35 @@ class CameraFreeing {
   [[nodiscard]] std::optional<FreedCamera> predictedAlong(const Eigen::MatrixXd& directions) const;
 
   /// Windows as solved with the given camera.
-  [[nodiscard]] const std::vector<Reconstruction>& windows() const;
+  [[nodiscard]] const std::vector<Reconstruction>& windows() const {
+    return at_given_ ? at_given_->windows : windows_;
+  }
   [[nodiscard]] double noisePx() const;  ///< of a coordinate
 
  private:
-  struct Sums;
-  struct State;
+  // The windows' sums at one camera.
+  struct Sums {
+    double cost = 0;  // of the pixels, in units of their noise
+    Eigen::MatrixXd information;
+    Eigen::VectorXd gradient;
+    Eigen::MatrixXd scatter;                        // by points
+    std::vector<Eigen::VectorXd> window_gradients;  // one per window, for their scatter
+    std::vector<Eigen::MatrixXd> window_scatters;
+    std::vector<Eigen::MatrixXd> window_informations;
+    std::size_t num_points = 0;
+    double field_square = 0;  // expected, px^2, for this many coefficients
+    double num_coefficients = 0;
+  };
+  // The windows, solved at a camera.
+  struct State {
+    std::vector<Reconstruction> windows;
+    Eigen::VectorXd at;
+    Sums sums;
+  };
 
-  [[nodiscard]] bool solveAt(State& state, const Eigen::VectorXd& at) const;
-  [[nodiscard]] Sums sumsAt(const State& state) const;
+  [[nodiscard]] State unsolved() const;
+  [[nodiscard]] bool moveTo(State& state, const Eigen::VectorXd& at) const;
+  [[nodiscard]] Sums sumsOf(const std::vector<Reconstruction>& windows) const;
   [[nodiscard]] std::optional<AnyCamera> cameraAt(const Eigen::VectorXd& at) const;
   bool solve(State& state, const Eigen::MatrixXd& directions, int max_steps) const;
   [[nodiscard]] std::optional<FreedCamera> freedAt(const Eigen::VectorXd& at, const Sums& sums,
@@ -74,7 +92,7 @@ class CameraFreeing {
   [[nodiscard]] double priorCost(const Eigen::VectorXd& at) const;
   void setNoise();
   void setPrior();
-  void setField(State& state, double field_px) const;
+  void setField(State& state) const;
 
   AnyCamera given_;
   std::vector<Reconstruction> windows_;
@@ -86,10 +104,9 @@ class CameraFreeing {
   double noise_ = 1;  // in units of the pixels' sigma
   double field_px_ = 0;
   Eigen::MatrixXd prior_;
-  bool is_usable_ = false;
-  bool is_all_found_ = false;
-  std::unique_ptr<State> at_given_;
-  std::unique_ptr<State> at_all_;
+  bool is_usable_ = false;         // at_given_ is at the optimum
+  std::optional<State> at_given_;  // nothing if it could not be evaluated
+  std::optional<State> at_all_;    // nothing if no optimum was found
 };
 
 }  // namespace alidade

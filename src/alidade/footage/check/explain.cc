@@ -41,14 +41,26 @@ std::string_view gapId(FootageGap gap) {
   return kIds.at(static_cast<std::size_t>(gap));
 }
 
+void ChangeFit::setFit(const Eigen::VectorXd& by, const Eigen::MatrixXd& covariance, double drop,
+                       double unit) {
+  for (Eigen::Index i = 0; i < by.size(); ++i) {
+    amounts.push_back(by[i]);
+    std.push_back(std::sqrt(covariance(i, i)));
+  }
+  score = drop / unit - kPenalty * static_cast<double>(by.size());
+}
+
 void ChangeFit::setEffect(double displacement_px, double std_px) {
   effect_px = displacement_px;
   sure_px = std::max(0.0, effect_px - kOneSided95 * std_px);
   blind_px = kNormal95 * std_px;
 }
 
-bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& changes,
-             const ExplanationRule& rule) {
+bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& changes, bool is_rig) {
+  // Share of the largest gain from which the first change is taken; and of all unknowns at once, times the
+  // effect that fails otherwise.
+  const double as_much = is_rig ? 0.98 : 1;
+  const double several = is_rig ? 2 : 1;
   const auto isSeveral = [&](std::size_t i) { return changes[i]->kind == CameraChangeKind::kSeveral; };
   const auto isWrong = [&](std::size_t i) {
     return changes[i]->effect_px > outcome.failurePx() && changes[i]->sure_px > 0.5 * outcome.failurePx();
@@ -60,12 +72,12 @@ bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& chang
         change.prior_cost < kUnusual)
       candidates.push_back(i);
   }
-  if (rule.prefers_wrong && std::ranges::any_of(candidates, isWrong))
+  if (is_rig && std::ranges::any_of(candidates, isWrong))
     std::erase_if(candidates, [&](std::size_t i) { return !isWrong(i); });
   double best = 0;
   for (const std::size_t i : candidates) best = std::max(best, changes[i]->gain);
-  const auto chosen = std::ranges::find_if(
-      candidates, [&](std::size_t i) { return changes[i]->gain >= rule.as_much * best; });
+  const auto chosen =
+      std::ranges::find_if(candidates, [&](std::size_t i) { return changes[i]->gain >= as_much * best; });
   bool is_wrong = false;
   double most = 0;
   if (chosen != candidates.end()) {
@@ -74,14 +86,14 @@ bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& chang
     most = changes[*chosen]->cost_drop;
     for (const std::size_t i : candidates) {
       const bool is_same = isMotion(*changes[i]) && isMotion(*changes[*chosen]);
-      if (rule.prefers_wrong && i != *chosen && changes[i]->gain >= kNearly * best && !is_same)
+      if (is_rig && i != *chosen && changes[i]->gain >= kNearly * best && !is_same)
         outcome.alternatives.push_back(i);
     }
   }
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const ChangeFit& change = *changes[i];
     if (!isSeveral(i) || !(change.score > kEvidence) || !isWrong(i) ||
-        change.effect_px < rule.several * outcome.failurePx() || change.cost_drop < kMore * most ||
+        change.effect_px < several * outcome.failurePx() || change.cost_drop < kMore * most ||
         (!is_wrong && change.cost_drop < kAllTogether))
       continue;
     outcome.explanation = i;

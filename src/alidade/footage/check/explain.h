@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "alidade/camera/camera_change.h"
 #include "alidade/core/cancel.h"
 
@@ -59,6 +61,10 @@ struct ChangeFit {
   /// The same percentile for 1.96 standard deviations: the size of a change of this kind that goes unnoticed.
   double blind_px = 0;
 
+  /// Sets amounts, their standard deviations and the score.
+  /// @param drop  of the cost
+  /// @param unit  its variance over that of independent pixels
+  void setFit(const Eigen::VectorXd& by, const Eigen::MatrixXd& covariance, double drop, double unit);
   /// @param std_px  95th percentile of the standard deviation of the displacement
   void setEffect(double displacement_px, double std_px);
 };
@@ -81,20 +87,11 @@ struct FootageOutcome {
 /// Penalty on a score per unknown: 1 in 1000, and a choice of six kinds.
 inline constexpr double kPenalty = 6;
 
-/// Rules for choosing the explanation.
-struct ExplanationRule {
-  bool prefers_wrong = false;  ///< prefer changes that show the file to be wrong
-  double as_much = 1;          ///< share of the largest gain above which the first change is taken
-  double several = 1;          ///< factor on the failing effect for all unknowns at once
-};
-inline constexpr ExplanationRule kCameraRule = {};
-inline constexpr ExplanationRule kRigRule = {.prefers_wrong = true, .as_much = 0.98, .several = 2};
-
-/// Sets the explanation: the significant change of one kind that explains most, or all unknowns together if
-/// they explain clearly more and find a relevant error. Also sets the alternatives for rigs.
-/// @returns true if the explanation shows the file to be wrong
-bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& changes,
-             const ExplanationRule& rule);
+/// Sets the explanation: of the significant changes of one kind, the one that explains most; or all unknowns
+/// together, if they explain clearly more, and what they find is an error that counts. Of rigs, changes that
+/// show the file to be wrong come before all others, and the alternatives are set.
+/// @returns whether the explanation shows the file to be wrong
+bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& changes, bool is_rig);
 
 /// A change of a camera's parameters: "focal length of left +3.1 % +- 0.2 %".
 /// @param camera  names the parameters

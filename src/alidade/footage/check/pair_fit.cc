@@ -20,6 +20,25 @@ namespace {
 constexpr HuberLoss kLoss{.threshold_px = 2.5};  // in units of the noise
 constexpr double kNoRay = 10.0;                  // error of a match that has lost its rays
 
+// A match as unit rays, and their derivatives by the pixels.
+struct PairRays {
+  Eigen::Vector3d first;
+  Eigen::Vector3d second;
+  Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_first;
+  Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_second;
+};
+
+// Nothing where a pixel has no ray.
+std::optional<PairRays> raysOf(const PosedPair& pair, const PixelMatch& match) {
+  PairRays rays;
+  const auto a = pair.first.unproject(match.a, rays.J_first.data());
+  const auto b = a ? pair.second.unproject(match.b, rays.J_second.data()) : std::nullopt;
+  if (!b) return std::nullopt;
+  rays.first = *a;
+  rays.second = *b;
+  return rays;
+}
+
 double priorOf(CameraChangeKind kind, int width) {
   switch (kind) {
     case CameraChangeKind::kRotation:
@@ -68,16 +87,6 @@ SE3 changedPose(const SE3& second_from_first, const PairFreedom& freedom, const 
     at += numAmounts(kind);
   }
   return pose;
-}
-
-Eigen::VectorXd standardErrors(const PosedPair& pair, std::span<const TimedMatch> matches, double noise) {
-  const std::vector<double> errors = sampsonErrors(pair, matches);
-  Eigen::VectorXd r(static_cast<Eigen::Index>(errors.size()));
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    r[static_cast<Eigen::Index>(i)] =
-        std::isfinite(errors[i]) ? errors[i] / (noise * matches[i].pixels.sigma_px) : kNoRay;
-  }
-  return r;
 }
 
 // Half of Huber's rho.
@@ -158,22 +167,23 @@ Constraint constraintOf(const PosedPair& here, const Eigen::Matrix3d& E,
   constraint.line_first = E.transpose() * rays.second;
   constraint.value = rays.second.dot(constraint.line_second);
   constraint.J = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(directions.size()));
-  const bool has_first =
-      std::ranges::any_of(directions, [](const PairDirection& d) { return d.first.size() > 0; });
-  const bool has_second =
-      std::ranges::any_of(directions, [](const PairDirection& d) { return d.second.size() > 0; });
   Eigen::RowVectorXd by_first;
   Eigen::RowVectorXd by_second;
-  if (has_first)
-    by_first = constraint.line_first.transpose() * rayByParameters(here.first, rays.first, rays.J_first);
-  if (has_second)
-    by_second = constraint.line_second.transpose() * rayByParameters(here.second, rays.second, rays.J_second);
   for (std::size_t k = 0; k < directions.size(); ++k) {
     const PairDirection& direction = directions[k];
     double& J = constraint.J[static_cast<Eigen::Index>(k)];
     J = rays.second.dot(direction.essential * rays.first);
-    if (direction.first.size() > 0) J += by_first.dot(direction.first);
-    if (direction.second.size() > 0) J += by_second.dot(direction.second);
+    if (direction.first.size() > 0) {
+      if (by_first.size() == 0)
+        by_first = constraint.line_first.transpose() * rayByParameters(here.first, rays.first, rays.J_first);
+      J += by_first.dot(direction.first);
+    }
+    if (direction.second.size() > 0) {
+      if (by_second.size() == 0)
+        by_second =
+            constraint.line_second.transpose() * rayByParameters(here.second, rays.second, rays.J_second);
+      J += by_second.dot(direction.second);
+    }
   }
   return constraint;
 }
@@ -293,6 +303,25 @@ void addScatter(PairFit& fit, const Linear& linear, const PairFreedom& freedom,
 
 }  // namespace
 
+std::vector<double> sampsonErrors(const PosedPair& pair, std::span<const TimedMatch> matches) {
+  const Eigen::Matrix3d E = essentialMatrix(pair.second_from_first);
+  std::vector<double> errors;
+  errors.reserve(matches.size());
+  for (const TimedMatch& match : matches) {
+    const auto rays = raysOf(pair, match.pixels);
+    if (!rays) {
+      errors.push_back(std::numeric_limits<double>::quiet_NaN());
+      continue;
+    }
+    const Eigen::Vector3d line_second = E * rays->first;
+    const Eigen::Vector3d line_first = E.transpose() * rays->second;
+    const double variance = (rays->J_first.transpose() * line_first).squaredNorm() +
+                            (rays->J_second.transpose() * line_second).squaredNorm();
+    errors.push_back(rays->second.dot(line_second) / std::sqrt(variance));
+  }
+  return errors;
+}
+
 std::vector<PairFreedom> pairFreedoms(const PosedPair& pair, std::array<int, 2> widths) {
   using enum CameraChangeKind;
   using enum PairSide;
@@ -337,17 +366,13 @@ std::optional<PosedPair> changedPair(const PosedPair& pair, const PairFreedom& f
   for (const auto& [kind, side] : freedom.parts) {
     const Eigen::VectorXd by = amounts.segment(at, numAmounts(kind));
     at += numAmounts(kind);
-    if (kind != CameraChangeKind::kRotation && kind != CameraChangeKind::kPosition) {
-      if (side != PairSide::kSecond) {
-        const auto camera = changedCamera(changed.first, kind, by);
-        if (!camera) return std::nullopt;
-        changed.first = *camera;
-      }
-      if (side != PairSide::kFirst) {
-        const auto camera = changedCamera(changed.second, kind, by);
-        if (!camera) return std::nullopt;
-        changed.second = *camera;
-      }
+    if (kind == CameraChangeKind::kRotation || kind == CameraChangeKind::kPosition) continue;
+    for (const bool is_first : {true, false}) {
+      if (side == (is_first ? PairSide::kSecond : PairSide::kFirst)) continue;
+      AnyCamera& camera = is_first ? changed.first : changed.second;
+      const auto moved = changedCamera(camera, kind, by);
+      if (!moved) return std::nullopt;
+      camera = *moved;
     }
   }
   return changed;
@@ -394,25 +419,29 @@ std::vector<std::optional<PairShift>> shiftsBy(const PosedPair& pair, const Pair
 }
 
 double costOf(const PosedPair& pair, std::span<const TimedMatch> matches, double noise) {
-  return robustSum(standardErrors(pair, matches, noise));
+  const std::vector<double> errors = sampsonErrors(pair, matches);
+  double sum = 0;
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    sum += cost(std::isfinite(errors[i]) ? errors[i] / (noise * matches[i].pixels.sigma_px) : kNoRay);
+  return sum;
 }
 
 PairFit fitPair(const PosedPair& pair, const PairFreedom& freedom, std::span<const TimedMatch> matches,
-                const Eigen::VectorXd& start, const PairFitOptions& options) {
+                const Eigen::VectorXd& start, double noise, int max_steps, const CancelFlag* cancel) {
   PairFit fit{.amounts = start, .covariance = {}};
   const Eigen::VectorXd weight_of_prior = freedom.prior.cwiseAbs2().cwiseInverse();
   const auto priorCost = [&](const Eigen::VectorXd& at) {
     return 0.5 * at.dot(weight_of_prior.cwiseProduct(at));
   };
-  auto linear = linearAt(pair, freedom, matches, start, options.noise);
+  auto linear = linearAt(pair, freedom, matches, start, noise);
   if (!linear) return fit;
   double least = robustSum(linear->r) + priorCost(start);
   const DampingRule rule{
       .raised = [](double damping) { return damping > 1e8 / 8 ? HUGE_VAL : std::max(1e-3, damping * 8); },
       .lowered = [](double damping) { return damping > 1e-3 ? damping / 8 : 0; },
-      .max_steps = options.max_steps};
+      .max_steps = max_steps};
   fit.is_converged = minimise(rule, [&](double damping) {
-    throwIfCancelled(options.cancel);
+    throwIfCancelled(cancel);
     // In units of the prior.
     const Eigen::MatrixXd J = linear->J * freedom.prior.asDiagonal();
     const Eigen::VectorXd weights = weightsOf(*linear);
@@ -429,7 +458,7 @@ PairFit fitPair(const PosedPair& pair, const PairFreedom& freedom, std::span<con
     const auto moved = changedPair(pair, freedom, trial);
     if (!moved || !(costWith(*moved, matches, linear->units) + priorCost(trial) < least))
       return StepResult::kWorse;
-    auto next = linearAt(pair, freedom, matches, trial, options.noise);
+    auto next = linearAt(pair, freedom, matches, trial, noise);
     if (!next) return StepResult::kWorse;
     fit.amounts = trial;
     linear = std::move(next);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -9,11 +10,29 @@
 
 #include <Eigen/Core>
 
+#include "alidade/camera/any_camera.h"
 #include "alidade/camera/camera_change.h"
 #include "alidade/core/cancel.h"
-#include "alidade/footage/geometry/pair_geometry.h"
+#include "alidade/footage/geometry/two_view.h"
+#include "alidade/geometry/se3.h"
 
 namespace alidade {
+
+/// Two cameras and the pose of the second one. The translation has length 1.
+struct PosedPair {
+  AnyCamera first;
+  AnyCamera second;
+  SE3 second_from_first;
+};
+
+/// A match of two cameras at one of several instants.
+struct TimedMatch {
+  PixelMatch pixels;
+  std::size_t instant = 0;
+};
+
+/// Signed Sampson error of each match, px; NaN if a pixel has no ray.
+[[nodiscard]] std::vector<double> sampsonErrors(const PosedPair& pair, std::span<const TimedMatch> matches);
 
 /// The camera of a pair that a change affects.
 enum class PairSide : std::uint8_t { kFirst, kSecond, kBoth };
@@ -67,15 +86,11 @@ struct PairFit {
   /// One per match, 0 to 1: 1 if it alone determines an unknown.
   std::vector<double> leverages = {};
 };
-struct PairFitOptions {
-  double noise = 1;  ///< of the errors, in units of sigma_px
-  int max_steps = 30;
-  const CancelFlag* cancel = nullptr;
-};
+/// @param noise  of the errors, in units of sigma_px
 /// @param start  amounts at which the pair is valid
 [[nodiscard]] PairFit fitPair(const PosedPair& pair, const PairFreedom& freedom,
-                              std::span<const TimedMatch> matches, const Eigen::VectorXd& start,
-                              const PairFitOptions& options);
+                              std::span<const TimedMatch> matches, const Eigen::VectorXd& start, double noise,
+                              int max_steps = 30, const CancelFlag* cancel = nullptr);
 
 /// The robust sum without a change; half the squares for small errors.
 [[nodiscard]] double costOf(const PosedPair& pair, std::span<const TimedMatch> matches, double noise);

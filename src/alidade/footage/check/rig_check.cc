@@ -111,9 +111,7 @@ class PairTest {
         stated_{first.camera, second.camera, second.camera_from_rig * first.camera_from_rig.inverse()},
         options_(options) {
     // The errors resemble those of the coarser camera.
-    const double diagonal = std::min(std::hypot(first.image_size.width, first.image_size.height),
-                                     std::hypot(second.image_size.width, second.image_size.height));
-    threshold_px_ = agreementPx(0, diagonal);
+    threshold_px_ = std::min(agreementPx(first.image_size), agreementPx(second.image_size));
     stated_.second_from_first.translation.normalize();
     freedoms_ = pairFreedoms(stated_, {first.image_size.width, second.image_size.width});
     check_.tolerance_px = options.tolerance_px;
@@ -157,9 +155,8 @@ class PairTest {
       const auto pair = changedPair(stated_, freedom, at);
       const std::vector<TimedMatch> close = within(*pair, some, limit, kAnyError);
       if (close.size() < kFewest) continue;
-      const PairFitOptions options{
-          .noise = pairNoise(*pair, close, limit), .max_steps = 6, .cancel = options_.cancel};
-      at = fitPair(stated_, freedom, close, at, options).amounts;
+      const double noise = pairNoise(*pair, close, limit);
+      at = fitPair(stated_, freedom, close, at, noise, 6, options_.cancel).amounts;
     }
     return at;
   }
@@ -209,8 +206,8 @@ class PairTest {
     }
     if (used_.empty()) return;
     check_.noise_px = medianOf(std::move(sigmas));
-    check_.num_instants = static_cast<int>(
-        std::count_if(counts.begin(), counts.end(), [](std::size_t n) { return n >= kFewest; }));
+    check_.num_instants =
+        static_cast<int>(std::ranges::count_if(counts, [](std::size_t n) { return n >= kFewest; }));
     check_.rms_px = rmsOf(stated_, used_);
   }
 
@@ -229,7 +226,7 @@ class PairTest {
       parallaxes.push_back((far.pixel - match.pixels.b).norm());
       if (parallaxes.back() < std::max(3.0, 5 * check_.noise_px)) continue;
       ++num_near;
-      num_behind += depthsOf({*a, *b}, stated_.second_from_first).arePositive() ? 0 : 1;
+      num_behind += (depthsOf({*a, *b}, stated_.second_from_first) > 0).all() ? 0 : 1;
     }
     if (!parallaxes.empty()) check_.parallax_px = medianOf(std::move(parallaxes));
     constexpr double kMost = 0.8;
@@ -245,10 +242,12 @@ class PairTest {
   [[nodiscard]] std::optional<RigChange> changeBy(std::size_t i,
                                                   const std::vector<PixelMatch>& probes) const {
     const PairFreedom& freedom = freedoms_[i];
-    const PairFitOptions options{.noise = noise_, .cancel = options_.cancel};
+    const auto fitTo = [&](const std::vector<TimedMatch>& some, const Eigen::VectorXd& start) {
+      return fitPair(stated_, freedom, some, start, noise_, 30, options_.cancel);
+    };
     // A match that nearly determines an unknown by itself may be false without showing it.
     std::vector<TimedMatch> judged = used_;
-    PairFit fit = fitPair(stated_, freedom, judged, starts_[i], options);
+    PairFit fit = fitTo(judged, starts_[i]);
     for (int round = 0; round < 5 && fit.is_converged; ++round) {
       const double share = static_cast<double>(freedom.size()) / static_cast<double>(judged.size());
       const double limit = std::max(0.3, 3 * share);
@@ -258,28 +257,24 @@ class PairTest {
       }
       if (kept.size() == judged.size()) break;
       judged = std::move(kept);
-      fit = fitPair(stated_, freedom, judged, Eigen::VectorXd::Zero(freedom.size()), options);
+      fit = fitTo(judged, Eigen::VectorXd::Zero(freedom.size()));
     }
     if (!fit.is_converged) return std::nullopt;
     const double given_cost = costOf(stated_, judged, noise_);
     RigChange change{{.kind = freedom.kind}, freedom.side, *changedPair(stated_, freedom, fit.amounts)};
-    for (Eigen::Index k = 0; k < fit.amounts.size(); ++k) {
-      change.amounts.push_back(fit.amounts[k]);
-      change.std.push_back(std::sqrt(fit.covariance(k, k)));
-    }
+    const double drop = given_cost - fit.cost;
+    change.prior_cost = fit.prior_cost;
+    change.setFit(fit.amounts, fit.covariance, drop - fit.prior_cost,
+                  fit.dispersion * std::max(1.0, fit.disagreement));
     if (freedom.kind == CameraChangeKind::kRotation || freedom.kind == CameraChangeKind::kPosition ||
         freedom.kind == CameraChangeKind::kPose) {
       const Eigen::Index n = freedom.kind == CameraChangeKind::kPosition ? 2 : 3;
       const Eigen::VectorXd along = fit.amounts.head(n).normalized();
       change.angle_std = std::sqrt(along.dot(fit.covariance.topLeftCorner(n, n) * along));
     }
-    const double drop = given_cost - fit.cost;
     change.rms_px = rmsOf(change.pair, used_);
     change.cost_drop = drop / given_cost;
-    const double penalty = kPenalty * static_cast<double>(freedom.size());
-    change.prior_cost = fit.prior_cost;
-    change.gain = (drop - fit.prior_cost - penalty) / given_cost;
-    change.score = (drop - fit.prior_cost) / (fit.dispersion * std::max(1.0, fit.disagreement)) - penalty;
+    change.gain = (drop - fit.prior_cost - kPenalty * static_cast<double>(freedom.size())) / given_cost;
     addEffects(change, shiftsBy(stated_, freedom, fit.amounts, probes, kFar), fit.covariance);
     return change;
   }
@@ -301,7 +296,7 @@ class PairTest {
   void judge() {
     std::vector<const ChangeFit*> fits;
     for (const RigChange& change : check_.changes) fits.push_back(&change);
-    const bool is_wrong = explain(check_, fits, kRigRule);
+    const bool is_wrong = explain(check_, fits, true);
     double far_px = is_position_open_ ? std::numeric_limits<double>::infinity() : 0;
     double lens_px = 0;
     for (const RigChange& change : check_.changes) {
@@ -372,8 +367,7 @@ std::string turnWords(const RigChange& change, std::string_view turned, std::str
 }  // namespace
 
 std::vector<PixelMatch> matchImages(const GrayImage& first, const GrayImage& second, std::size_t num_points) {
-  const std::unique_ptr<FrontEnd> tracker =
-      makeFrontEnd({.kind = FrontEndKind::kKeyPoints, .num_points = num_points});
+  const std::unique_ptr<FrontEnd> tracker = makeFrontEnd(FrontEndKind::kKeyPoints, num_points);
   const std::vector<TrackPixel> a = tracker->follow(first);
   const std::vector<TrackPixel> b = tracker->follow(second);
   std::vector<PixelMatch> matches;
@@ -400,10 +394,8 @@ RigCheck checkRigOnFootage(const AnyRig& rig, std::span<const RigPairMatches> ma
     result.second = pair.second;
     check.pairs.push_back(std::move(result));
   }
-  const bool is_wrong = std::any_of(check.pairs.begin(), check.pairs.end(), [](const RigPairCheck& pair) {
-    return pair.verdict == FootageVerdict::kInconsistent;
-  });
-  if (is_wrong) {
+  if (std::ranges::find(check.pairs, FootageVerdict::kInconsistent, &RigPairCheck::verdict) !=
+      check.pairs.end()) {
     check.verdict = FootageVerdict::kInconsistent;
   } else if (areConnected(rig.size(), check.pairs)) {
     check.verdict = FootageVerdict::kConsistent;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/follow/flow_tracker.h"
-
 #include <cmath>
 #include <utility>
 
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "alidade/footage/follow/front_end.h"
+#include "alidade/footage/follow/image_patch.h"
 #include "alidade/footage/follow/image_view.h"
 
 namespace alidade {
@@ -58,13 +58,33 @@ TrackPixel pixelOf(std::uint32_t track, const PatchPlace& place, const Eigen::Ve
           .velocity_px = velocity.cast<double>()};
 }
 
-}  // namespace
+class FlowTracker final : public FrontEnd {
+ public:
+  explicit FlowTracker(std::size_t num_points) : num_points_(num_points) {}
+  [[nodiscard]] std::vector<TrackPixel> follow(const GrayImage& image) override;
+
+ private:
+  struct Point {
+    std::uint32_t track = 0;
+    ImagePatch patch;  // as first seen
+    PatchPlace place;  // in the last frame
+    Eigen::Vector2f velocity{0, 0};
+  };
+
+  void advance(const std::vector<cv::Mat>& pyramid, const GrayImage& image);
+  void addPoints(const GrayImage& image);
+
+  std::size_t num_points_;
+  std::vector<cv::Mat> last_pyramid_;
+  std::vector<Point> points_;
+  std::uint32_t next_track_ = 0;
+};
 
 std::vector<TrackPixel> FlowTracker::follow(const GrayImage& image) {
   cv::setNumThreads(1);
   const std::vector<cv::Mat> pyramid = pyramidOf(viewOf(image));
   if (!last_pyramid_.empty()) advance(pyramid, image);
-  if (4 * points_.size() < 3 * options_.num_points) addPoints(image);
+  if (4 * points_.size() < 3 * num_points_) addPoints(image);
   last_pyramid_ = pyramid;
   std::vector<TrackPixel> result;
   result.reserve(points_.size());
@@ -113,9 +133,9 @@ void FlowTracker::addPoints(const GrayImage& picture) {
   if (inner.width <= 0 || inner.height <= 0) return;
   cv::Mat usable = cv::Mat::zeros(quality.size(), quality.type());
   quality(inner).copyTo(usable(inner));
-  const auto per_cell = static_cast<int>(options_.num_points / (kColumns * kRows)) + 1;
+  const auto per_cell = static_cast<int>(num_points_ / (kColumns * kRows)) + 1;
   const float apart = 0.4F * std::sqrt(static_cast<float>(image.cols) * static_cast<float>(image.rows) /
-                                       static_cast<float>(options_.num_points));
+                                       static_cast<float>(num_points_));
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
       const int x0 = column * image.cols / kColumns;
@@ -147,6 +167,12 @@ void FlowTracker::addPoints(const GrayImage& picture) {
       }
     }
   }
+}
+
+}  // namespace
+
+std::unique_ptr<FrontEnd> detail::makeFlowTracker(std::size_t num_points) {
+  return std::make_unique<FlowTracker>(num_points);
 }
 
 }  // namespace alidade

@@ -26,34 +26,25 @@ InputFiles filesOf(std::span<const std::string> inputs) {
   return files;
 }
 
-// Checks that all images of some footage have one size.
-class SizeCheck {
- public:
-  explicit SizeCheck(std::optional<ImageSize> expected)
-      : expected_(expected), is_cameras_(expected.has_value()) {}
-
-  void check(const std::string& name, ImageSize size) {
-    if (!expected_) expected_ = size;
-    if (size == *expected_) return;
-    const bool is_turned = size.width == expected_->height && size.height == expected_->width;
-    throw inputError(
-        {.where = name,
-         .found = fmt::format("{}x{} pixels", size.width, size.height),
-         .expected = fmt::format("{}x{}, {}", expected_->width, expected_->height,
-                                 is_cameras_ ? "as the camera file says" : "as the other images"),
-         .next_step = is_turned ? "turn the camera file (alidade convert --rotate 90), or the images"
-                                : "adapt the camera file (alidade convert --resize or --crop)"});
-  }
-
- private:
-  std::optional<ImageSize> expected_;
-  bool is_cameras_;
-};
+// All images of one footage have one size: the camera's, or else that of the first one.
+void requireSize(const std::string& name, ImageSize size, const FootagePassOptions& options,
+                 std::optional<ImageSize>& common) {
+  if (!common) common = options.expected_size.value_or(size);
+  if (size == *common) return;
+  const bool is_turned = size.width == common->height && size.height == common->width;
+  throw inputError(
+      {.where = name,
+       .found = fmt::format("{}x{} pixels", size.width, size.height),
+       .expected = fmt::format("{}x{}, {}", common->width, common->height,
+                               options.expected_size ? "as the camera file says" : "as the other images"),
+       .next_step = is_turned ? "turn the camera file (alidade convert --rotate 90), or the images"
+                              : "adapt the camera file (alidade convert --resize or --crop)"});
+}
 
 FootagePass showVideo(const std::string& path, const std::function<void(const FootageImage&)>& show,
                       const FootagePassOptions& options) {
   FootagePass pass{.is_video = true};
-  SizeCheck sizes(options.expected_size);
+  std::optional<ImageSize> size;
   VideoReader reader(path, {.cancel = options.cancel});
   std::size_t num_interlaced = 0;
   int orientation = 1;
@@ -64,7 +55,7 @@ FootagePass showVideo(const std::string& path, const std::function<void(const Fo
     if (reader.isIntact()) {
       const LoadedImage frame = reader.image();
       orientation = frame.exif_orientation;
-      sizes.check(path, frame.image.size);
+      requireSize(path, frame.image.size, options, size);
       show({.image = frame.image, .number = reader.number(), .seconds = reader.seconds()});
     } else {
       ++pass.num_damaged;
@@ -116,11 +107,11 @@ FootagePass forEachFrame(std::span<const std::string> inputs,
   const bool is_sequence = !files.sequences.empty();
   const std::vector<std::string>& names = is_sequence ? files.sequences.front().files : files.images;
   FootagePass pass{.is_video = is_sequence};
-  SizeCheck sizes(options.expected_size);
+  std::optional<ImageSize> size;
   for (const std::string& name : names) {
     throwIfCancelled(options.cancel);
     const LoadedImage loaded = readGrayImage(name);
-    sizes.check(name, loaded.image.size);
+    requireSize(name, loaded.image.size, options, size);
     show({.image = loaded.image, .number = pass.num_frames, .seconds = 0});
     ++pass.num_frames;
     if (options.progress) options.progress(pass.num_frames, names.size());
@@ -132,15 +123,15 @@ FootageTracks trackFootage(std::span<const std::string> inputs, FrontEndKind kin
                            const FootagePassOptions& options) {
   FootageTracks tracks;
   tracks.is_video = isVideoFootage(inputs);
-  FrontEndOptions front_end{.kind = kind};
+  std::size_t num_points = 400;
   if (kind == FrontEndKind::kKeyPoints && !tracks.is_video) {
     // Each image is matched with those before it, which takes a few seconds for this many points in total.
     constexpr std::size_t kAll = 10000;
     constexpr std::size_t kMost = 1000;
     const std::size_t num_images = std::max<std::size_t>(1, listImages(inputs).size());
-    front_end.num_points = std::clamp(kAll / num_images, front_end.num_points, kMost);
+    num_points = std::clamp(kAll / num_images, num_points, kMost);
   }
-  const std::unique_ptr<FrontEnd> tracker = makeFrontEnd(front_end);
+  const std::unique_ptr<FrontEnd> tracker = makeFrontEnd(kind, num_points);
   pass = forEachFrame(
       inputs,
       [&](const FootageImage& frame) {

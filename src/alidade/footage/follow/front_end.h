@@ -4,8 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <optional>
-#include <string_view>
 #include <vector>
 
 #include "alidade/core/image.h"
@@ -19,12 +17,6 @@ enum class FrontEndKind : std::uint8_t {
   kKeyPoints,  ///< descriptors: for photographs
 };
 
-struct FrontEndOptions {
-  FrontEndKind kind = FrontEndKind::kFlow;
-  std::size_t num_points =
-      400;  ///< tracked at a time, spread over the image; up to twice as many key points are described
-};
-
 /// Tracks points through a sequence of images.
 class FrontEnd {
  public:
@@ -33,6 +25,23 @@ class FrontEnd {
   [[nodiscard]] virtual std::vector<TrackPixel> follow(const GrayImage& image) = 0;
 };
 
-[[nodiscard]] std::unique_ptr<FrontEnd> makeFrontEnd(const FrontEndOptions& options);
+/// @param num_points  to follow at a time, spread over the image; of key points, up to twice as many are
+/// described
+[[nodiscard]] std::unique_ptr<FrontEnd> makeFrontEnd(FrontEndKind kind, std::size_t num_points = 400);
 
+namespace detail {
+
+/// Optical flow: pyramidal Lucas-Kanade (Bouguet 2000) from frame to frame, then alignment with the patch of
+/// the first frame that showed the point, in its current deformation, so that errors do not accumulate. A
+/// point is dropped if its patch no longer matches. Cells of the image with too few points get new ones: the
+/// best corners of the cell (Shi and Tomasi 1994).
+[[nodiscard]] std::unique_ptr<FrontEnd> makeFlowTracker(std::size_t num_points);
+
+/// Key points with descriptors (SIFT, Lowe 2004), matched between an image and those before it: the nearest
+/// descriptor in either direction, clearly nearer than the second nearest. Motion between images may be
+/// large. A matched point is then aligned with its patch in the first image of its track, with size and
+/// direction as a first guess of the deformation. If that fails, it stays at its descriptor's position.
+[[nodiscard]] std::unique_ptr<FrontEnd> makeKeyPointMatcher(std::size_t num_points);
+
+}  // namespace detail
 }  // namespace alidade

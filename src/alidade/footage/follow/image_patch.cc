@@ -5,8 +5,9 @@
 #include <cmath>
 #include <cstddef>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
+
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
@@ -78,8 +79,7 @@ std::optional<ImagePatch> ImagePatch::at(const GrayImage& image, const Eigen::Ve
   // Keeps deformations that the texture does not determine.
   constexpr float kStiffness = 1e-3F;
   for (int k = 0; k < 4; ++k) normal(k, k) += kStiffness * kRadius * kRadius * place.trace();
-  const Eigen::Matrix<double, kUnknowns, kUnknowns> exact = normal.cast<double>();
-  patch.inverse_ = exact.ldlt().solve(Eigen::Matrix<double, kUnknowns, kUnknowns>::Identity()).cast<float>();
+  patch.inverse_ = inverseSpd(normal.cast<double>()).cast<float>();
   return patch;
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/footage/follow/key_points.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -14,7 +14,7 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "alidade/footage/follow/flow_tracker.h"
+#include "alidade/footage/follow/front_end.h"
 #include "alidade/footage/follow/image_patch.h"
 #include "alidade/footage/follow/image_view.h"
 
@@ -65,7 +65,38 @@ GrayImage smaller(const GrayImage& image, double scale) {
   return {{resized.cols, resized.rows}, {resized.begin<std::uint8_t>(), resized.end<std::uint8_t>()}};
 }
 
-}  // namespace
+class KeyPointMatcher final : public FrontEnd {
+ public:
+  explicit KeyPointMatcher(std::size_t num_points) : num_points_(num_points) {}
+  [[nodiscard]] std::vector<TrackPixel> follow(const GrayImage& image) override;
+
+ private:
+  // Appearance of a key point in the first image of its track.
+  struct Look {
+    GrayImage around;
+    Eigen::Vector2f centre{0, 0};  // in `around`
+    float size = 0;                // px
+    float direction = 0;           // radians
+  };
+  struct Point {
+    TrackPixel at = {};
+    Eigen::Vector2f pixel{0, 0};  // in the searched image, which may be reduced
+    float size = 0;
+    float direction = 0;
+    Look look = {};
+  };
+  struct Image {
+    std::vector<Point> points;
+    cv::Mat descriptors;  // one per row
+  };
+
+  [[nodiscard]] Image describe(const GrayImage& searched, double scale) const;
+  static void align(const GrayImage& searched, double scale, Point& point);
+
+  std::size_t num_points_;
+  std::deque<Image> earlier_;
+  std::uint32_t next_track_ = 0;
+};
 
 KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& searched, double scale) const {
   const cv::Mat used = viewOf(searched);
@@ -77,9 +108,8 @@ KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& searched, doub
   // position.
   constexpr int kColumns = 8;
   constexpr int kRows = 6;
-  std::stable_sort(found.begin(), found.end(),
-                   [](const cv::KeyPoint& a, const cv::KeyPoint& b) { return a.response > b.response; });
-  const std::size_t per_cell = 2 * options_.num_points / (kColumns * kRows) + 1;
+  std::ranges::stable_sort(found, std::greater(), &cv::KeyPoint::response);
+  const std::size_t per_cell = 2 * num_points_ / (kColumns * kRows) + 1;
   std::array<std::size_t, std::size_t{kColumns} * kRows> count{};
   std::set<std::pair<int, int>> taken;
   std::vector<cv::KeyPoint> chosen;
@@ -147,42 +177,38 @@ std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   Image now = describe(searched, scale);
   // The clearest match of each point wins, because false matches are rarely as clear. A track has one point
   // per image.
-  struct Claim {
-    float ratio = 1;
-    const Point* earlier = nullptr;
-  };
-  std::vector<Claim> claims(now.points.size());
+  // By its ratio, the point of an earlier image.
+  std::vector<std::pair<float, const Point*>> claims(now.points.size(), {1.0F, nullptr});
   for (const Image& earlier : earlier_) {
     for (const cv::DMatch& match : matchesBetween(now.descriptors, earlier.descriptors)) {
-      Claim& claim = claims[static_cast<std::size_t>(match.queryIdx)];
-      if (match.distance < claim.ratio)
+      auto& claim = claims[static_cast<std::size_t>(match.queryIdx)];
+      if (match.distance < claim.first)
         claim = {match.distance, &earlier.points[static_cast<std::size_t>(match.trainIdx)]};
     }
   }
   std::map<std::uint32_t, std::size_t> holder;
   for (std::size_t i = 0; i < now.points.size(); ++i) {
-    if (claims[i].earlier == nullptr) continue;
-    const auto [held, is_new] = holder.emplace(claims[i].earlier->at.track, i);
+    if (claims[i].second == nullptr) continue;
+    const auto [held, is_new] = holder.emplace(claims[i].second->at.track, i);
     if (is_new) continue;
     std::size_t& best = held->second;
-    const std::size_t worse = claims[best].ratio <= claims[i].ratio ? i : std::exchange(best, i);
-    claims[worse].earlier = nullptr;
+    const std::size_t worse = claims[best].first <= claims[i].first ? i : std::exchange(best, i);
+    claims[worse].second = nullptr;
   }
   for (std::size_t i = 0; i < now.points.size(); ++i) {
     Point& point = now.points[i];
-    if (claims[i].earlier == nullptr) {
+    if (claims[i].second == nullptr) {
       point.at.track = next_track_++;
       continue;
     }
-    point.at.track = claims[i].earlier->at.track;
-    point.look = claims[i].earlier->look;
+    point.at.track = claims[i].second->at.track;
+    point.look = claims[i].second->look;
     align(searched, scale, point);
   }
   // In ascending order of track, including the descriptors.
   std::vector<int> order(now.points.size());
   std::iota(order.begin(), order.end(), 0);
-  const auto trackOf = [&](int i) { return now.points[static_cast<std::size_t>(i)].at.track; };
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return trackOf(a) < trackOf(b); });
+  std::ranges::sort(order, {}, [&](int i) { return now.points[static_cast<std::size_t>(i)].at.track; });
   Image sorted;
   std::vector<TrackPixel> result;
   for (const int i : order) {
@@ -195,9 +221,15 @@ std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   return result;
 }
 
-std::unique_ptr<FrontEnd> makeFrontEnd(const FrontEndOptions& options) {
-  if (options.kind == FrontEndKind::kFlow) return std::make_unique<FlowTracker>(options);
-  return std::make_unique<KeyPointMatcher>(options);
+}  // namespace
+
+std::unique_ptr<FrontEnd> detail::makeKeyPointMatcher(std::size_t num_points) {
+  return std::make_unique<KeyPointMatcher>(num_points);
+}
+
+std::unique_ptr<FrontEnd> makeFrontEnd(FrontEndKind kind, std::size_t num_points) {
+  return kind == FrontEndKind::kFlow ? detail::makeFlowTracker(num_points)
+                                     : detail::makeKeyPointMatcher(num_points);
 }
 
 }  // namespace alidade

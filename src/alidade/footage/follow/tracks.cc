@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/footage/follow/tracks.h"
 
+#include <algorithm>
+
 #include "alidade/core/median.h"
 
 namespace alidade {
@@ -36,21 +38,15 @@ bool isKeyframe(const FootageTracks& kept, const std::vector<TrackPixel>& frame)
 
 std::vector<std::vector<std::size_t>> chooseWindows(const FootageTracks& tracks, std::size_t most) {
   const std::size_t kFrames = tracks.is_video ? 9 : 40;  // of a window
-  std::vector<std::vector<std::size_t>> windows;
-  if (tracks.frames.size() < 2) return windows;
+  const std::size_t num_frames = tracks.frames.size();
+  if (num_frames < 2) return {};
   // Windows of about equal length.
-  const std::size_t count = (tracks.frames.size() + kFrames - 1) / kFrames;
-  for (std::size_t w = 0; w < count; ++w) {
-    const std::size_t begin = w * tracks.frames.size() / count;
-    const std::size_t end = (w + 1) * tracks.frames.size() / count;
-    if (end - begin < 2) continue;
-    std::vector<std::size_t>& window = windows.emplace_back();
-    for (std::size_t i = begin; i < end; ++i) window.push_back(i);
-  }
-  if (windows.size() > most) {
-    std::vector<std::vector<std::size_t>> fewer;
-    for (std::size_t k = 0; k < most; ++k) fewer.push_back(std::move(windows[k * windows.size() / most]));
-    return fewer;
+  const std::size_t count = (num_frames + kFrames - 1) / kFrames;
+  std::vector<std::vector<std::size_t>> windows(std::min(count, most));
+  for (std::size_t k = 0; k < windows.size(); ++k) {
+    const std::size_t w = k * count / windows.size();
+    for (std::size_t i = w * num_frames / count; i < (w + 1) * num_frames / count; ++i)
+      windows[k].push_back(i);
   }
   return windows;
 }

@@ -97,8 +97,7 @@ std::vector<Eigen::Matrix3d> essentialMatrices(const std::array<RayPair, 5>& pai
       E[i][j] = Q.block<1, 4>(static_cast<Eigen::Index>(i + 3 * j), 5).transpose();
   }
   const Eigen::Matrix<double, 10, 20> rows = constraints(E);
-  const Eigen::PartialPivLU<Eigen::Matrix<double, 10, 10>> leading(rows.leftCols<10>());
-  const Eigen::Matrix<double, 10, 10> rest = leading.solve(rows.rightCols<10>());
+  const Eigen::MatrixXd rest = solveAny(rows.leftCols<10>(), rows.rightCols<10>());
   if (!rest.allFinite()) return {};
   // The matrix that multiplies xx xy xz yy yz zz x y z 1 by x.
   Eigen::Matrix<double, 10, 10> action = Eigen::Matrix<double, 10, 10>::Zero();
@@ -142,7 +141,7 @@ std::array<SE3, 4> motionsOf(const Eigen::Matrix3d& essential) {
   return motions;
 }
 
-RayDepths depthsOf(const RayPair& pair, const SE3& b_from_a) {
+Eigen::Array2d depthsOf(const RayPair& pair, const SE3& b_from_a) {
   const Eigen::Vector3d a = b_from_a.rotation * pair.a;
   const Eigen::Vector3d& t = b_from_a.translation;
   // Least squares of depth_b b = depth_a a + t.
@@ -150,7 +149,7 @@ RayDepths depthsOf(const RayPair& pair, const SE3& b_from_a) {
   const double determinant = 1 - cosine * cosine;
   const double at = a.dot(t);
   const double bt = pair.b.dot(t);
-  return {.a = (cosine * bt - at) / determinant, .b = (bt - cosine * at) / determinant};
+  return {(cosine * bt - at) / determinant, (bt - cosine * at) / determinant};
 }
 
 }  // namespace alidade

@@ -6,8 +6,6 @@
 #include <complex>
 #include <limits>
 
-#include <Eigen/Cholesky>
-
 #include "alidade/core/random.h"
 #include "alidade/geometry/decompositions.h"
 #include "alidade/geometry/rotation_conversions.h"
@@ -94,8 +92,8 @@ std::optional<Resection> refinedPose(const AnyCamera& camera, std::span<const Kn
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_px_cam;
   const double scale = threshold_px * threshold_px;
   for (int step = 0; step < 15; ++step) {
-    Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
-    Eigen::Matrix<double, 6, 1> g = Eigen::Matrix<double, 6, 1>::Zero();
+    Matrix6d H = Matrix6d::Zero();
+    Vector6d g = Vector6d::Zero();
     const Eigen::Matrix3d R = pose.rotation.matrix();
     for (const KnownPoint& known : points) {
       const Eigen::Vector3d p = seenFrom(pose, known.point);
@@ -111,7 +109,7 @@ std::optional<Resection> refinedPose(const AnyCamera& camera, std::span<const Kn
       g.noalias() += weight * J.transpose() * error;
     }
     H.diagonal().array() += 1e-9 * H.trace();
-    const Eigen::Matrix<double, 6, 1> delta = -H.ldlt().solve(g);
+    const Vector6d delta = -solveSpd6(H, g);
     if (!delta.allFinite()) return std::nullopt;
     pose = pose * SE3::exp(delta);
     if (delta.norm() < 1e-7) break;

@@ -9,8 +9,7 @@
 
 #include <Eigen/LU>
 
-#include "alidade/adjust/scene/scene_equations.h"
-#include "alidade/adjust/scene/scene_solve.h"
+#include "alidade/adjust/scene/scene_fit.h"
 #include "alidade/core/median.h"
 #include "alidade/core/random.h"
 #include "alidade/geometry/rotation_conversions.h"
@@ -112,14 +111,6 @@ int trialsFor(double inlier_share, int sample_size) {
   return static_cast<int>(std::min<double>(kTrials, std::ceil(std::log(kMissed) / std::log1p(-good))));
 }
 
-std::vector<RayPair> agreeing(std::span<const RayMatch> matches, const auto& agrees) {
-  std::vector<RayPair> pairs;
-  for (const RayMatch& match : matches) {
-    if (agrees(match)) pairs.push_back(match.rays);
-  }
-  return pairs;
-}
-
 std::size_t largestHomographySupport(std::span<const RayMatch> matches, double limit, Random& random) {
   double best = std::numeric_limits<double>::infinity();
   Eigen::Matrix3d H = Eigen::Matrix3d::Identity();
@@ -131,17 +122,19 @@ std::size_t largestHomographySupport(std::span<const RayMatch> matches, double l
     H = candidate;
     return true;
   };
+  const auto agreeing = [&] {
+    std::vector<RayPair> pairs;
+    for (const RayMatch& m : matches) {
+      if (offset(m, H * m.rays.a) < limit) pairs.push_back(m.rays);
+    }
+    return pairs;
+  };
   for (int trial = 0; trial < 100; ++trial) score(homography(sampleOf<4>(matches, random)));
-  const auto agrees = [&](const RayMatch& m) { return offset(m, H * m.rays.a) < limit; };
   for (int round = 0; round < 5; ++round) {
-    const std::vector<RayPair> inliers = agreeing(matches, agrees);
+    const std::vector<RayPair> inliers = agreeing();
     if (inliers.size() < 4 || !score(homography(inliers))) break;
   }
-  return agreeing(matches, agrees).size();
-}
-
-bool isWithin(double squared, double limit) {
-  return squared < limit;  // false for NaN
+  return agreeing().size();
 }
 
 // The essential matrix from random samples with the most agreeing matches.
@@ -157,8 +150,8 @@ Eigen::Matrix3d bestEssential(std::span<const RayMatch> matches, double limit, R
       if (!(sum < best)) continue;
       best = sum;
       E = candidate;
-      const auto count = std::count_if(matches.begin(), matches.end(),
-                                       [&](const RayMatch& m) { return isWithin(sampson(E, m), limit); });
+      const auto count =
+          std::ranges::count_if(matches, [&](const RayMatch& m) { return sampson(E, m) < limit; });
       const double share = static_cast<double>(count) / static_cast<double>(matches.size());
       num_trials = std::max(kFewestTrials, trialsFor(share, 5));
     }
@@ -171,10 +164,8 @@ Eigen::Matrix3d bestEssential(std::span<const RayMatch> matches, double limit, R
 std::pair<SE3, std::size_t> motionInFront(const Eigen::Matrix3d& E, std::span<const RayMatch> matches) {
   std::pair<SE3, std::size_t> best;
   for (const SE3& motion : motionsOf(E)) {
-    const auto count =
-        static_cast<std::size_t>(std::count_if(matches.begin(), matches.end(), [&](const RayMatch& m) {
-          return depthsOf(m.rays, motion).arePositive();
-        }));
+    const auto count = static_cast<std::size_t>(std::ranges::count_if(
+        matches, [&](const RayMatch& m) { return (depthsOf(m.rays, motion) > 0).all(); }));
     if (count > best.second) best = {motion, count};
   }
   return best;
@@ -188,61 +179,36 @@ double parallaxOf(std::span<const RayMatch> matches, const SO3& rotation) {
   return medianOf(std::move(displacements));
 }
 
-// The two images as a scene: a point for each of some matches, with its two sightings in sequence.
-struct PairScene {
-  SceneFit fit;
-  std::vector<std::size_t> used;  // index of each point's match
-
-  [[nodiscard]] bool isEnough() const { return used.size() >= TwoView::kFewestInliers; }
-};
-
-PairScene pairScene(const AnyCamera& camera, std::span<const PixelMatch> matches,
-                    std::span<const RayMatch> inliers, const SE3& b_from_a, double farthest_px) {
-  PairScene scene{.fit = {.camera = camera,
-                          .camera_from_world = {SE3(), b_from_a},
-                          .points = {},
-                          .sightings = {},
-                          .loss = {.threshold_px = 3}},
-                  .used = {}};
-  SceneFit& fit = scene.fit;
+// The two images as a scene: the point of each match that both see, with its two sightings in a row.
+SceneFit pairScene(const AnyCamera& camera, std::span<const PixelMatch> matches,
+                   std::span<const RayMatch> inliers, const SE3& b_from_a, double farthest_px) {
+  SceneFit fit{.camera = camera,
+               .camera_from_world = {SE3(), b_from_a},
+               .points = {},
+               .sightings = {},
+               .loss = {.threshold_px = 3}};
+  fit.points.assign(matches.size(), Eigen::Vector4d::Zero());
   for (const RayMatch& match : inliers) {
     const std::array<Eigen::Vector3d, 2> rays = {match.rays.a, match.rays.b};
-    const auto id = static_cast<std::uint32_t>(fit.points.size());
-    fit.points.push_back(pointOnRays(fit.camera_from_world, rays));
-    const PixelMatch& pixels = matches[match.index];
+    const auto id = static_cast<std::uint32_t>(match.index);
+    fit.points[id] = pointOnRays(fit.camera_from_world, rays);
+    const PixelMatch& pixels = matches[id];
     const std::array<SceneSighting, 2> sightings = {
         SceneSighting{.frame = 0, .point = id, .pixel = pixels.a, .sigma_px = pixels.sigma_px},
         SceneSighting{.frame = 1, .point = id, .pixel = pixels.b, .sigma_px = pixels.sigma_px}};
-    const bool is_seen = std::all_of(sightings.begin(), sightings.end(), [&](const SceneSighting& sighting) {
+    const bool is_seen = std::ranges::all_of(sightings, [&](const SceneSighting& sighting) {
       return sightingError(fit, sighting).norm() < farthest_px;
     });
-    if (!is_seen) {
-      fit.points.pop_back();
-      continue;
-    }
-    fit.sightings.insert(fit.sightings.end(), sightings.begin(), sightings.end());
-    scene.used.push_back(match.index);
+    if (is_seen) fit.sightings.insert(fit.sightings.end(), sightings.begin(), sightings.end());
   }
-  return scene;
+  return fit;
 }
 
-// The scene reduced to the points of some matches, in ascending order of index.
-PairScene withOnly(const PairScene& scene, std::span<const RayMatch> kept) {
-  PairScene result{.fit = scene.fit, .used = {}};
-  result.fit.points.clear();
-  result.fit.sightings.clear();
-  for (std::size_t i = 0, k = 0; i < scene.used.size(); ++i) {
-    while (k < kept.size() && kept[k].index < scene.used[i]) ++k;
-    if (k == kept.size() || kept[k].index != scene.used[i]) continue;
-    const auto id = static_cast<std::uint32_t>(result.used.size());
-    result.used.push_back(scene.used[i]);
-    result.fit.points.push_back(scene.fit.points[i]);
-    for (std::size_t end = 0; end < 2; ++end) {
-      result.fit.sightings.push_back(scene.fit.sightings[2 * i + end]);
-      result.fit.sightings.back().point = id;
-    }
-  }
-  return result;
+// Solves a scene; false if it shows too little, or cannot be solved.
+bool trySolve(SceneFit& scene, double function_tolerance) {
+  if (scene.sightings.size() < 2 * TwoView::kFewestInliers) return false;
+  scene = solveScene(std::move(scene), {.max_iterations = 30, .function_tolerance = function_tolerance});
+  return scene.summary.termination != Termination::kFailed;
 }
 
 SE3 motionOf(const SceneFit& fit) {
@@ -276,10 +242,8 @@ TwoViewKind kindOf(std::span<const RayMatch> matches, const SO3& rotation, doubl
   const auto isAll = [&](std::size_t count) {
     return static_cast<double>(count) >= kAll * static_cast<double>(matches.size());
   };
-  const auto num_turned =
-      static_cast<std::size_t>(std::count_if(matches.begin(), matches.end(), [&](const RayMatch& m) {
-        return isWithin(offset(m, rotation * m.rays.a), limit);
-      }));
+  const auto num_turned = static_cast<std::size_t>(std::ranges::count_if(
+      matches, [&](const RayMatch& m) { return offset(m, rotation * m.rays.a) < limit; }));
   if (isAll(num_turned) || parallax_px < 3 * sigma_px) return TwoViewKind::kRotation;
   return isAll(largestHomographySupport(matches, limit, random)) ? TwoViewKind::kPlane
                                                                  : TwoViewKind::kGeneral;
@@ -287,18 +251,15 @@ TwoViewKind kindOf(std::span<const RayMatch> matches, const SO3& rotation, doubl
 
 }  // namespace
 
-std::vector<PixelMatch> matchesOf(const std::vector<TrackPixel>& a, const std::vector<TrackPixel>& b,
-                                  std::vector<std::uint32_t>& tracks) {
+std::vector<PixelMatch> matchesOf(const std::vector<TrackPixel>& a, const std::vector<TrackPixel>& b) {
   std::vector<PixelMatch> matches;
-  for (const auto& [i, j] : commonTracks(a, b)) {
+  for (const auto& [i, j] : commonTracks(a, b))
     matches.push_back({a[i].pixel, b[j].pixel, std::hypot(a[i].sigma_px, b[j].sigma_px) / std::sqrt(2.0)});
-    tracks.push_back(a[i].track);
-  }
   return matches;
 }
 
-double agreementPx(double asked_px, double diagonal_px) {
-  return asked_px > 0 ? asked_px : std::max(2.0, 0.002 * diagonal_px);
+double agreementPx(ImageSize size) {
+  return std::max(2.0, 0.002 * std::hypot(size.width, size.height));
 }
 
 SO3 commonRotation(std::span<const RayPair> pairs) {
@@ -341,21 +302,20 @@ Eigen::Vector4d pointOnRays(std::span<const SE3> camera_from_world, std::span<co
   return side < 0 ? Eigen::Vector4d(-point) : point;
 }
 
-TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> matches,
-                        const TwoViewOptions& options) {
+TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> matches, ImageSize size,
+                        std::uint64_t seed) {
   TwoView result;
   result.is_inlier.assign(matches.size(), false);
   result.points.assign(matches.size(), Eigen::Vector4d::Zero());
   const std::vector<RayMatch> rays = rayMatches(camera, matches);
   if (rays.size() < TwoView::kFewestInliers) return result;
-  const double threshold =
-      agreementPx(options.threshold_px, std::hypot(options.size.width, options.size.height));
-  Random random(options.seed);
+  const double threshold = agreementPx(size);
+  Random random(seed);
   const Eigen::Matrix3d E = bestEssential(rays, threshold * threshold, random);
   std::vector<RayMatch> inliers;
   std::vector<RayPair> pairs;
   for (const RayMatch& match : rays) {
-    if (!isWithin(sampson(E, match), threshold * threshold)) continue;
+    if (!(sampson(E, match) < threshold * threshold)) continue;
     inliers.push_back(match);
     pairs.push_back(match.rays);
   }
@@ -366,42 +326,42 @@ TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> mat
   result.parallax_px = parallaxOf(inliers, rotation);
 
   // Solves motion and points together.
-  PairScene scene = pairScene(camera, matches, inliers, start, 5 * threshold);
-  if (!scene.isEnough()) return result;
-  scene.fit = solveScene(std::move(scene.fit), {.max_iterations = 30, .function_tolerance = 1e-6});
-  if (scene.fit.summary.termination == Termination::kFailed) return result;
+  SceneFit scene = pairScene(camera, matches, inliers, start, 5 * threshold);
+  if (!trySolve(scene, 1e-6)) return result;
   // The noise, from the remaining errors: each match has one redundant coordinate. An error far beyond it is
   // a false match that lies by chance near its epipolar line.
-  const Eigen::Matrix3d refined = essentialMatrix(motionOf(scene.fit));
+  const Eigen::Matrix3d refined = essentialMatrix(motionOf(scene));
   std::vector<double> errors;
   for (const RayMatch& match : inliers) errors.push_back(std::sqrt(sampson(refined, match)));
   constexpr double kSigmaByMedian = 1.4826;  // of a normal variable
   const double sigma = std::max(0.02, kSigmaByMedian * medianOf(std::move(errors)));
   const double close_px = std::min(threshold, 3.5 * sigma);
   std::vector<RayMatch> close;
+  std::vector<bool> is_close(matches.size());
   for (const RayMatch& match : inliers) {
-    if (isWithin(sampson(refined, match), close_px * close_px)) close.push_back(match);
+    if (!(sampson(refined, match) < close_px * close_px)) continue;
+    close.push_back(match);
+    is_close[match.index] = true;
   }
-  scene = withOnly(scene, close);
-  if (!scene.isEnough()) return result;
-  scene.fit = solveScene(std::move(scene.fit), {.max_iterations = 30, .function_tolerance = 1e-8});
-  if (scene.fit.summary.termination == Termination::kFailed) return result;
+  std::erase_if(scene.sightings, [&](const SceneSighting& sighting) { return !is_close[sighting.point]; });
+  if (!trySolve(scene, 1e-8)) return result;
 
-  result.b_from_a = motionOf(scene.fit);
-  const double length = scene.fit.camera_from_world[1].translation.norm();
-  for (std::size_t i = 0; i < scene.used.size(); ++i) {
-    Eigen::Vector4d point = scene.fit.points[i];
+  result.b_from_a = motionOf(scene);
+  const double length = scene.camera_from_world[1].translation.norm();
+  for (const SceneSighting& sighting : scene.sightings) {
+    if (sighting.frame > 0) continue;
+    Eigen::Vector4d point = scene.points[sighting.point];
     if (length > 0) point.head<3>() /= length;
-    result.points[scene.used[i]] = point.normalized();
-    result.is_inlier[scene.used[i]] = true;
+    result.points[sighting.point] = point.normalized();
+    result.is_inlier[sighting.point] = true;
+    ++result.num_inliers;
   }
-  result.num_inliers = scene.used.size();
   if (2 * num_in_front < inliers.size()) return result;  // not a single motion
   result.kind = kindOf(close, rotation, result.parallax_px, sigma, random);
   if (result.kind == TwoViewKind::kRotation) {
     result.b_from_a = {rotation, Eigen::Vector3d::Zero()};
   } else {
-    result.covariance = motionCovariance(scene.fit);
+    result.covariance = motionCovariance(scene);
   }
   return result;
 }

@@ -31,14 +31,6 @@ enum class TwoViewKind : std::uint8_t {
   kNone,      ///< too few points agree with one motion
 };
 
-struct TwoViewOptions {
-  /// Largest error of a match that agrees with a motion; wide enough for a slightly wrong camera. 0: 2 px, or
-  /// 0.2 % of the image's diagonal if that is more.
-  double threshold_px = 0;
-  std::uint64_t seed = 1;
-  ImageSize size = {};  ///< of the images
-};
-
 struct TwoView {
   static constexpr std::size_t kFewestInliers = 12;
 
@@ -59,18 +51,17 @@ struct TwoView {
 /// Sampson error in pixels (Torr and Zisserman 2000, MLESAC). The depths of the points select the side of the
 /// camera, and the reprojection error of the inliers is minimised over motion and points. Works on unit rays,
 /// and so for any lens and field of view.
+/// @param size  of the images
 [[nodiscard]] TwoView estimateTwoView(const AnyCamera& camera, std::span<const PixelMatch> matches,
-                                      const TwoViewOptions& options = {});
+                                      ImageSize size, std::uint64_t seed = 1);
 
-/// The matches of two frames from their common tracks.
-/// @param tracks  set to the track of each match
+/// The matches of two frames by the tracks that both show, in the order of commonTracks().
 [[nodiscard]] std::vector<PixelMatch> matchesOf(const std::vector<TrackPixel>& a,
-                                                const std::vector<TrackPixel>& b,
-                                                std::vector<std::uint32_t>& tracks);
+                                                const std::vector<TrackPixel>& b);
 
-/// The largest error of a pixel that agrees with a motion: the requested one, or if that is 0, 2 px or 0.2 %
-/// of the diagonal.
-[[nodiscard]] double agreementPx(double asked_px, double diagonal_px);
+/// The error below which a pixel agrees with a motion: 2 px, or 0.2 % of the image's diagonal if that is
+/// more. Wide enough for a camera that is a little wrong.
+[[nodiscard]] double agreementPx(ImageSize size);
 
 /// The rotation b_from_a that best aligns the rays of a with those of b, for the larger part of the pairs.
 [[nodiscard]] SO3 commonRotation(std::span<const RayPair> pairs);

@@ -6,7 +6,6 @@
 #include <functional>
 #include <utility>
 
-#include "alidade/adjust/scene/scene_solve.h"
 #include "alidade/core/median.h"
 #include "alidade/footage/geometry/resection.h"
 #include "alidade/footage/geometry/two_view.h"
@@ -22,6 +21,7 @@ constexpr int kMostFailures = 3;
 constexpr std::size_t kIgnoredFrames = 60;  // before a failed track is tried again
 constexpr std::size_t kProven = 4;          // key frames, after which earlier failures are forgotten
 constexpr std::size_t kMostAdjusted = 300;  // points
+constexpr std::size_t kWindow = 7;          // key frames that are adjusted together
 
 double angleOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -43,8 +43,8 @@ double resolutionOf(const AnyCamera& camera) {
 
 }  // namespace
 
-SightScale::SightScale(const AnyCamera& camera, ImageSize size, double threshold) {
-  threshold_px = agreementPx(threshold, std::hypot(size.width, size.height));
+SightScale::SightScale(const AnyCamera& camera, ImageSize size) {
+  threshold_px = agreementPx(size);
   px_per_rad = resolutionOf(camera);
   constexpr double kKeyShare = 0.04;  // of the width
   constexpr double kLeastShare = 0.01;
@@ -52,13 +52,15 @@ SightScale::SightScale(const AnyCamera& camera, ImageSize size, double threshold
   least_rad = kLeastShare * size.width / px_per_rad;
 }
 
-LocalMap::LocalMap(const AnyCamera& camera, const SightScale& scale, std::size_t window, std::uint64_t seed)
-    : camera_(camera), scale_(scale), window_size_(window), seed_(seed) {}
-
 void LocalMap::setPoint(std::uint32_t track, const Eigen::Vector4d& at) {
   Point& point = points_[track];
   point.at = at;
   point.is_placed = true;
+}
+
+const LocalMap::Point* LocalMap::find(std::uint32_t track) const {
+  const auto found = points_.find(track);
+  return found != points_.end() ? &found->second : nullptr;
 }
 
 bool LocalMap::isOfUse(const Point& point) const {
@@ -70,11 +72,13 @@ std::optional<PlacedFrame> LocalMap::place(std::span<const TrackPixel> tracks, c
   now_ = std::max(now_, frame);
   std::vector<KnownPoint> known;
   std::vector<std::uint32_t> ids;
-  for (const TrackPixel& at : tracks) {
-    const auto found = points_.find(at.track);
-    if (found == points_.end() || !found->second.is_placed || !isOfUse(found->second)) continue;
-    known.push_back({found->second.at, at.pixel, at.sigma_px});
+  const auto add = [&](const TrackPixel& at, const Eigen::Vector4d& place, double sigma_px) {
+    known.push_back({place, at.pixel, sigma_px});
     ids.push_back(at.track);
+  };
+  for (const TrackPixel& at : tracks) {
+    const Point* point = find(at.track);
+    if (point != nullptr && point->is_placed && isOfUse(*point)) add(at, point->at, at.sigma_px);
   }
   const std::size_t num_placed = known.size();
   if (num_placed < kFewPlaced) {
@@ -83,16 +87,13 @@ std::optional<PlacedFrame> LocalMap::place(std::span<const TrackPixel> tracks, c
     constexpr double kMostDoubt = 2;
     const Eigen::Vector3d centre = centreOf(guess);
     for (const TrackPixel& at : tracks) {
-      const auto found = points_.find(at.track);
-      if (found == points_.end() || found->second.is_placed || !isOfUse(found->second)) continue;
-      const Point& point = found->second;
-      if (point.direction.isZero()) continue;
-      const double doubt_px = scale_.px_per_rad * (centre - point.anchor).norm() / depth_;
+      const Point* point = find(at.track);
+      if (point == nullptr || point->is_placed || !isOfUse(*point) || point->direction.isZero()) continue;
+      const double doubt_px = scale_.px_per_rad * (centre - point->anchor).norm() / depth_;
       if (doubt_px > kMostDoubt * scale_.threshold_px) continue;
       Eigen::Vector4d assumed;
-      assumed << point.anchor + depth_ * point.direction, 1;
-      known.push_back({assumed.normalized(), at.pixel, std::hypot(at.sigma_px, doubt_px)});
-      ids.push_back(at.track);
+      assumed << point->anchor + depth_ * point->direction, 1;
+      add(at, assumed.normalized(), std::hypot(at.sigma_px, doubt_px));
     }
   }
   if (known.size() < kFewestAgreeing) return std::nullopt;
@@ -107,7 +108,7 @@ std::optional<PlacedFrame> LocalMap::place(std::span<const TrackPixel> tracks, c
     if (pose) pose = refinedPose(camera_, known, pose->camera_from_world, scale_.threshold_px);
   }
   if (!isEnough(pose) && num_placed >= kFewestAgreeing)
-    pose = resect(camera_, known, std::nullopt, scale_.threshold_px, seed_ + frame);
+    pose = resect(camera_, known, std::nullopt, scale_.threshold_px, kPathSeed + frame);
   if (!isEnough(pose)) return std::nullopt;
   PlacedFrame placed{.camera_from_world = pose->camera_from_world};
   for (std::size_t i = 0; i < known.size(); ++i) {
@@ -131,13 +132,13 @@ std::optional<PlacedFrame> LocalMap::relocate(std::span<const TrackPixel> tracks
   now_ = std::max(now_, frame);
   std::vector<KnownPoint> known;
   for (const TrackPixel& at : tracks) {
-    const auto found = points_.find(at.track);
-    if (found == points_.end() || !found->second.is_placed || now_ < found->second.ignored_until) continue;
-    known.push_back({found->second.at, at.pixel, at.sigma_px});
+    const Point* point = find(at.track);
+    if (point == nullptr || !point->is_placed || now_ < point->ignored_until) continue;
+    known.push_back({point->at, at.pixel, at.sigma_px});
   }
   constexpr std::size_t kFewest = 2 * kFewestAgreeing;
   if (known.size() < kFewest) return std::nullopt;
-  const auto pose = resect(camera_, known, std::nullopt, scale_.threshold_px, seed_ + frame);
+  const auto pose = resect(camera_, known, std::nullopt, scale_.threshold_px, kPathSeed + frame);
   if (!pose || pose->num_inliers < kFewest || 2 * pose->num_inliers < known.size()) return std::nullopt;
   for (const TrackPixel& at : tracks) {
     const auto found = points_.find(at.track);
@@ -160,8 +161,8 @@ void LocalMap::giveUp(Point& point) {
   point.ignored_until = now_ + kIgnoredFrames;
 }
 
-void LocalMap::insertKeyFrame(std::size_t frame, std::span<const TrackPixel> tracks,
-                              const SE3& camera_from_world) {
+void LocalMap::addKeyFrame(std::size_t frame, std::span<const TrackPixel> tracks,
+                           const SE3& camera_from_world) {
   now_ = std::max(now_, frame);
   KeyFrame& key = window_.emplace_back();
   key.frame = frame;
@@ -187,37 +188,33 @@ void LocalMap::insertKeyFrame(std::size_t frame, std::span<const TrackPixel> tra
   }
   ++num_keys_;
   poses_[frame] = camera_from_world;
-  while (window_.size() > window_size_) window_.pop_front();
-}
-
-void LocalMap::addKeyFrame(std::size_t frame, std::span<const TrackPixel> tracks,
-                           const SE3& camera_from_world) {
-  insertKeyFrame(frame, tracks, camera_from_world);
-  settle();
+  while (window_.size() > kWindow) window_.pop_front();
 }
 
 void LocalMap::settle() {
-  triangulateAll();
+  if (window_.size() >= 2) {
+    for (const auto& [track, sightings] : sightingsInWindow()) {
+      if (sightings.size() >= 2 && !points_.at(track).is_placed) triangulate(track, sightings);
+    }
+  }
   adjust();
   measureDepth();
 }
 
-std::map<std::uint32_t, std::vector<LocalMap::SightingAt>> LocalMap::sightingsInWindow() const {
-  std::map<std::uint32_t, std::vector<SightingAt>> sightings;
+std::map<std::uint32_t, LocalMap::Sightings> LocalMap::sightingsInWindow() const {
+  std::map<std::uint32_t, Sightings> sightings;
   for (std::size_t k = 0; k < window_.size(); ++k) {
     for (std::size_t i = 0; i < window_[k].tracks.size(); ++i) {
-      if (window_[k].is_used[i] != 0) sightings[window_[k].tracks[i].track].push_back({k, i});
+      if (window_[k].is_used[i] != 0) sightings[window_[k].tracks[i].track].emplace_back(k, i);
     }
   }
   return sightings;
 }
 
-double LocalMap::widestAngle(const std::vector<SightingAt>& sightings) const {
+double LocalMap::widestAngle(const Sightings& sightings) const {
   std::vector<Eigen::Vector3d> directions;
-  for (const SightingAt& at : sightings) {
-    const KeyFrame& key = window_[at.key];
-    directions.emplace_back(key.camera_from_world.rotation.inverse() * *key.rays[at.index]);
-  }
+  for (const auto& [k, i] : sightings)
+    directions.emplace_back(window_[k].camera_from_world.rotation.inverse() * *window_[k].rays[i]);
   double widest = 0;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     for (std::size_t j = i + 1; j < directions.size(); ++j)
@@ -226,17 +223,16 @@ double LocalMap::widestAngle(const std::vector<SightingAt>& sightings) const {
   return widest;
 }
 
-void LocalMap::triangulate(std::uint32_t track, const std::vector<SightingAt>& sightings) {
+void LocalMap::triangulate(std::uint32_t track, const Sightings& sightings) {
   Point& point = points_.at(track);
   std::vector<SE3> poses;
   std::vector<Eigen::Vector3d> rays;
   double reach = 0;  // of the camera
-  const Eigen::Vector3d first = centreOf(window_[sightings.front().key].camera_from_world);
-  for (const SightingAt& at : sightings) {
-    const KeyFrame& key = window_[at.key];
-    poses.push_back(key.camera_from_world);
-    rays.push_back(*key.rays[at.index]);
-    reach = std::max(reach, (centreOf(key.camera_from_world) - first).norm());
+  const Eigen::Vector3d first = centreOf(window_[sightings.front().first].camera_from_world);
+  for (const auto& [k, i] : sightings) {
+    poses.push_back(window_[k].camera_from_world);
+    rays.push_back(*window_[k].rays[i]);
+    reach = std::max(reach, (centreOf(poses.back()) - first).norm());
   }
   const double angle = widestAngle(sightings);
   // A point at the usual distance would have shown several times the needed parallax.
@@ -247,28 +243,18 @@ void LocalMap::triangulate(std::uint32_t track, const std::vector<SightingAt>& s
   if (at.w() < 0 && is_far) at.w() = 0;
   at.normalize();
   if (!is_far && !(at.w() > 0)) return;
-  for (const SightingAt& seen : sightings) {
-    const KeyFrame& key = window_[seen.key];
-    if (!(errorOf(camera_, key.camera_from_world, at, key.tracks[seen.index].pixel) <
-          1.5 * scale_.threshold_px))
-      return;
+  for (const auto& [k, i] : sightings) {
+    const double error_px = errorOf(camera_, window_[k].camera_from_world, at, window_[k].tracks[i].pixel);
+    if (!(error_px < 1.5 * scale_.threshold_px)) return;
   }
   point.at = at;
   point.is_placed = true;
   point.is_far = is_far;
 }
 
-void LocalMap::triangulateAll() {
-  if (window_.size() < 2) return;
-  for (const auto& [track, sightings] : sightingsInWindow()) {
-    if (sightings.size() < 2 || points_.at(track).is_placed) continue;
-    triangulate(track, sightings);
-  }
-}
-
 void LocalMap::adjust() {
   if (window_.size() < 3) return;
-  std::vector<std::pair<std::uint32_t, std::vector<SightingAt>>> chosen;
+  std::vector<std::pair<std::uint32_t, Sightings>> chosen;
   for (const auto& [track, sightings] : sightingsInWindow()) {
     const Point& point = points_.at(track);
     if (!point.is_placed || sightings.size() < 2) continue;
@@ -280,29 +266,29 @@ void LocalMap::adjust() {
   std::ranges::stable_sort(chosen, std::greater(), [](const auto& point) { return point.second.size(); });
   if (chosen.size() > kMostAdjusted) chosen.resize(kMostAdjusted);
 
-  const bool is_first_held = num_keys_ <= window_size_;
+  const bool is_first_held = num_keys_ <= kWindow;
   SceneFit fit{.camera = camera_,
                .camera_from_world = {},
                .points = {},
                .sightings = {},
                .num_held_frames = is_first_held ? std::size_t{1} : std::size_t{2}};
   for (const KeyFrame& key : window_) fit.camera_from_world.push_back(key.camera_from_world);
-  std::vector<SightingAt> places;  // one per sighting
+  Sightings places;  // of the sightings
   for (const auto& [track, sightings] : chosen) {
     const auto id = static_cast<std::uint32_t>(fit.points.size());
     fit.points.push_back(points_.at(track).at);
-    for (const SightingAt& at : sightings) {
-      const TrackPixel& seen = window_[at.key].tracks[at.index];
-      const SceneSighting sighting{.frame = static_cast<std::uint32_t>(at.key),
+    for (const auto& [k, i] : sightings) {
+      const TrackPixel& seen = window_[k].tracks[i];
+      const SceneSighting sighting{.frame = static_cast<std::uint32_t>(k),
                                    .point = id,
                                    .pixel = seen.pixel,
                                    .sigma_px = seen.sigma_px};
       if (!(sightingError(fit, sighting).norm() < 3 * scale_.threshold_px)) {
-        window_[at.key].is_used[at.index] = 0;
+        window_[k].is_used[i] = 0;
         continue;
       }
       fit.sightings.push_back(sighting);
-      places.push_back(at);
+      places.emplace_back(k, i);
     }
   }
   constexpr double kHuber = 2.5;
@@ -314,7 +300,7 @@ void LocalMap::adjust() {
   for (std::size_t i = 0; i < fit.sightings.size(); ++i) {
     const double error = sightingError(fit, fit.sightings[i]).norm();
     if (!(error < limit * fit.sightings[i].sigma_px && error < scale_.threshold_px))
-      window_[places[i].key].is_used[places[i].index] = 0;
+      window_[places[i].first].is_used[places[i].second] = 0;
   }
   for (std::size_t k = 0; k < window_.size(); ++k) {
     window_[k].camera_from_world = fit.camera_from_world[k];
@@ -325,7 +311,7 @@ void LocalMap::adjust() {
     Point& point = points_.at(track);
     point.at = fit.points[p].normalized();
     const auto num_used = std::ranges::count_if(
-        sightings, [&](const SightingAt& at) { return window_[at.key].is_used[at.index] != 0; });
+        sightings, [&](const auto& at) { return window_[at.first].is_used[at.second] != 0; });
     if (num_used < 2 || (!point.is_far && !(point.at.w() > 0))) giveUp(point);
   }
 }
@@ -339,7 +325,7 @@ void LocalMap::measureDepth() {
     const Point& point = points_.at(at.track);
     if (!point.is_placed) continue;
     ++key.num_points;
-    if (!point.is_far) depths.push_back((Eigen::Vector3d(point.at.head<3>() / point.at.w()) - centre).norm());
+    if (!point.is_far) depths.push_back((point.place() - centre).norm());
   }
   if (depths.size() >= kFewestAgreeing) depth_ = medianOf(std::move(depths));
 }
@@ -353,9 +339,9 @@ bool LocalMap::needsKeyFrame(std::span<const TrackPixel> tracks, const PlacedFra
   std::size_t k = 0;
   for (const TrackPixel& at : tracks) {
     while (k < key.tracks.size() && key.tracks[k].track < at.track) ++k;
-    const auto found = points_.find(at.track);
-    if (found == points_.end() || found->second.direction.isZero()) {
-      num_new += found == points_.end() || now_ >= found->second.ignored_until ? 1 : 0;
+    const Point* point = find(at.track);
+    if (point == nullptr || point->direction.isZero()) {
+      num_new += point == nullptr || now_ >= point->ignored_until ? 1 : 0;
       continue;
     }
     if (k == key.tracks.size() || key.tracks[k].track != at.track || !key.rays[k]) continue;
@@ -363,7 +349,7 @@ bool LocalMap::needsKeyFrame(std::span<const TrackPixel> tracks, const PlacedFra
     if (!ray) continue;
     const double angle = angleOf(key_from_frame * *ray, *key.rays[k]);
     angles.push_back(angle);
-    if (!found->second.is_placed && angle > scale_.least_rad) ++num_ready;
+    if (!point->is_placed && angle > scale_.least_rad) ++num_ready;
   }
   if (angles.size() < kFewestAgreeing) return true;
   if (medianOf(std::move(angles)) > scale_.key_rad) return true;
@@ -374,19 +360,16 @@ bool LocalMap::needsKeyFrame(std::span<const TrackPixel> tracks, const PlacedFra
 }
 
 std::optional<Eigen::Vector3d> LocalMap::placeOf(std::uint32_t track) const {
-  const auto found = points_.find(track);
-  if (found == points_.end()) return std::nullopt;
-  const Point& point = found->second;
-  if (!point.is_placed || point.is_far || !isOfUse(point) || !(point.at.w() > 0)) return std::nullopt;
-  return point.at.head<3>() / point.at.w();
+  const Point* point = find(track);
+  if (point == nullptr || !point->isAtKnownDistance() || !isOfUse(*point)) return std::nullopt;
+  return point->place();
 }
 
 std::vector<Eigen::Vector3d> LocalMap::points() const {
   constexpr std::size_t kFewestKeys = 3;
   std::vector<Eigen::Vector3d> points;
   for (const auto& [track, point] : points_) {
-    if (!point.is_placed || point.is_far || point.num_keys < kFewestKeys || !(point.at.w() > 0)) continue;
-    points.emplace_back(point.at.head<3>() / point.at.w());
+    if (point.isAtKnownDistance() && point.num_keys >= kFewestKeys) points.push_back(point.place());
   }
   return points;
 }

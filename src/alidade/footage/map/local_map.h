@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -18,6 +19,9 @@
 
 namespace alidade {
 
+/// Seed of the random samples.
+inline constexpr std::uint64_t kPathSeed = 1;
+
 /// Angular resolution of a camera, and thresholds for its images.
 struct SightScale {
   double threshold_px = 2;
@@ -25,7 +29,7 @@ struct SightScale {
   double least_rad = 0.01;  ///< between the rays to a point, from which its distance is known
   double key_rad = 0.04;    ///< between the rays of two key frames
 
-  SightScale(const AnyCamera& camera, ImageSize size, double threshold_px);
+  SightScale(const AnyCamera& camera, ImageSize size);
 };
 
 /// The pose of a frame from points of the map.
@@ -39,7 +43,7 @@ struct PlacedFrame {
 /// The last few key frames of a path and their points.
 class LocalMap {
  public:
-  LocalMap(const AnyCamera& camera, const SightScale& scale, std::size_t window, std::uint64_t seed);
+  LocalMap(const AnyCamera& camera, const SightScale& scale) : camera_(camera), scale_(scale) {}
 
   /// A pose from recently seen points.
   /// @param tracks  of the frame
@@ -52,11 +56,10 @@ class LocalMap {
   /// Sets the position of a point, before key frames that show it are added.
   void setPoint(std::uint32_t track, const Eigen::Vector4d& at);
 
-  /// Adds a key frame, triangulates points and adjusts the window.
+  /// Adds a key frame; after one or more of them, settle().
   /// @param frame  higher than those before
   void addKeyFrame(std::size_t frame, std::span<const TrackPixel> tracks, const SE3& camera_from_world);
-  /// The same without adjustment, for the first key frames of a map; call settle() afterwards.
-  void insertKeyFrame(std::size_t frame, std::span<const TrackPixel> tracks, const SE3& camera_from_world);
+  /// Gives points their places and adjusts the window.
   void settle();
 
   /// True if a frame should become a key frame.
@@ -86,6 +89,9 @@ class LocalMap {
     std::size_t last_frame = 0;          // last frame that agreed
     Eigen::Vector3d anchor{0, 0, 0};     // first camera that saw it, in the world
     Eigen::Vector3d direction{0, 0, 0};  // from there, of length 1; zero before the first key frame
+
+    [[nodiscard]] bool isAtKnownDistance() const { return is_placed && !is_far && at.w() > 0; }
+    [[nodiscard]] Eigen::Vector3d place() const { return at.head<3>() / at.w(); }
   };
   struct KeyFrame {
     std::size_t frame = 0;
@@ -95,24 +101,20 @@ class LocalMap {
     std::vector<char> is_used;  // the sighting agrees with its point
     std::size_t num_points = 0;
   };
-  struct SightingAt {
-    std::size_t key = 0;
-    std::size_t index = 0;
-  };
+  // By key frame in the window, and by index among its tracks.
+  using Sightings = std::vector<std::pair<std::size_t, std::size_t>>;
 
+  [[nodiscard]] const Point* find(std::uint32_t track) const;
   [[nodiscard]] bool isOfUse(const Point& point) const;
-  [[nodiscard]] std::map<std::uint32_t, std::vector<SightingAt>> sightingsInWindow() const;
-  [[nodiscard]] double widestAngle(const std::vector<SightingAt>& sightings) const;
+  [[nodiscard]] std::map<std::uint32_t, Sightings> sightingsInWindow() const;
+  [[nodiscard]] double widestAngle(const Sightings& sightings) const;
   void giveUp(Point& point);
-  void triangulate(std::uint32_t track, const std::vector<SightingAt>& sightings);
-  void triangulateAll();
+  void triangulate(std::uint32_t track, const Sightings& sightings);
   void adjust();
   void measureDepth();
 
   const AnyCamera& camera_;
   const SightScale& scale_;
-  std::size_t window_size_;
-  std::uint64_t seed_;
   std::map<std::uint32_t, Point> points_;
   std::deque<KeyFrame> window_;
   std::map<std::size_t, SE3> poses_;

@@ -3,9 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
+#include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -13,17 +14,11 @@
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/image.h"
 #include "alidade/footage/follow/tracks.h"
+#include "alidade/footage/map/local_map.h"
 #include "alidade/footage/map/path_start.h"
 #include "alidade/geometry/se3.h"
 
 namespace alidade {
-
-struct OdometryOptions {
-  /// Largest error of a point that agrees with a pose. 0: as TwoViewOptions.
-  double threshold_px = 0;
-  std::size_t window = 7;  ///< key frames that are adjusted together
-  std::uint64_t seed = 1;
-};
 
 /// Pose of the camera at one frame.
 struct PathFrame {
@@ -64,8 +59,7 @@ struct Path {
 /// beyond that: errors accumulate along the path, and a place that is seen again is not recognised.
 class Odometry {
  public:
-  Odometry(const AnyCamera& camera, ImageSize size, const OdometryOptions& options = {});
-  ~Odometry();
+  Odometry(const AnyCamera& camera, ImageSize size);
   Odometry(const Odometry&) = delete;
   Odometry& operator=(const Odometry&) = delete;
 
@@ -77,8 +71,40 @@ class Odometry {
   [[nodiscard]] Path finish();
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  // The motion of two views, in the world of the segment that it belongs to.
+  struct Joint {
+    SE3 camera_from_world;  // of the first view
+    double scale = 1;
+    bool is_joined = false;         // to the previous segment
+    bool is_scale_assumed = false;  // assumes points at the distance of earlier ones
+  };
+
+  bool follow(std::size_t index, std::span<const TrackPixel> tracks);
+  void makeKeyFrame(std::size_t index, std::span<const TrackPixel> tracks);
+  void setKey(std::size_t index);
+  void record(std::size_t index, const PlacedFrame& placed);
+  [[nodiscard]] Joint jointOf(const TwoView& motion, const std::vector<std::uint32_t>& tracks) const;
+  void begin(const TwoView& motion);
+  void placeEarlier(std::size_t first);
+  void fixPoses();
+  [[nodiscard]] double lengthOf(std::size_t segment) const;
+
+  AnyCamera camera_;
+  ImageSize size_;
+  SightScale scale_;
+  std::optional<PathStart> start_;
+  std::optional<LocalMap> map_;
+  bool is_tracking_ = false;
+  bool is_scale_lost_ = false;
+  Path path_;
+  // Of the last segment, by frame: a key frame, and the pose relative to that one's, which may still change.
+  std::map<std::size_t, std::pair<std::size_t, SE3>> relative_;
+  std::size_t key_ = 0;                  // last key frame
+  SE3 last_;                             // camera_from_world of the last frame
+  SE3 step_;                             // frame_from_frame_before
+  std::vector<TrackPixel> last_tracks_;  // of the last frame that was tracked
+  double squared_error_px2_ = 0;
+  std::size_t num_errors_ = 0;
 };
 
 }  // namespace alidade

@@ -20,27 +20,6 @@ constexpr double kSureRad = 0.02;
 constexpr double kMostSureRad = 0.06;
 constexpr std::size_t kMostWaiting = 600;  // frames, a bound for the memory
 
-// The tracks of two frames that have rays.
-struct SharedRays {
-  std::vector<RayPair> rays;
-  double moved_px = 0;  // median
-};
-
-SharedRays sharedRays(const AnyCamera& camera, const std::vector<TrackPixel>& a,
-                      const std::vector<TrackPixel>& b) {
-  SharedRays shared;
-  std::vector<double> moves;
-  for (const auto& [i, j] : commonTracks(a, b)) {
-    const auto ray_a = camera.unproject(a[i].pixel);
-    const auto ray_b = camera.unproject(b[j].pixel);
-    if (!ray_a || !ray_b) continue;
-    shared.rays.push_back({*ray_a, *ray_b});
-    moves.push_back((a[i].pixel - b[j].pixel).norm());
-  }
-  if (!moves.empty()) shared.moved_px = medianOf(std::move(moves));
-  return shared;
-}
-
 }  // namespace
 
 std::string_view obstacleId(StartObstacle obstacle) {
@@ -48,16 +27,16 @@ std::string_view obstacleId(StartObstacle obstacle) {
   return kIds.at(static_cast<std::size_t>(obstacle));
 }
 
-PathStart::PathStart(const AnyCamera& camera, ImageSize size, const SightScale& scale, std::uint64_t seed)
-    : camera_(camera), size_(size), scale_(scale), seed_(seed), wanted_rad_(kStartShare * scale.key_rad) {}
+PathStart::PathStart(const AnyCamera& camera, ImageSize size, const SightScale& scale)
+    : camera_(camera), size_(size), scale_(scale), wanted_rad_(kStartShare * scale.key_rad) {}
 
-std::optional<StartingPair> PathStart::add(std::size_t index, std::span<const TrackPixel> tracks) {
+std::optional<TwoView> PathStart::add(std::size_t index, std::span<const TrackPixel> tracks) {
   waiting_.push_back({index, {tracks.begin(), tracks.end()}});
   forgetUnconnected();
   return tryPair(wanted_rad_, kSureRad);
 }
 
-std::optional<StartingPair> PathStart::lastChance() {
+std::optional<TwoView> PathStart::lastChance() {
   constexpr double kLeast = 0.1;
   return waiting_.size() < 2 ? std::nullopt : tryPair(kLeast * scale_.key_rad, kMostSureRad);
 }
@@ -94,39 +73,36 @@ void PathStart::forgetUnconnected() {
   if (waiting_.size() > kMostWaiting) waiting_.erase(waiting_.begin() + 1);
 }
 
-std::optional<StartingPair> PathStart::tryPair(double least_rad, double sure_rad) {
-  if (waiting_.size() < 2) {
-    obstacle_ = StartObstacle::kFewPoints;
-    return std::nullopt;
-  }
+std::nullopt_t PathStart::failed(StartObstacle obstacle) {
+  obstacle_ = obstacle;
+  return std::nullopt;
+}
+
+std::optional<TwoView> PathStart::tryPair(double least_rad, double sure_rad) {
+  if (waiting_.size() < 2) return failed(StartObstacle::kFewPoints);
   const std::vector<TrackPixel>& a = waiting_.front().tracks;
   const std::vector<TrackPixel>& b = waiting_.back().tracks;
-  const SharedRays shared = sharedRays(camera_, a, b);
-  if (shared.rays.size() < kFewestShared) {
-    obstacle_ = StartObstacle::kFewPoints;
-    return std::nullopt;
+  std::vector<RayPair> rays;
+  std::vector<double> moves;
+  for (const auto& [i, j] : commonTracks(a, b)) {
+    const auto ray_a = camera_.unproject(a[i].pixel);
+    const auto ray_b = camera_.unproject(b[j].pixel);
+    if (!ray_a || !ray_b) continue;
+    rays.push_back({*ray_a, *ray_b});
+    moves.push_back((a[i].pixel - b[j].pixel).norm());
   }
+  if (rays.size() < kFewestShared) return failed(StartObstacle::kFewPoints);
   constexpr double kStillPx = 1;
-  if (shared.moved_px < kStillPx) {
-    obstacle_ = StartObstacle::kStill;
-    return std::nullopt;
-  }
-  if (parallaxAngle(shared.rays) < least_rad) {
-    obstacle_ = StartObstacle::kRotation;
-    return std::nullopt;
-  }
-  StartingPair pair{.a = 0, .b = waiting_.size() - 1, .motion = {}, .tracks = {}};
-  const std::vector<PixelMatch> matches = matchesOf(a, b, pair.tracks);
-  pair.motion = estimateTwoView(
-      camera_, matches,
-      {.threshold_px = scale_.threshold_px, .seed = seed_ + waiting_.back().index, .size = size_});
-  const bool is_motion = pair.motion.kind == TwoViewKind::kGeneral || pair.motion.kind == TwoViewKind::kPlane;
-  const Eigen::Matrix3d covariance = pair.motion.covariance.topLeftCorner<3, 3>();
+  if (medianOf(std::move(moves)) < kStillPx) return failed(StartObstacle::kStill);
+  if (parallaxAngle(rays) < least_rad) return failed(StartObstacle::kRotation);
+  const std::vector<PixelMatch> matches = matchesOf(a, b);
+  const TwoView motion = estimateTwoView(camera_, matches, size_, kPathSeed + waiting_.back().index);
+  const bool is_motion = motion.kind == TwoViewKind::kGeneral || motion.kind == TwoViewKind::kPlane;
+  const Eigen::Matrix3d covariance = motion.covariance.topLeftCorner<3, 3>();
   const bool is_sure = covariance.trace() < sure_rad * sure_rad;
-  if (is_motion && is_sure && 2 * pair.motion.num_inliers > matches.size()) return pair;
+  if (is_motion && is_sure && 2 * motion.num_inliers > matches.size()) return motion;
   reject();
-  if (pair.motion.kind == TwoViewKind::kRotation) obstacle_ = StartObstacle::kRotation;
-  return std::nullopt;
+  return motion.kind == TwoViewKind::kRotation ? failed(StartObstacle::kRotation) : std::nullopt;
 }
 
 }  // namespace alidade

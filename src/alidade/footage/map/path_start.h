@@ -36,27 +36,20 @@ struct WaitingFrame {
   std::vector<TrackPixel> tracks;
 };
 
-/// Two waiting frames between which the camera moved.
-struct StartingPair {
-  std::size_t a = 0;  ///< indices into PathStart::waiting()
-  std::size_t b = 0;
-  TwoView motion;
-  std::vector<std::uint32_t> tracks;  ///< of the motion's matches
-};
-
 /// Collects frames until two of them show the camera's motion.
 class PathStart {
  public:
-  PathStart(const AnyCamera& camera, ImageSize size, const SightScale& scale, std::uint64_t seed);
+  PathStart(const AnyCamera& camera, ImageSize size, const SightScale& scale);
 
-  /// Takes a frame. @returns a pair once one is found
-  [[nodiscard]] std::optional<StartingPair> add(std::size_t index, std::span<const TrackPixel> tracks);
+  /// Takes a frame. @returns the motion from the oldest to the newest of the waiting frames once it is seen;
+  /// its points are of commonTracks() of the two
+  [[nodiscard]] std::optional<TwoView> add(std::size_t index, std::span<const TrackPixel> tracks);
   /// Accepts a smaller parallax than add(): at the end of the footage no better pair will come.
-  [[nodiscard]] std::optional<StartingPair> lastChance();
+  [[nodiscard]] std::optional<TwoView> lastChance();
   /// True if a frame shares too little with the previous one to continue.
   [[nodiscard]] bool isCutOff(std::span<const TrackPixel> tracks) const;
 
-  /// Reports that the pair did not lead to poses of the frames between; waits for a larger parallax.
+  /// The motion did not lead to poses of the frames between: waits for a larger parallax.
   void reject();
   [[nodiscard]] const std::deque<WaitingFrame>& waiting() const { return waiting_; }
   /// Frames before the waiting ones, with which they share too few points.
@@ -64,13 +57,13 @@ class PathStart {
   [[nodiscard]] StartObstacle obstacle() const { return obstacle_; }
 
  private:
-  [[nodiscard]] std::optional<StartingPair> tryPair(double least_rad, double sure_rad);
+  [[nodiscard]] std::optional<TwoView> tryPair(double least_rad, double sure_rad);
+  std::nullopt_t failed(StartObstacle obstacle);
   void forgetUnconnected();
 
   const AnyCamera& camera_;
   ImageSize size_;
   const SightScale& scale_;
-  std::uint64_t seed_;
   std::deque<WaitingFrame> waiting_;
   std::deque<WaitingFrame> earlier_;
   double wanted_rad_;

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
+#include <set>
 #include <utility>
 
-#include "alidade/adjust/scene/scene_solve.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 #include "alidade/core/parallel.h"
 #include "alidade/footage/geometry/resection.h"
@@ -15,11 +17,7 @@
 namespace alidade {
 namespace {
 
-struct FramePair {
-  std::size_t a = 0;
-  std::size_t b = 0;
-  double score = 0;
-};
+constexpr std::uint64_t kSeed = 1;
 
 double startScore(std::size_t num_points, double parallax_px) {
   constexpr double kEnough = 60;  // px of parallax; more does not improve the start
@@ -27,10 +25,10 @@ double startScore(std::size_t num_points, double parallax_px) {
 }
 
 // All pairs of frames, the best starting pair first.
-std::vector<FramePair> rankedPairs(const FootageTracks& tracks, std::span<const std::size_t> frames,
-                                   const std::vector<std::vector<std::optional<Eigen::Vector3d>>>& rays,
-                                   double focal_px) {
-  std::vector<FramePair> pairs;
+std::vector<std::pair<std::size_t, std::size_t>> rankedPairs(
+    const FootageTracks& tracks, std::span<const std::size_t> frames,
+    const std::vector<std::vector<std::optional<Eigen::Vector3d>>>& rays, double focal_px) {
+  std::vector<std::pair<double, std::pair<std::size_t, std::size_t>>> scored;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     for (std::size_t j = i + 1; j < frames.size(); ++j) {
       std::vector<RayPair> common;
@@ -40,27 +38,29 @@ std::vector<FramePair> rankedPairs(const FootageTracks& tracks, std::span<const 
       if (common.size() < TwoView::kFewestInliers) continue;
       const double parallax = focal_px * parallaxAngle(common);
       // False matches in photographs may have any parallax.
-      pairs.push_back(
-          {i, j, tracks.is_video ? startScore(common.size(), parallax) : static_cast<double>(common.size())});
+      const auto num_common = static_cast<double>(common.size());
+      scored.push_back({tracks.is_video ? startScore(common.size(), parallax) : num_common, {i, j}});
     }
   }
-  std::stable_sort(pairs.begin(), pairs.end(),
-                   [](const FramePair& a, const FramePair& b) { return a.score > b.score; });
-  return pairs;
+  std::ranges::stable_sort(scored, std::greater(), [](const auto& pair) { return pair.first; });
+  return mapped(scored, [](const auto& pair) { return pair.second; });
 }
 
 // Finds poses and points step by step.
 class Builder {
  public:
   Builder(const AnyCamera& camera, const FootageTracks& tracks, std::span<const std::size_t> frames,
-          const ReconstructionOptions& options)
-      : camera_(camera), tracks_(tracks), frames_(frames.begin(), frames.end()), options_(options) {
-    threshold_px_ = agreementPx(options.threshold_px, std::hypot(tracks.size.width, tracks.size.height));
+          const CancelFlag* cancel)
+      : camera_(camera),
+        tracks_(tracks),
+        frames_(frames.begin(), frames.end()),
+        cancel_(cancel),
+        threshold_px_(agreementPx(tracks.size)),
+        poses_(frames.size()) {
     for (const std::size_t frame : frames_) {
       auto& rays = rays_.emplace_back();
       for (const TrackPixel& at : tracks.frames[frame]) rays.push_back(camera.unproject(at.pixel));
     }
-    poses_.resize(frames_.size());
   }
 
   Reconstruction build() {
@@ -74,18 +74,15 @@ class Builder {
  private:
   bool start(Reconstruction& result) {
     const double focal_px = 0.5 * (camera_.parameters()[0] + camera_.parameters()[1]);
-    const std::vector<FramePair> pairs = rankedPairs(tracks_, frames_, rays_, focal_px);
+    const auto pairs = rankedPairs(tracks_, frames_, rays_, focal_px);
     // False matches distort the ranking, but not the two-view estimate of a pair.
     const std::size_t most_tried = tracks_.is_video ? 4 : 40;
     double best = 0;
     for (std::size_t k = 0; k < std::min(most_tried, pairs.size()); ++k) {
-      const auto& a = tracks_.frames[frames_[pairs[k].a]];
-      const auto& b = tracks_.frames[frames_[pairs[k].b]];
-      std::vector<std::uint32_t> ids;
-      const std::vector<PixelMatch> matches = matchesOf(a, b, ids);
-      const TwoView two = estimateTwoView(
-          camera_, matches,
-          {.threshold_px = options_.threshold_px, .seed = options_.seed + k, .size = tracks_.size});
+      const auto& a = tracks_.frames[frames_[pairs[k].first]];
+      const auto& b = tracks_.frames[frames_[pairs[k].second]];
+      const std::vector<PixelMatch> matches = matchesOf(a, b);
+      const TwoView two = estimateTwoView(camera_, matches, tracks_.size, kSeed + k);
       result.parallax_px = std::max(result.parallax_px, two.parallax_px);
       if (two.kind == TwoViewKind::kRotation && best == 0) result.kind = two.kind;
       if (two.kind != TwoViewKind::kGeneral && two.kind != TwoViewKind::kPlane) continue;
@@ -97,10 +94,11 @@ class Builder {
       result.kind = two.kind;
       std::fill(poses_.begin(), poses_.end(), std::nullopt);
       points_.clear();
-      poses_[pairs[k].a] = SE3();
-      poses_[pairs[k].b] = two.b_from_a;
-      for (std::size_t i = 0; i < ids.size(); ++i) {
-        if (two.is_inlier[i]) points_[ids[i]] = two.points[i];
+      poses_[pairs[k].first] = SE3();
+      poses_[pairs[k].second] = two.b_from_a;
+      const auto common = commonTracks(a, b);
+      for (std::size_t i = 0; i < common.size(); ++i) {
+        if (two.is_inlier[i]) points_[a[common[i].first].track] = two.points[i];
       }
     }
     return best > 0;
@@ -108,12 +106,12 @@ class Builder {
 
   // Adds the frame with the most known points; false if there is none left.
   bool addFrame() {
-    throwIfCancelled(options_.cancel);
+    throwIfCancelled(cancel_);
     constexpr std::size_t kFewestKnown = 15;
     std::size_t best = frames_.size();
     std::size_t most = kFewestKnown - 1;
     for (std::size_t i = 0; i < frames_.size(); ++i) {
-      if (poses_[i] || is_refused_.contains(i)) continue;
+      if (poses_[i] || refused_.contains(i)) continue;
       std::size_t count = 0;
       for (const TrackPixel& at : tracks_.frames[frames_[i]]) count += points_.contains(at.track) ? 1 : 0;
       if (count > most) {
@@ -127,11 +125,11 @@ class Builder {
       const auto found = points_.find(at.track);
       if (found != points_.end()) known.push_back({found->second, at.pixel, at.sigma_px});
     }
-    const auto pose = resect(camera_, known, nearestPose(best), 2 * threshold_px_, options_.seed + best);
+    const auto pose = resect(camera_, known, nearestPose(best), 2 * threshold_px_, kSeed + best);
     if (pose && 2 * pose->num_inliers > known.size()) {
       poses_[best] = pose->camera_from_world;
     } else {
-      is_refused_.emplace(best, true);
+      refused_.insert(best);
     }
     return true;
   }
@@ -178,12 +176,11 @@ class Builder {
 
   void settle(Reconstruction& result) {
     // Makes the first posed frame the world.
-    SE3 world_from_first;
     std::vector<std::size_t> posed;
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       if (poses_[i]) posed.push_back(i);
     }
-    world_from_first = poses_[posed.front()]->inverse();
+    const SE3 world_from_first = poses_[posed.front()]->inverse();
     SceneFit fit{
         .camera = camera_, .camera_from_world = {}, .points = {}, .sightings = {}, .size = tracks_.size};
     for (const std::size_t i : posed) {
@@ -195,7 +192,6 @@ class Builder {
     for (const auto& [track, point] : points_) {
       index_of[track] = static_cast<std::uint32_t>(fit.points.size());
       fit.points.push_back((first_from_world * point).normalized());
-      result.tracks.push_back(track);
     }
     std::size_t num_pixels = 0;
     for (std::size_t k = 0; k < posed.size(); ++k) {
@@ -212,14 +208,11 @@ class Builder {
         if (sightingError(fit, sighting).norm() < 10 * threshold_px_) fit.sightings.push_back(sighting);
       }
     }
-    std::stable_sort(fit.sightings.begin(), fit.sightings.end(),
-                     [](const SceneSighting& a, const SceneSighting& b) { return a.point < b.point; });
-    const double wide = threshold_px_ / medianSigma(fit);
-    fit.loss = {.threshold_px = wide};
+    std::ranges::stable_sort(fit.sightings, {}, &SceneSighting::point);
+    fit.loss = {.threshold_px = threshold_px_ / medianSigma(fit)};
     removeOutliers(fit, std::numeric_limits<double>::infinity());
     for (int round = 0; round < 3; ++round) {
-      fit = solveScene(std::move(fit),
-                       {.max_iterations = 50, .function_tolerance = 1e-8, .cancel = options_.cancel});
+      fit = solveScene(std::move(fit), {.max_iterations = 50, .function_tolerance = 1e-8, .cancel = cancel_});
       if (fit.summary.termination == Termination::kFailed) return;
       const double noise = noiseOf(fit);
       constexpr double kHuber = 2.5;
@@ -228,8 +221,7 @@ class Builder {
       removeOutliers(fit, kOutlier * noise);
       if (fit.sightings.size() < 4 * TwoView::kFewestInliers) return;
     }
-    fit = solveScene(std::move(fit),
-                     {.max_iterations = 100, .function_tolerance = 1e-10, .cancel = options_.cancel});
+    fit = solveScene(std::move(fit), {.max_iterations = 100, .function_tolerance = 1e-10, .cancel = cancel_});
     if (fit.summary.termination == Termination::kFailed) return;
     result.noise_px = noiseOf(fit) * medianSigma(fit);
     result.outlier_share = 1 - static_cast<double>(fit.sightings.size()) /
@@ -246,11 +238,11 @@ class Builder {
   const AnyCamera& camera_;
   const FootageTracks& tracks_;
   std::vector<std::size_t> frames_;
-  const ReconstructionOptions& options_;
-  double threshold_px_ = 2;
+  const CancelFlag* cancel_;
+  double threshold_px_;
   std::vector<std::vector<std::optional<Eigen::Vector3d>>> rays_;
   std::vector<std::optional<SE3>> poses_;
-  std::map<std::size_t, bool> is_refused_;
+  std::set<std::size_t> refused_;
   std::map<std::uint32_t, Eigen::Vector4d> points_;
 };
 
@@ -272,24 +264,22 @@ double noiseOf(const SceneFit& fit) {
   return medianOf(std::move(errors)) / kMedianLength / std::sqrt(left);
 }
 
-std::size_t removeOutliers(SceneFit& fit, double limit) {
-  const std::size_t before = fit.sightings.size();
+void removeOutliers(SceneFit& fit, double limit) {
   std::erase_if(fit.sightings, [&](const SceneSighting& sighting) {
     return !(sightingError(fit, sighting).norm() <= limit * sighting.sigma_px);
   });
   std::vector<std::size_t> count(fit.points.size(), 0);
   for (const SceneSighting& sighting : fit.sightings) ++count[sighting.point];
   std::erase_if(fit.sightings, [&](const SceneSighting& sighting) { return count[sighting.point] < 2; });
-  return before - fit.sightings.size();
 }
 
 Reconstruction reconstruct(const AnyCamera& camera, const FootageTracks& tracks,
-                           std::span<const std::size_t> frames, const ReconstructionOptions& options) {
-  return Builder(camera, tracks, frames, options).build();
+                           std::span<const std::size_t> frames, const CancelFlag* cancel) {
+  return Builder(camera, tracks, frames, cancel).build();
 }
 
-FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks,
-                              const ReconstructionOptions& options, int num_jobs) {
+FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks, int num_jobs,
+                              const CancelFlag* cancel) {
   constexpr std::size_t kMost = 12;
   const auto groups = chooseWindows(tracks, kMost);
   std::vector<std::vector<Reconstruction>> found(groups.size());
@@ -298,21 +288,34 @@ FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& trac
       [&](std::size_t g) {
         std::vector<std::size_t> left = groups[g];
         while (left.size() >= 2 && found[g].size() < kMost) {
-          found[g].push_back(reconstruct(camera, tracks, left, options));
-          const Reconstruction& window = found[g].back();
+          const Reconstruction& window = found[g].emplace_back(reconstruct(camera, tracks, left, cancel));
           if (!window.fit || tracks.is_video) break;
           std::erase_if(left, [&](std::size_t frame) {
-            return std::find(window.frames.begin(), window.frames.end(), frame) != window.frames.end();
+            return std::ranges::find(window.frames, frame) != window.frames.end();
           });
         }
       },
-      options.cancel);
+      cancel);
   FootageWindows result;
   for (auto& group : found) {
     for (Reconstruction& window : group)
       (window.fit ? result.windows : result.without_fit).push_back(std::move(window));
   }
   return result;
+}
+
+bool solveWindows(std::vector<Reconstruction>& windows, int num_jobs, const CancelFlag* cancel) {
+  parallelFor(
+      windows.size(), num_jobs,
+      [&](std::size_t i) {
+        SceneFit& fit = *windows[i].fit;
+        fit =
+            solveScene(std::move(fit), {.max_iterations = 200, .function_tolerance = 1e-6, .cancel = cancel});
+      },
+      cancel);
+  return std::ranges::all_of(windows, [](const Reconstruction& window) {
+    return window.fit->summary.termination == Termination::kConverged;
+  });
 }
 
 }  // namespace alidade

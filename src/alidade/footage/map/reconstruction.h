@@ -20,17 +20,10 @@ struct Reconstruction {
   /// Reason why there is no fit, kRotation or kNone; otherwise the kind of its first two views.
   TwoViewKind kind = TwoViewKind::kNone;
   std::optional<SceneFit> fit;
-  std::vector<std::size_t> frames;    ///< of the tracks, those of the fit, ascending
-  std::vector<std::uint32_t> tracks;  ///< of each point of the fit
-  double noise_px = 0;                ///< standard deviation of a coordinate, from the remaining errors
-  double outlier_share = 0;           ///< of the pixels of tracks in these frames
-  double parallax_px = 0;             ///< of the first two views
-};
-
-struct ReconstructionOptions {
-  double threshold_px = 0;  ///< as TwoViewOptions
-  std::uint64_t seed = 1;
-  const CancelFlag* cancel = nullptr;
+  std::vector<std::size_t> frames;  ///< of the tracks, those of the fit, ascending
+  double noise_px = 0;              ///< standard deviation of a coordinate, from the remaining errors
+  double outlier_share = 0;         ///< of the pixels of tracks in these frames
+  double parallax_px = 0;           ///< of the first two views
 };
 
 /// Starts from the two frames with the most common tracks and a large parallax, adds frames one by one, and
@@ -38,7 +31,7 @@ struct ReconstructionOptions {
 /// @param frames  of the tracks, ascending
 [[nodiscard]] Reconstruction reconstruct(const AnyCamera& camera, const FootageTracks& tracks,
                                          std::span<const std::size_t> frames,
-                                         const ReconstructionOptions& options = {});
+                                         const CancelFlag* cancel = nullptr);
 
 /// Groups of frames, each reconstructed separately.
 struct FootageWindows {
@@ -47,14 +40,17 @@ struct FootageWindows {
 };
 /// Reconstructs all groups from chooseWindows(). The rest of a group of photographs becomes further windows.
 [[nodiscard]] FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks,
-                                            const ReconstructionOptions& options, int num_jobs);
+                                            int num_jobs, const CancelFlag* cancel);
+
+/// Finds poses and points of all windows again, for their cameras as they are.
+/// @returns whether they were found
+bool solveWindows(std::vector<Reconstruction>& windows, int num_jobs, const CancelFlag* cancel);
 
 /// The standard deviation of a coordinate in units of sigma_px, from the median of the errors.
 [[nodiscard]] double noiseOf(const SceneFit& fit);
 
-/// Removes sightings with an error above a limit, in units of sigma_px, then points with fewer than two.
-/// Indices of points do not change.
-/// @returns the number of removed sightings
-std::size_t removeOutliers(SceneFit& fit, double limit);
+/// Leaves out sightings whose error is beyond a limit, in units of sigma_px, then points with fewer than two.
+/// Indices of points stay as they are.
+void removeOutliers(SceneFit& fit, double limit);
 
 }  // namespace alidade
