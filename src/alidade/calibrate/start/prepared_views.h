@@ -22,12 +22,11 @@ inline constexpr std::size_t kMinCornersPerView = 6;
 
 /// The input of a calibration, checked and in order.
 struct PreparedViews {
-  std::vector<Board> boards;                ///< View::board is an index into these
-  std::vector<View> views = {};             ///< in order of names and boards, corners in order of their ids;
-                                            ///< FitView::source is an index into these
-  std::vector<std::size_t> sources = {};    ///< of each, its index among those that were given
-  std::vector<ExcludedView> excluded = {};  ///< with too few corners
-  std::vector<RepeatedView> repeated = {};
+  std::vector<Board> boards;              ///< View::board is an index into these
+  std::vector<View> views = {};           ///< in order of names and boards, corners in order of their ids;
+                                          ///< FitView::source is an index into these
+  std::vector<std::size_t> sources = {};  ///< of each, its index among those that were given
+  Dropped dropped = {};                   ///< views with too few corners and repeated ones
 };
 
 /// Checks what was given, puts it in order, and leaves out views with too few corners and copies of others.
@@ -55,7 +54,7 @@ void requireViews(const PreparedViews& given, const Fit& fit);
 /// displacements from one to the other, as far as they are an affine function of the place in the image, as a
 /// change of pose makes them, are within kSamePlacePx and those that are left scatter by no more than noise
 /// does.
-/// @param given  with views in order of their names; those that repeat others go to `repeated`
+/// @param given  with views in order of their names; those that repeat others go to `dropped`
 void mergeRepeatedViews(PreparedViews& given);
 
 /// How far apart corners may lie and still count as the same pose, RMS over the corners, px.

@@ -104,15 +104,6 @@ struct ShapeReport {
   double flat_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< and its weighted RMS
 };
 
-/// Whether the points of a board lie where the SPEC and the bend put them.
-struct UnevenReport {
-  /// By how much held-out errors are larger with the points in their places; nothing where a glance at the
-  /// errors was enough or it was not tested.
-  std::optional<HeldOutExcess> even_excess = {};
-  /// It was tested, and the views show no offsets that stand out from noise.
-  bool is_undetermined = false;
-};
-
 /// A model that was considered.
 struct ModelCandidate {
   std::string id;
@@ -144,7 +135,11 @@ struct ModelChoice {
 struct Choice {
   StartReport start = {};
   std::vector<ShapeReport> shapes = {};  ///< one for each board of the fit
-  UnevenReport points = {};              ///< of the boards
+  /// By how much held-out errors are larger with the points of the boards in their places; nothing where a
+  /// glance at the errors was enough or it was not tested.
+  std::optional<HeldOutExcess> even_excess = {};
+  /// Offsets of the points were asked for, and the views show none that stand out from noise.
+  bool are_offsets_undetermined = false;
   bool is_settled = false;  ///< noise estimate and set of outliers came to rest in the rounds allowed
   std::optional<ModelChoice> model = {};         ///< where the model was not named
   std::optional<BetterModel> better_model = {};  ///< where it was

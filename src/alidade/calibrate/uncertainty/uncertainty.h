@@ -103,30 +103,6 @@ struct ParameterUncertainty {
   [[nodiscard]] std::optional<Correlation> strongestCorrelation() const;
 };
 
-/// The parts of the corners' errors.
-struct CornerErrors {
-  /// tau of CornerNoise: the standard deviation per axis that detection noise does not explain. NaN if no
-  /// corner states its sigma.
-  double unexplained_sigma_px = std::numeric_limits<double>::quiet_NaN();
-  /// coordinate_sigma_px from differences between neighbouring corners alone, in which errors that vary
-  /// smoothly over the board (a lens that does not follow the model, a bent board) cancel; NaN without
-  /// neighbours.
-  double local_sigma_px = 0;
-  /// The errors over those that neighbouring corners do not share, at least 1: large where the lens or the
-  /// board deviates from its model.
-  double smoothness = 1;
-  std::size_t num_places = 0;  ///< of the boards, see placesOf()
-};
-
-/// The pixels of scene points.
-struct ProjectedUncertainty {
-  /// Pixel uncertainty by statedCovariance(): of points infinitely far away with the best rotation taken
-  /// out, and of near ones with the best pose. Nothing where there is no covariance.
-  std::optional<UncertaintyGrid> projection_far = {};
-  std::optional<UncertaintyGrid> projection_near = {};
-  double board_distance_m = 0;  ///< median of the boards' middles from the camera
-};
-
 /// Errors that a calibration excludes, the same in all views. The first kNumBoardCauses are mistakes of a
 /// board: boards are printed and mounted one by one, so that each has its own.
 enum class CommonCause {
@@ -168,27 +144,24 @@ struct ViewInfluence {
   double surprise_sigmas = 0;
 };
 
-/// How far views differ in something of which a camera has only one.
-struct ViewVariation {
-  /// F statistic of one value a view against the same for all: about 1 where nothing varies. NaN with too few
-  /// views.
-  double f = std::numeric_limits<double>::quiet_NaN();
-  /// One standard deviation between views, as a share of the focal length or of the image's height, without
-  /// what noise adds to it (DerSimonian and Laird 1986, Meta-analysis in clinical trials, Controlled Clinical
-  /// Trials 7(3)).
-  double spread = 0;
-};
-
 /// Variation between single views, each with its own pose, while the camera stays as estimated from all.
+///
+/// F is the statistic of one value a view against the same for all: about 1 where nothing varies, NaN with
+/// too few views. The spread is one standard deviation between views, without what noise adds to it
+/// (DerSimonian and Laird 1986, Meta-analysis in clinical trials, Controlled Clinical Trials 7(3)).
 struct ViewVariations {
-  /// Both focal lengths times the same factor: zoom, focus or crop changed between images.
-  ViewVariation focal;
+  /// Both focal lengths times the same factor: zoom, focus or crop changed between images. The spread is a
+  /// share of the focal length.
+  double focal_f = std::numeric_limits<double>::quiet_NaN();
+  double focal_spread = 0;
   /// The image sheared and stretched from row to row: the board or the camera moved while the rows were read
   /// one after the other. A plane seen from a free pose leaves two ways to disagree with a camera, and these
-  /// are the two; so this explains a varying focal length as well.
-  ViewVariation rows;
-  /// Of what `rows` explains, the share that `focal` explains alone: near 1 if focal lengths vary, about a
-  /// half if images are sheared at random.
+  /// are the two; so this explains a varying focal length as well. The spread is a share of the image's
+  /// height.
+  double rows_f = std::numeric_limits<double>::quiet_NaN();
+  double rows_spread = 0;
+  /// Of what the rows explain, the share that the focal length explains alone: near 1 if focal lengths vary,
+  /// about a half if images are sheared at random.
   double focal_share = 0;
 };
 
@@ -267,8 +240,24 @@ struct Accuracy {
   [[nodiscard]] double coveredShareWithin(double tolerance_px) const;
 };
 
-/// How accurately a fit determines its camera: what each stage of the estimate returns, and the rest.
-struct Uncertainty : ParameterUncertainty, CornerErrors, ProjectedUncertainty, ViewEvidence {
+/// How accurately a fit determines its camera.
+struct Uncertainty : ParameterUncertainty, ViewEvidence {
+  /// tau of CornerNoise: the standard deviation per axis that detection noise does not explain. NaN if no
+  /// corner states its sigma.
+  double unexplained_sigma_px = std::numeric_limits<double>::quiet_NaN();
+  /// coordinate_sigma_px from differences between neighbouring corners alone, in which errors that vary
+  /// smoothly over the board (a lens that does not follow the model, a bent board) cancel; NaN without
+  /// neighbours.
+  double local_sigma_px = 0;
+  /// The errors over those that neighbouring corners do not share, at least 1: large where the lens or the
+  /// board deviates from its model.
+  double smoothness = 1;
+  std::size_t num_places = 0;  ///< of the boards, see placesOf()
+  /// Pixel uncertainty by statedCovariance(): of points infinitely far away with the best rotation taken
+  /// out, and of near ones with the best pose. Nothing where there is no covariance.
+  std::optional<UncertaintyGrid> projection_far = {};
+  std::optional<UncertaintyGrid> projection_near = {};
+  double board_distance_m = 0;  ///< median of the boards' middles from the camera
   HoldoutReport holdout = {};
   ImageBias image_bias = {};
   std::vector<OtherOptimum> other_optima = {};  ///< that the corners do not rule out, the likeliest first

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/uncertainty/view_scores.h"
+#include "alidade/calibrate/uncertainty/view_evidence.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include <Eigen/Cholesky>
 
 #include "alidade/adjust/noise/covariance.h"
-#include "alidade/calibrate/uncertainty/view_covariance.h"
+#include "alidade/adjust/noise/view_shares.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 #include "alidade/core/statistics.h"
@@ -17,6 +20,17 @@
 
 namespace alidade {
 namespace {
+
+double inflation(double freedom) {
+  return studentT95(freedom) / kNormal95;
+}
+
+// In every direction the larger of two covariances, of which the first is `variance` times the identity.
+Eigen::MatrixXd larger(double variance, const Eigen::MatrixXd& covariance) {
+  const SymmetricEigen solver(covariance);
+  const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(variance);
+  return solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
+}
 
 constexpr int kNumOtherCauses = static_cast<int>(kCommonCauses.size()) - kNumBoardCauses;
 
@@ -132,10 +146,6 @@ std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
   return scaledInverse(matrix, kSingular).inverse;
 }
 
-}  // namespace
-
-namespace {
-
 // Estimates of common errors from what all views say together. Causes are named by their columns.
 class CommonEstimate {
  public:
@@ -214,7 +224,114 @@ class CommonEstimate {
   Eigen::VectorXd gradient_;
 };
 
+constexpr int kFocal = 0;
+constexpr int kShear = 1;
+constexpr int kStretch = 2;
+constexpr int kNumWays = 3;
+
+// The ways in which a view may differ, as further columns.
+struct WayColumns {
+  std::array<double, 2> focal;
+  double centre_y;
+
+  static int size() { return kNumWays; }
+  [[nodiscard]] ExtraElements<2> elements(const CornerRows& rows, int axis) const {
+    const double* J = rows.J_px_params[static_cast<std::size_t>(axis)];
+    // Of the projected pixel, which is the observed one and the error.
+    const double below_centre = rows.root_weight * (rows.corner.pixel.y() - centre_y) + rows.error[1];
+    return {.column = {kFocal, axis == 0 ? kShear : kStretch},
+            .value = {focal[0] * J[0] + focal[1] * J[1], below_centre}};
+  }
+};
+
+// By how much sums of squares fall if views may differ, and in how many ways they can.
+struct Drop {
+  double squares = 0;
+  int freedom = 0;
+};
+
+void addDropByFocal(const Reduced& view, Drop& drop) {
+  const double information = view.information.bottomRightCorner<kNumWays, kNumWays>()(kFocal, kFocal);
+  if (!(information > 0)) return;
+  const double gradient = view.gradient.tail<kNumWays>()(kFocal);
+  drop.squares += gradient * gradient / information;
+  ++drop.freedom;
+}
+
+void addDropByRows(const Reduced& view, Drop& all) {
+  const SymmetricEigen solver(view.information.bottomRightCorner<2, 2>());
+  // Seen from the front a plane tells nothing of one of the two.
+  constexpr double kUnseen = 1e-6;
+  Drop drop;
+  for (int i = 0; i < 2; ++i) {
+    const double information = solver.eigenvalues()(i);
+    if (!(information > kUnseen * solver.eigenvalues()(1))) continue;
+    const double gradient = solver.eigenvectors().col(i).dot(view.gradient.tail<2>());
+    drop.squares += gradient * gradient / information;
+    ++drop.freedom;
+  }
+  all.squares += drop.squares;
+  all.freedom += drop.freedom;
+}
+
+// The variance of one way between views without what noise adds, see ViewVariations.
+double varianceOf(int way, std::span<const Reduced> views, double noise_variance) {
+  double weights = 0;
+  double squared_weights = 0;
+  double values = 0;
+  double squared_values = 0;
+  int count = 0;
+  for (const Reduced& view : views) {
+    const double information = view.information.bottomRightCorner<kNumWays, kNumWays>()(way, way);
+    if (!(information > 0)) continue;
+    const double weight = information / noise_variance;
+    const double value = -view.gradient.tail<kNumWays>()(way) / information;
+    weights += weight;
+    squared_weights += weight * weight;
+    values += weight * value;
+    squared_values += weight * value * value;
+    ++count;
+  }
+  const double excess = squared_values - values * values / weights - (count - 1);
+  return std::max(0.0, excess / (weights - squared_weights / weights));
+}
+
 }  // namespace
+
+std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
+                                             const Eigen::MatrixXd& directions, int num_params,
+                                             double variance, double mean_slope) {
+  constexpr std::size_t kFewestViews = 3;  // two disagree with each other in any case
+  constexpr double kLeastFreedom = 2;      // with less no factor is large enough
+  const Eigen::Index m = directions.cols();
+  if (m == 0 || pulls.size() < kFewestViews) return std::nullopt;
+  const auto shares = ViewShares::make(pulls, directions, mean_slope);
+  if (!shares) return std::nullopt;
+  const Eigen::MatrixXd& meat = shares->covariance();
+
+  ViewCovariance result;
+  const Eigen::MatrixXd root = shares->basis().topRows(num_params);
+  result.covariance = root * meat * root.transpose();
+  double most = 1;
+  for (int i = 0; i < num_params; ++i) {
+    result.freedom.push_back(shares->freedomOf(root.row(i).transpose()));
+    if (result.covariance(i, i) > 0) most = std::max(most, inflation(result.freedom.back()));
+  }
+  const auto num_free = static_cast<double>(m);
+  result.excess = meat.trace() / (num_free * variance);
+  result.excess_sigmas = normalOfMeanSquare(result.excess, num_free * num_free / shares->squaresOfShares());
+  result.is_pooled = static_cast<Eigen::Index>(pulls.size()) <= m || !std::isfinite(most);
+  if (result.is_pooled) {
+    const auto most_freedom = static_cast<double>(pulls.size()) - 1;
+    const double freedom = std::clamp(num_free / shares->squaresOfShares() - 1, kLeastFreedom, most_freedom);
+    const double pooled = inflation(freedom) * inflation(freedom) * result.excess;
+    const double capped = inflation(kLeastFreedom) * inflation(kLeastFreedom);
+    result.larger = root * larger(variance * std::max(1.0, pooled), capped * meat) * root.transpose();
+  } else {
+    result.larger = root * larger(variance, most * most * meat) * root.transpose();
+  }
+  return result;
+}
 
 std::vector<Reduced> viewScores(const Fit& fit) {
   return mapped(fit.views, [&](const FitView& view) {
@@ -288,6 +405,37 @@ std::vector<ViewInfluence> viewInfluences(std::span<const Reduced> scores, const
       influences[v].surprise_sigmas = normalOfMeanSquare(means[v] / typical, views[v].freedom);
   }
   return influences;
+}
+
+ViewVariations viewVariations(const Fit& fit) {
+  constexpr std::size_t kMinViewsToVary = 4;
+  ViewVariations variations;
+  if (fit.views.size() < kMinViewsToVary) return variations;
+  const std::vector<double>& params = onlyCamera(fit).params;
+  const WayColumns columns{.focal = {params[0], params[1]}, .centre_y = params[3]};
+  const std::vector<Reduced> views = reduced(fit, LossWeights::kUse, columns);
+  double squares = 0;
+  int freedom = -static_cast<int>(params.size());
+  Drop by_focal;
+  Drop by_rows;
+  for (const Reduced& view : views) {
+    squares += view.squares;
+    freedom += 2 * view.num_corners - 6;
+    addDropByFocal(view, by_focal);
+    addDropByRows(view, by_rows);
+  }
+  if (freedom <= 2 * static_cast<int>(views.size())) return variations;
+  // F statistics of the drops against what they leave; nothing is free but poses and, in all, as many values
+  // as the camera has parameters.
+  const double focal_variance = (squares - by_focal.squares) / (freedom - by_focal.freedom);
+  const double rows_variance = (squares - by_rows.squares) / (freedom - by_rows.freedom);
+  variations.focal_share = by_rows.squares > 0 ? std::min(1.0, by_focal.squares / by_rows.squares) : 0.0;
+  variations.focal_f = by_focal.squares / by_focal.freedom / focal_variance;
+  variations.focal_spread = std::sqrt(varianceOf(kFocal, views, focal_variance));
+  variations.rows_f = by_rows.squares / by_rows.freedom / rows_variance;
+  variations.rows_spread = std::sqrt(
+      std::max(varianceOf(kShear, views, rows_variance), varianceOf(kStretch, views, rows_variance)));
+  return variations;
 }
 
 }  // namespace alidade

@@ -41,23 +41,34 @@ inline constexpr double kBendF = 6.9;
 /// Whether there is any.
 [[nodiscard]] bool isShapeEstimated(const Fit& fit);
 
-struct BentFit {
-  SettledFit settled;
-  std::vector<ShapeReport> reports;  ///< one for each board of the fit
-};
-
 /// Estimates the bends of the boards together with everything else, from the solution for flat ones, if it is
 /// asked for and, when that is left open, the tests say that a board is bent, see isBent(). Boards are tested
 /// one by one, each beside those that are estimated already, and the most significant bend goes first: a
 /// board whose bend is not in the fit makes others look bent.
-[[nodiscard]] BentFit bent(SettledFit flat, BoardShapeMode mode, const CancelFlag* cancel);
+/// @returns one for each board of the fit
+[[nodiscard]] std::vector<ShapeReport> estimateBends(SettledFit& now, BoardShapeMode mode,
+                                                     const CancelFlag* cancel);
 
 /// Looks at each bend that is estimated again, on the corners now in use, and compares with a flat board on
 /// the same corners. Where those speak of a bend no more, the board is taken as flat, and what is an outlier
 /// must be judged again.
-[[nodiscard]] BentFit bendTestedAgain(BentFit bent, BoardShapeMode mode, const CancelFlag* cancel);
+void testBendsAgain(SettledFit& now, std::vector<ShapeReport>& reports, BoardShapeMode mode,
+                    const CancelFlag* cancel);
 
 /// Where the user asks for flat boards: those that are bent nevertheless, and the effect on the parameters.
 [[nodiscard]] std::optional<IgnoredBend> ignoredBend(const Fit& fit);
+
+/// Estimates the offsets of the boards' points (withOffsets()), of all boards, if asked to, or if that is
+/// left open and they lower the held-out RMS significantly, by more than 5 %: an offset that corners of other
+/// views predict is the board's, whatever noise or a lens beyond its model make of it. A larger lens model
+/// that leaves smaller errors goes first, and offsets that are mostly a stretch, a grading or a twist of the
+/// board as a whole are left to the tests of these (CommonError). Boards of more than 400 points are not
+/// tested: the equations grow with the cube.
+/// @param now     with the bends estimated
+/// @param choice  gets the result of the test
+void estimateOffsets(SettledFit& now, BoardShapeMode mode, const CancelFlag* cancel, Choice& choice);
+
+/// On the corners now in use.
+void estimateOffsetsAgain(SettledFit& now, const CancelFlag* cancel);
 
 }  // namespace alidade
