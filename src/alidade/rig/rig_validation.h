@@ -25,7 +25,6 @@ struct TestedRigCamera {
   double effect_px = 0;
   /// The standard normal variable that is exceeded as often as this difference of poses by chance.
   double sigmas = 0;
-  std::optional<LensMisfit> misfit;
 };
 
 /// How a rig agrees with images that it was perhaps not made from.
