@@ -33,13 +33,6 @@ struct FileCheck {
 /// A diagnosis as a check without numbers. A next step is a line of its own: "\n  next: ...".
 [[nodiscard]] FileCheck fileCheck(const Diagnosis& diagnosis);
 
-/// What to bear in mind about the file that a record comes from.
-struct RecordContext {
-  bool is_size_guessed = false;  ///< the file does not state `image_size`; see sizeAround()
-  /// The principal point of the rectified images, px, if the file states it.
-  std::optional<Eigen::Vector2d> rectified_center = std::nullopt;
-};
-
 /// "trustworthy, within 0.99 px (95 %) over 40 % of the image": the verdict and, if known, the accuracy.
 [[nodiscard]] std::string calibrationText(const CalibrationRecord& stated);
 
@@ -47,8 +40,11 @@ struct RecordContext {
 /// share of the image has a ray. Checks what the record states beside them: the domain, self-check points,
 /// the covariance, the uncertainty of pixels, and the verdict of the calibration. What is not stated is
 /// not checked.
-[[nodiscard]] std::vector<FileCheck> checkCamera(const CameraRecord& record,
-                                                 const RecordContext& context = {});
+/// @param is_size_guessed   the file does not state `image_size`; see sizeAround()
+/// @param rectified_center  the principal point of the rectified images, px, if the file states it
+[[nodiscard]] std::vector<FileCheck> checkCamera(
+    const CameraRecord& record, bool is_size_guessed = false,
+    const std::optional<Eigen::Vector2d>& rectified_center = std::nullopt);
 
 /// The image size, px, for checking a camera whose file states none: its principal point is the
 /// centre.
@@ -84,8 +80,18 @@ struct FileJudgement {
 /// Checks a camera of `file` by itself.
 [[nodiscard]] CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file);
 
-/// The judgement of a camera that is not supported, in a file with others.
-[[nodiscard]] CameraJudgement judgeRefused(const RefusedCamera& camera, const std::string& file);
+/// Checks where the cameras of a file are to each other, the verdict on their rig, and its covariance;
+/// nothing for a file that is no rig of supported cameras. What is not stated is not checked.
+[[nodiscard]] std::vector<FileCheck> checkRig(const CameraSource& source);
+
+/// The check of a covariance that contradicts neither itself nor the standard deviations beside it.
+/// @param what  "the covariance"
+/// @param std   the name of the standard deviations
+[[nodiscard]] FileCheck covarianceCheck(DiagnosisId id, const std::string& what, bool is_semidefinite,
+                                        bool is_consistent, const std::string& std);
+
+/// The check that repeats the verdict of a calibration.
+[[nodiscard]] FileCheck verdictCheck(DiagnosisId id, Verdict verdict, std::string message);
 
 /// `message` without the path that it begins with: "cam.yaml:4: fx: found ..." becomes "line 4: fx: found
 /// ...".

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,7 +19,7 @@
 
 namespace alidade {
 
-/// Views, posed for a camera.
+/// Views, posed for a camera, with their errors.
 struct PosedViews {
   Fit fit;  ///< of one camera, without a loss
   /// How much each view counts: best the inverse of the variance of its corners. Empty: all alike.
@@ -27,9 +29,6 @@ struct PosedViews {
 /// Errors of this size an axis, px, count as chance even where corners are without noise: what is left of
 /// those is rounding, and how a change compares with it says nothing.
 inline constexpr double kFinestPx = 1e-3;
-
-/// How far views are from what a camera predicts at their poses: sqrt(mean of dx^2 + dy^2) over all corners.
-[[nodiscard]] double misfitPx(const PosedViews& posed);
 
 /// Whether a camera is off by so much that the refitted poses cannot hide it: how improbable the ratio of its
 /// squared errors to those of the freed camera would be if it were right, as a normal variable.
@@ -43,11 +42,6 @@ inline constexpr double kFinestPx = 1e-3;
 /// @param freed  the same views, posed for the camera that they give
 [[nodiscard]] double misfitSigmas(const PosedViews& held, const PosedViews& freed);
 
-/// The best of the poses of a view to which refits from some starts lead; nothing where none does.
-/// @param corners  on the board as it is bent
-[[nodiscard]] std::optional<SE3> bestPose(const AnyCamera& camera, std::span<const Observation> corners,
-                                          HuberLoss loss, std::span<const SE3> starts);
-
 /// The views refitted to another camera, from where they are; nothing where it does not see one of them.
 [[nodiscard]] std::optional<PosedViews> posedFor(const AnyCamera& camera, PosedViews views);
 
@@ -59,6 +53,8 @@ struct StepEstimate {
   /// The normal variable that is as improbable as such an amount, of either sign, for the right camera; not
   /// negative.
   double sigmas = 0;
+  /// sqrt(mean of dx^2 + dy^2) over all corners, poses refitted; NaN where the change was not made.
+  double rms_px = std::numeric_limits<double>::quiet_NaN();
 
   [[nodiscard]] bool isSignificant() const;
   /// Half the width of the 95 % interval over 1.96: one standard deviation that can be used like one of a
@@ -145,17 +141,27 @@ inline constexpr std::array kIntrinsicsChanges = {CameraChangeKind::kFocalLength
                                              const PosedViews& freed);
 
 /// One way to change a camera, taken until nothing more is gained by it: the first step alone, which a score
-/// test takes, falls far short where the camera is far off.
-struct ChangeRefit {
-  StepEstimate estimate;  ///< of the change in all, its uncertainty that where it has come to rest
-  double rms_px = 0;      ///< sqrt(mean of dx^2 + dy^2) over all corners, poses refitted
-};
-
-/// The other parameters are as in HeldScores::make().
+/// test takes, falls far short where the camera is far off. The estimate is of the change in all, its
+/// uncertainty that where it has come to rest. The other parameters are as in HeldScores::make().
 /// @returns nothing where the views say nothing of the change, or where it leads to a camera that cannot be
 /// or does not see the boards
-[[nodiscard]] std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChangeKind change,
-                                                     const PosedViews& freed, double noise_variance,
-                                                     const std::optional<DenseMatrix>& covariance);
+[[nodiscard]] std::optional<StepEstimate> refitChange(const AnyCamera& tested, CameraChangeKind change,
+                                                      const PosedViews& freed, double noise_variance,
+                                                      const std::optional<DenseMatrix>& covariance);
+
+/// A slip that a camera file may contain, and the camera without it.
+struct Slip {
+  std::string_view id;  ///< stable, for scripts: "k1_sign"
+  std::string text;     ///< with the numbers: "k1 has the wrong sign: k1 -0.28 instead of 0.28"
+  AnyCamera mended;
+  int num_free = 0;   ///< numbers of the mended camera that were taken from the images
+  double rms_px = 0;  ///< sqrt(mean of dx^2 + dy^2) over all corners, poses refitted to the mended camera
+};
+
+/// Mends each slip of the list that the numbers of a camera allow. Numbers that the slip leaves open, such as
+/// a wrong fy, come from the freed camera; nothing else is fitted but poses.
+/// @param freed  posed for the camera that the views give
+/// @returns those with which all corners can be seen
+[[nodiscard]] std::vector<Slip> mendedSlips(const AnyCamera& tested, const PosedViews& freed);
 
 }  // namespace alidade
