@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "alidade/validate/held_out/held_out_checks.h"
+#include "alidade/validate/held_out/held_out_images.h"
 #include "support/lens_draw.h"
 #include "support/user_views.h"
 #include "support/wrong_camera.h"

@@ -58,9 +58,9 @@ Row runRow(Flaw flaw, const std::string& model, int num_sets) {
             "  %3d worst %.3f centre %.3f bias z %.2f rms %.3f rms %.3f local %.3f focal F %.2f spread %.5f "
             "rows F %.2f spread %.5f share %.2f\n",
             i, worst, centre, result.uncertainty.image_bias.z, result.uncertainty.image_bias.rms_px,
-            rms(result.fit), result.uncertainty.local_sigma_px, result.uncertainty.variations.focal.f,
-            result.uncertainty.variations.focal.spread, result.uncertainty.variations.rows.f,
-            result.uncertainty.variations.rows.spread, result.uncertainty.variations.focal_share);
+            rms(result.fit), result.uncertainty.local_sigma_px, result.uncertainty.variations.focal_f,
+            result.uncertainty.variations.focal_spread, result.uncertainty.variations.rows_f,
+            result.uncertainty.variations.rows_spread, result.uncertainty.variations.focal_share);
       }
     } catch (const Error& error) {
       ++row.ids["error"];

@@ -192,7 +192,7 @@ CalibrationValue calibrated(const py::object& views, const py::object& board, co
     options.cancel = cancel;
     value.result = calibrate(value.from.boards, value.from.views, options);
     value.guidance = guide(value.result, value.from.views);
-    value.record = recordOf(value.result, {.created_by = creatorName(), .name = name});
+    value.record = recordOf(value.result, creatorName(), name);
     report("calibrating", 1, 1);
   });
   return value;

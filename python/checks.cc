@@ -109,8 +109,7 @@ void addMaps(const FileValue& self, const CameraJudgement& judged, std::vector<F
   };
   if (self.other) add(*self.other, "where the other camera projects points");
   if (judged.held_out && judged.held_out->freed)
-    add(recordOf(*judged.held_out->freed, {.created_by = creatorName()}),
-        "where the camera of the images projects points");
+    add(recordOf(*judged.held_out->freed, creatorName()), "where the camera of the images projects points");
 }
 
 py::str validationHtml(const FileValue& self) {

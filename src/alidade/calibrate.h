@@ -14,7 +14,7 @@
 ///     const alidade::Calibration result = alidade::calibrate(board, views, {.model = "radtan"});
 ///     for (const alidade::Diagnosis& diagnosis : result.diagnoses) std::puts(diagnosis.message().c_str());
 ///     if (result.isUsable()) std::printf("fx +- %.2f px\n", result.uncertainty.parameterStd(0));
-///     const auto record = alidade::recordOf(result, {.created_by = "my program"});
+///     const auto record = alidade::recordOf(result, "my program");
 #pragma once
 
 #include "alidade/calibrate/calibrator.h"

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "alidade/adjust/board/errors.h"
-#include "alidade/calibrate/bend/board_bend.h"
+#include "alidade/calibrate/bend/shape_fit.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/core/error.h"
@@ -216,7 +216,7 @@ TEST(SeveralBoards, DoNotRepeatEachOther) {
   }
   const PreparedViews given = prepareViews(boards, views);
   EXPECT_EQ(given.views.size(), 8U);
-  EXPECT_TRUE(given.repeated.empty());
+  EXPECT_TRUE(given.dropped.repeated.empty());
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <map>
 
 #include "alidade/adjust/board/errors.h"
-#include "alidade/calibrate/bend/board_bend.h"
+#include "alidade/calibrate/bend/shape_fit.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/random.h"
 #include "alidade/detect/detect_images.h"
@@ -19,7 +19,7 @@
 #include "alidade/imagery/image_list.h"
 #include "alidade/rig/rig_validation.h"
 #include "alidade/target/board_spec.h"
-#include "alidade/validate/held_out/held_out_checks.h"
+#include "alidade/validate/held_out/held_out_images.h"
 
 namespace alidade {
 namespace {

@@ -13,7 +13,6 @@
 #include "alidade/files/rig_file.h"
 #include "alidade/rig/rig_calibrator.h"
 #include "alidade/rig/rig_start.h"
-#include "alidade/rig/rig_uncertainty.h"
 #include "alidade/rig/rig_validation.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"

@@ -61,14 +61,15 @@ TEST(CheckCamera, CatchesAStatedDomainThatIsNotTheParameters) {
 
 // As read from another program's file: without anything that proves the numbers.
 FileCheck bareCheck(const std::vector<double>& params, const std::string& id, ImageSize size = kSize,
-                    const RecordContext& context = {}) {
+                    bool is_size_guessed = false,
+                    const std::optional<Eigen::Vector2d>& rectified_center = {}) {
   const CameraRecord record{.camera = AnyCamera::make("radtan", params),
                             .image_size = size,
                             .domain = {},
                             .self_check = {},
                             .calibration = {},
                             .created_by = {}};
-  const std::vector<FileCheck> checks = checkCamera(record, context);
+  const std::vector<FileCheck> checks = checkCamera(record, is_size_guessed, rectified_center);
   const auto check =
       std::find_if(checks.begin(), checks.end(), [&](const FileCheck& c) { return c.id == id; });
   if (check == checks.end()) throw std::out_of_range(id);
@@ -151,7 +152,7 @@ TEST(CheckCamera, SeesASwappedPrincipalPoint) {
   params[2] = 471;
   params[3] = 562;
   const auto severityBy = [&](const Eigen::Vector2d& rectified) {
-    return bareCheck(params, "projection_matrix", square, {.rectified_center = rectified}).severity;
+    return bareCheck(params, "projection_matrix", square, false, rectified).severity;
   };
   EXPECT_EQ(severityBy({559, 474}), Severity::kFailure);
   EXPECT_EQ(severityBy({475, 559}), Severity::kPass);
@@ -168,8 +169,7 @@ TEST(CheckCamera, SaysWhichShareOfTheImageHasARay) {
   EXPECT_GT(shareOf(folding), 0.5);
   EXPECT_LT(shareOf(folding), 0.99);
   // The same where the image size was guessed.
-  EXPECT_EQ(bareCheck({535, 535, 320, 240, -0.4, 0, 0, 0, 0}, "one_to_one", kSize, {.is_size_guessed = true})
-                .severity,
+  EXPECT_EQ(bareCheck({535, 535, 320, 240, -0.4, 0, 0, 0, 0}, "one_to_one", kSize, true).severity,
             Severity::kWarning);
   // A fold that only the very corners reach.
   const FileCheck corners = bareCheck({535, 535, 319.5, 239.5, -0.285, 0, 0, 0, 0}, "one_to_one");

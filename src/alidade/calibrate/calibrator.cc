@@ -7,8 +7,8 @@
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/noise/larger_model.h"
-#include "alidade/calibrate/choose/model_choice.h"
-#include "alidade/calibrate/clean/dropped.h"
+#include "alidade/calibrate/choose/model_solution.h"
+#include "alidade/calibrate/clean/outliers.h"
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/calibrate/uncertainty/uncertainty_of.h"
@@ -100,7 +100,7 @@ CalibrationRecord calibrationRecord(const Calibration& of) {
   }
   addBoards(of, record);
   for (const Diagnosis& diagnosis : of.diagnoses) {
-    if (std::find(record.findings.begin(), record.findings.end(), diagnosis.id) == record.findings.end())
+    if (std::ranges::find(record.findings, std::string_view(diagnosis.id)) == record.findings.end())
       record.findings.emplace_back(diagnosis.id);
   }
   if (!known.covariance) return record;
@@ -155,27 +155,21 @@ std::vector<ViewSummary> viewSummaries(const Calibration& calibration) {
 }
 
 std::vector<Diagnosis> judge(const Calibration& calibration, double tolerance_px) {
-  const AnyCamera camera = calibration.camera();
-  return detail::judge({.fit = calibration.fit,
-                        .dropped = calibration.dropped,
-                        .choice = calibration.choice,
-                        .uncertainty = calibration.uncertainty,
-                        .domain = calibration.domain,
-                        .camera = camera,
-                        .tolerance_px = tolerance_px});
+  return detail::judge({calibration.fit, calibration.dropped, calibration.choice, calibration.uncertainty,
+                        calibration.domain, calibration.camera(), tolerance_px});
 }
 
-CameraRecord recordOf(const Calibration& calibration, RecordDetails details) {
+CameraRecord recordOf(const Calibration& calibration, std::string created_by, CameraName name) {
   AnyCamera camera = calibration.camera();
   std::vector<SelfCheckPoint> self_check = makeSelfCheck(camera, calibration.imageSize());
   return {.camera = camera,
           .image_size = calibration.imageSize(),
-          .name = std::move(details.name),
+          .name = std::move(name),
           .domain = DomainClaim{.max_angle_rad = calibration.domain.cone.max_angle_rad,
                                 .full_image = calibration.domain.full_image},
           .self_check = std::move(self_check),
           .calibration = calibrationRecord(calibration),
-          .created_by = std::move(details.created_by)};
+          .created_by = std::move(created_by)};
 }
 
 }  // namespace alidade

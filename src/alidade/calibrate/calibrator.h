@@ -72,14 +72,10 @@ struct ViewSummary {
 /// One per view of the fit.
 [[nodiscard]] std::vector<ViewSummary> viewSummaries(const Calibration& calibration);
 
-/// Contents of a camera file beside the result of the calibration.
-struct RecordDetails {
-  std::string created_by;  ///< program and version
-  CameraName name = {};
-};
-
 /// All that a camera file holds of a calibration: the camera with its domain and self-check points,
 /// accuracy, covariance, verdict and findings. Write it with saveCamera().
-[[nodiscard]] CameraRecord recordOf(const Calibration& calibration, RecordDetails details);
+/// @param created_by  program and version
+[[nodiscard]] CameraRecord recordOf(const Calibration& calibration, std::string created_by,
+                                    CameraName name = {});
 
 }  // namespace alidade

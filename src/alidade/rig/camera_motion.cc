@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/rig/camera_motion.h"
+#include "alidade/rig/rig_stages.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,6 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/median.h"
-#include "alidade/rig/pose_step.h"
 
 namespace alidade {
 namespace {
@@ -37,7 +36,7 @@ std::vector<std::vector<CommonView>> commonViews(const JointViews& views, const 
       // Prefer a view that agrees with the rig and has many corners.
       std::optional<std::size_t> other;
       const auto worth = [&](std::size_t w) {
-        return std::pair(isLinked(w), views.views[w]->corners.size());
+        return std::pair(isLinked(w), views.poses[w].view->corners.size());
       };
       for (const std::size_t w : of_place) {
         if (w != v && (!other || worth(w) > worth(*other))) other = w;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/rig/joint_camera.h"
+#include "alidade/rig/rig_stages.h"
 
 #include <algorithm>
 #include <vector>

@@ -14,8 +14,6 @@
 #include "alidade/adjust/noise/board_offsets.h"
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/robust_weighting.h"
-#include "alidade/rig/pose_step.h"
-#include "alidade/rig/still_boards.h"
 
 namespace alidade {
 namespace {
@@ -46,7 +44,7 @@ FitCamera placed(const Calibration& alone, double sigma_px, const SE3& camera_fr
 Fit startOf(const JointViews& views) {
   Fit fit{.boards = views.alone.front().fit.boards, .loss = {.threshold_px = kLossSigmas}};
   for (std::size_t c = 0; c < views.alone.size(); ++c) {
-    fit.cameras.push_back(placed(views.alone[c], views.sigma_px[c], views.start.camera_from_rig[c], c == 0));
+    fit.cameras.push_back(placed(views.alone[c], views.sigma_px[c], views.camera_from_rig[c], c == 0));
     for (std::size_t b = 0; b < fit.boards.size(); ++b) {
       const FitBoard& board = views.alone[c].fit.boards[b];
       if (fit.boards[b].is_shape_fixed && !board.is_shape_fixed) fit.boards[b] = board;
@@ -58,19 +56,19 @@ Fit startOf(const JointViews& views) {
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     const PosedView& pose = views.poses[v];
     const BoardTurn& turn = views.turnOf(v);
-    const SE3 rig_from_board = views.start.camera_from_rig[pose.camera].inverse() * pose.camera_from_board *
+    const SE3 rig_from_board = views.camera_from_rig[pose.camera].inverse() * pose.camera_from_board *
                                turn.turned_from_board.inverse();
     std::size_t placement = fit.placements.size();
-    if (views.start.agrees[v])
+    if (views.agrees[v])
       placement = placement_of.try_emplace({pose.frame, pose.board}, placement).first->second;
     if (placement == fit.placements.size())
       fit.placements.push_back({.frame = pose.frame, .board = pose.board, .rig_from_board = rig_from_board});
     fit.views.push_back({.camera = pose.camera,
                          .placement = placement,
                          .source = v,
-                         .corners = renumbered(views.views[v]->corners, fit.boards[pose.board].target, turn,
-                                               views.sigma_px[pose.camera]),
-                         .image = views.views[v]->image});
+                         .corners = renumbered(views.poses[v].view->corners, fit.boards[pose.board].target,
+                                               turn, views.sigma_px[pose.camera]),
+                         .image = views.poses[v].view->image});
   }
   return fit;
 }
@@ -135,6 +133,13 @@ void updateTransfers(const Fit& fit, const std::vector<std::size_t>& of_placemen
   }
 }
 
+Transfers transfersOf(const JointFit& joint, const std::vector<std::vector<std::size_t>>& placements) {
+  Transfers transfers(joint.fit.views.size());
+  for (const std::vector<std::size_t>& of_placement : placements)
+    updateTransfers(joint.fit, of_placement, joint.rig_from_board, transfers);
+  return transfers;
+}
+
 // The fit without placements that no view uses any more.
 Fit withoutEmptyPlacements(const Fit& fit) {
   return withoutViews(fit, std::vector<bool>(fit.views.size(), false));
@@ -178,9 +183,7 @@ std::vector<double> transferLimits(const Fit& fit, const Transfers& transfers) {
 void unlinkGrossContradictions(const JointViews& views, JointFit& joint) {
   joint.rig_from_board = placedByEach(joint.fit, views);
   std::vector<std::vector<std::size_t>> placements = viewsOfPlacements(joint.fit);
-  Transfers transfers(joint.fit.views.size());
-  for (const std::vector<std::size_t>& of_placement : placements)
-    updateTransfers(joint.fit, of_placement, joint.rig_from_board, transfers);
+  Transfers transfers = transfersOf(joint, placements);
   const std::vector<double> limits = transferLimits(joint.fit, transfers);
   const auto excess = [&](std::size_t v) { return transfers[v] / limits[joint.fit.views[v].camera]; };
   for (std::vector<std::size_t>& of_placement : placements) {
@@ -264,10 +267,8 @@ bool unlinkMovedViews(const JointViews& views, const std::vector<double>& alone,
 // Returns true if there were any.
 bool relink(const JointViews& views, const std::vector<std::size_t>& moved, JointFit& joint) {
   joint.rig_from_board = placedByEach(joint.fit, views);
-  Transfers transfers(joint.fit.views.size());
-  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(joint.fit))
-    updateTransfers(joint.fit, of_placement, joint.rig_from_board, transfers);
-  const std::vector<double> limits = transferLimits(joint.fit, transfers);
+  const std::vector<double> limits =
+      transferLimits(joint.fit, transfersOf(joint, viewsOfPlacements(joint.fit)));
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // placements of the linked views
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     if (std::ranges::find(joint.unlinked, v) == joint.unlinked.end())
@@ -299,37 +300,16 @@ std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits) {
   return {uneven.begin(), uneven.end()};
 }
 
-JointViews jointViews(std::span<const Board> boards, const RigFrames& frames, std::span<const RigViews> given,
-                      std::vector<Calibration> cameras) {
-  JointViews all;
-  all.alone = std::move(cameras);
-  const std::vector<std::vector<std::size_t>> first_of = firstFrames(frames, given, all.alone);
-  for (std::size_t c = 0; c < all.alone.size(); ++c) {
-    const Calibration& alone = all.alone[c];
-    all.sigma_px.push_back(std::max(alone.uncertainty.coordinate_sigma_px, kMinSigmaPx));
-    for (const FitView& view : alone.fit.views) {
-      all.poses.push_back({.camera = c,
-                           .frame = first_of[boardIndex(alone.fit, view)][frames.frame_of[c][view.source]],
-                           .board = boardIndex(alone.fit, view),
-                           .camera_from_board = cameraFromBoard(alone.fit, view)});
-      all.views.push_back(&view);
-    }
-  }
-  for (const Board& board : boards) all.turns.push_back(boardTurns(board));
-  all.start = findRigStart(all.alone.size(), all.turns, all.poses);
-  return all;
-}
-
 JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, const CancelFlag* cancel) {
   const SolveOptions options{.cancel = cancel};
   JointFit joint{.fit = startOf(views)};
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
-    if (!views.start.agrees[v]) joint.unlinked.push_back(v);
+    if (!views.agrees[v]) joint.unlinked.push_back(v);
   }
   std::vector<double> alone;
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     const double sigma_px = views.sigma_px[views.poses[v].camera];
-    alone.push_back(meanSquare(*views.views[v]) / (sigma_px * sigma_px));
+    alone.push_back(meanSquare(*views.poses[v].view) / (sigma_px * sigma_px));
   }
   unlinkGrossContradictions(views, joint);
   const auto solveOnce = [&] {

@@ -2,36 +2,17 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "alidade/adjust/board/fit.h"
-#include "alidade/calibrate/calibrator.h"
 #include "alidade/core/cancel.h"
-#include "alidade/rig/rig_frames.h"
 #include "alidade/rig/rig_start.h"
-#include "alidade/target/board.h"
 
 namespace alidade {
-
-/// The views of a rig's cameras, each calibrated alone, and the links between them.
-struct JointViews {
-  std::vector<Calibration> alone;  ///< of each camera
-  std::vector<PosedView> poses;
-  std::vector<const FitView*> views;          ///< of `alone`
-  std::vector<double> sigma_px;               ///< of each camera's corners
-  std::vector<std::vector<BoardTurn>> turns;  ///< of each board
-  RigStart start;
-
-  [[nodiscard]] const BoardTurn& turnOf(std::size_t v) const {
-    return turns[poses[v].board][start.turn_of[v]];
-  }
-};
-
-/// @param given  the views that each camera was given
-/// @param alone  the cameras calibrated from these
-[[nodiscard]] JointViews jointViews(std::span<const Board> boards, const RigFrames& frames,
-                                    std::span<const RigViews> given, std::vector<Calibration> alone);
 
 /// The boards that are uneven in any of these fits; all fits have the same boards.
 [[nodiscard]] std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits);
@@ -56,5 +37,21 @@ struct JointFit {
 
 /// The views of each placement.
 [[nodiscard]] std::vector<std::vector<std::size_t>> viewsOfPlacements(const Fit& fit);
+
+/// A step in the pose of one camera of a rig.
+struct PoseStep {
+  std::size_t camera = 0;
+  std::size_t first_frame = 0;  ///< after it, as FitPlacement::frame
+  /// camera_from_rig afterwards is that of before times Exp(tangent).
+  Eigen::Matrix<double, 6, 1> tangent = Eigen::Matrix<double, 6, 1>::Zero();
+  double normal = 0;  ///< the standard normal variable that is exceeded as often by chance, in one test
+};
+
+/// The likeliest step, by a score test for each camera and each frame, all unknowns of the rig being free
+/// (Rao 1948, Large sample tests of statistical hypotheses). Frames are in ascending order. Nothing if none
+/// is likely, or the frames do not determine the rig.
+/// @param fit       solved, at its optimum
+/// @param variance  of the coordinate of a corner of weight 1, px^2
+[[nodiscard]] std::optional<PoseStep> likeliestPoseStep(const Fit& fit, double variance);
 
 }  // namespace alidade

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/rig/pose_step.h"
+#include "alidade/rig/joint_fit.h"
 
 #include <iterator>
 #include <set>

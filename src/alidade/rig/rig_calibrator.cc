@@ -14,12 +14,7 @@
 #include "alidade/core/mapped.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/text.h"
-#include "alidade/rig/camera_motion.h"
-#include "alidade/rig/joint_camera.h"
-#include "alidade/rig/joint_fit.h"
-#include "alidade/rig/rig_holdout.h"
-#include "alidade/rig/rig_judge.h"
-#include "alidade/rig/rig_uncertainty.h"
+#include "alidade/rig/rig_stages.h"
 
 namespace alidade {
 namespace {
@@ -60,11 +55,11 @@ std::vector<Calibration> calibratedAlone(std::span<const Board> boards, const st
   return result;
 }
 
-void requireOnePart(const std::vector<RigViews>& cameras, const RigStart& start) {
-  if (start.num_parts == 1) return;
-  std::vector<std::string> parts(start.num_parts);
+void requireOnePart(const std::vector<RigViews>& cameras, const JointViews& views) {
+  if (views.num_parts == 1) return;
+  std::vector<std::string> parts(views.num_parts);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
-    std::string& part = parts[start.part_of[c]];
+    std::string& part = parts[views.part_of[c]];
     part += (part.empty() ? "" : ", ") + cameras[c].name;
   }
   throw inputError({.where = "rig",
@@ -86,13 +81,13 @@ void requireCounts(std::size_t num_cameras, const RigOptions& options) {
 JointViews linkedViews(std::span<const Board> boards, const std::vector<RigViews>& cameras,
                        const RigFrames& frames, const RigOptions& options) {
   JointViews views = jointViews(boards, frames, cameras, calibratedAlone(boards, cameras, options));
-  requireOnePart(cameras, views.start);
+  requireOnePart(cameras, views);
   return views;
 }
 
 RigLinks linksOf(const JointViews& views, const JointFit& joint, const std::vector<std::string>& frames) {
   RigLinks links{.num_renumbered = static_cast<std::size_t>(
-                     std::ranges::count_if(views.start.turn_of, [](std::size_t turn) { return turn != 0; }))};
+                     std::ranges::count_if(views.turn_of, [](std::size_t turn) { return turn != 0; }))};
   for (const std::size_t v : joint.unlinked) {
     links.unlinked.push_back({.camera = joint.fit.views[v].camera,
                               .image = joint.fit.views[v].image,
@@ -199,7 +194,7 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
   }
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const RigCamera& camera = rig.cameras[c];
-    CameraRecord of_camera = camera.given ? *camera.given : recordOf(camera.calibration, {.created_by = ""});
+    CameraRecord of_camera = camera.given ? *camera.given : recordOf(camera.calibration, "");
     of_camera.name.name = camera.name;
     if (!camera.given && of_camera.calibration && rig.covariance.isKnown())
       of_camera.calibration->is_covariance_by_views = rig.covariance.is_by_frames;

@@ -2,13 +2,14 @@
 #include "alidade/rig/rig_frames.h"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <iterator>
 #include <map>
 #include <numeric>
 #include <optional>
+#include <regex>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "alidade/core/error.h"
@@ -40,23 +41,9 @@ std::vector<std::string> imagesOf(const RigViews& camera) {
 
 // The numbers in a name, the last one first, without leading zeros.
 std::vector<std::string> numbersIn(const std::string& name) {
-  const auto isDigit = [&](std::size_t i) {
-    return i < name.size() && std::isdigit(static_cast<unsigned char>(name[i])) != 0;
-  };
-  std::vector<std::string> numbers;
-  for (std::size_t i = 0; i < name.size(); ++i) {
-    if (!isDigit(i)) continue;
-    std::size_t end = i;
-    while (isDigit(end)) ++end;
-    if (name[std::min(end, name.size() - 1)] == '.' && isDigit(end + 1)) {
-      ++end;
-      while (isDigit(end)) ++end;
-    }
-    std::size_t first = i;
-    while (first + 1 < end && name[first] == '0' && isDigit(first + 1)) ++first;
-    numbers.insert(numbers.begin(), name.substr(first, end - first));
-    i = end;
-  }
+  static const std::regex kNumber(R"(0*([0-9]+(?:\.[0-9]+)?))");
+  std::vector<std::string> numbers(std::sregex_token_iterator(name.begin(), name.end(), kNumber, 1), {});
+  std::ranges::reverse(numbers);
   return numbers;
 }
 
@@ -125,11 +112,6 @@ bool isTime(const std::string& key) {
   return key.size() >= kDigits || key.find('.') != std::string::npos;
 }
 
-struct TimedKeys {
-  Keys keys;
-  double spread = 0;
-};
-
 struct Shot {
   long double time;  // nanoseconds since 1970 have 19 digits
   std::size_t camera;
@@ -155,35 +137,30 @@ double farthestApart(const std::vector<Shot>& shots, std::size_t num_cameras) {
   return kNear * interval.value_or(0);
 }
 
-// Two shots of different cameras, as indices into the order of time.
-struct NearShots {
-  std::size_t earlier;
-  std::size_t later;
-  double apart;
-  bool is_same_text;
-};
+// Two shots of different cameras: how far apart they are, whether their times differ as texts, and their
+// places in the order of time.
+using NearShots = std::tuple<double, bool, std::size_t, std::size_t>;
 
 // Pairs of shots within this time difference, the nearest first.
 std::vector<NearShots> nearShots(const std::vector<Shot>& shots, const Keys& times, double most) {
   std::vector<NearShots> pairs;
+  const auto textOf = [&](const Shot& shot) { return times[shot.camera][shot.image]; };
   for (std::size_t i = 0; i < shots.size(); ++i) {
     for (std::size_t k = i + 1; k < shots.size(); ++k) {
       const auto apart = static_cast<double>(shots[k].time - shots[i].time);
       if (apart > most) break;
-      if (shots[i].camera == shots[k].camera) continue;
-      const bool is_same = times[shots[i].camera][shots[i].image] == times[shots[k].camera][shots[k].image];
-      pairs.push_back({.earlier = i, .later = k, .apart = apart, .is_same_text = is_same});
+      if (shots[i].camera != shots[k].camera)
+        pairs.emplace_back(apart, textOf(shots[i]) != textOf(shots[k]), i, k);
     }
   }
-  std::ranges::stable_sort(pairs, [](const NearShots& a, const NearShots& b) {
-    return a.apart < b.apart || (a.apart == b.apart && a.is_same_text && !b.is_same_text);
-  });
+  std::ranges::sort(pairs);
   return pairs;
 }
 
 // Replaces times near each other by one key, the first of them. The nearest shots are joined first, as long
 // as a frame has one shot per camera and is short enough.
-TimedKeys byNearestTime(const Keys& times) {
+// @param spread  the largest difference between the times of one frame
+Keys byNearestTime(const Keys& times, double& spread) {
   std::vector<Shot> shots;
   for (std::size_t c = 0; c < times.size(); ++c) {
     for (std::size_t i = 0; i < times[c].size(); ++i)
@@ -197,9 +174,9 @@ TimedKeys byNearestTime(const Keys& times) {
     group_of[s] = s;
     groups[s] = {s};
   }
-  for (const NearShots& pair : nearShots(shots, times, most)) {
-    const std::size_t into = group_of[pair.earlier];
-    const std::size_t from = group_of[pair.later];
+  for (const auto& [apart, is_other_text, earlier, later] : nearShots(shots, times, most)) {
+    const std::size_t into = group_of[earlier];
+    const std::size_t from = group_of[later];
     if (into == from) continue;
     std::vector<std::size_t> joined;
     std::ranges::merge(groups[into], groups[from], std::back_inserter(joined));
@@ -211,12 +188,12 @@ TimedKeys byNearestTime(const Keys& times) {
     groups[from].clear();
     groups[into] = std::move(joined);
   }
-  TimedKeys result{.keys = times};
+  Keys result = times;
   for (const std::vector<std::size_t>& group : groups) {
     for (const std::size_t s : group) {
       const Shot& first = shots[group.front()];
-      result.keys[shots[s].camera][shots[s].image] = times[first.camera][first.image];
-      result.spread = std::max(result.spread, static_cast<double>(shots[s].time - first.time));
+      result[shots[s].camera][shots[s].image] = times[first.camera][first.image];
+      spread = std::max(spread, static_cast<double>(shots[s].time - first.time));
     }
   }
   return result;
@@ -236,7 +213,7 @@ RigFrames framesByKeys(std::span<const RigViews> cameras, const std::vector<std:
   RigFrames frames{.names = mapped(num_of, [](const auto& entry) { return entry.first; }),
                    .frame_of = {},
                    .unmatched = {}};
-  std::sort(frames.names.begin(), frames.names.end(), naturalLess);
+  std::ranges::sort(frames.names, naturalLess);
   std::map<std::string, std::size_t> index_of;
   for (std::size_t f = 0; f < frames.names.size(); ++f) index_of[frames.names[f]] = f;
   const bool are_known = areKnown(cameras);
@@ -401,9 +378,9 @@ RigFrames matchFrames(std::span<const RigViews> cameras) {
                            return std::ranges::all_of(own, isTime);
                          });
   if (are_times && (num_shared == 0 || isAnyMostlyAlone(best))) {
-    const TimedKeys timed = byNearestTime(*numbers);
-    RigFrames frames = framesByKeys(cameras, images, timed.keys);
-    frames.time_spread = timed.spread;
+    double spread = 0;
+    RigFrames frames = framesByKeys(cameras, images, byNearestTime(*numbers, spread));
+    frames.time_spread = spread;
     return frames;
   }
   if (num_shared == 0 && (!numbers || areKnown(cameras))) throwUnmatchable(cameras, images);

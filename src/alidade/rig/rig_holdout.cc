@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/rig/rig_holdout.h"
+#include "alidade/rig/rig_stages.h"
 
 #include <array>
 #include <cmath>
@@ -17,23 +17,11 @@ namespace alidade {
 namespace {
 
 // The fold of each frame.
-std::vector<int> foldsOf(const Fit& fit) {
-  std::set<std::size_t> used;
-  std::size_t num_frames = 0;
-  for (const FitPlacement& placement : fit.placements) {
-    used.insert(placement.frame);
-    num_frames = std::max(num_frames, placement.frame + 1);
-  }
-  std::vector<int> fold(num_frames);
+std::vector<int> foldsOf(const std::set<std::size_t>& frames) {
+  std::vector<int> fold(frames.empty() ? 0 : *frames.rbegin() + 1);
   std::size_t rank = 0;
-  for (const std::size_t frame : used) fold[frame] = foldOf(rank++, used.size());
+  for (const std::size_t frame : frames) fold[frame] = foldOf(rank++, frames.size());
   return fold;
-}
-
-std::vector<bool> areInFold(const Fit& fit, const std::vector<int>& folds, int fold) {
-  std::vector<bool> is_in;
-  for (const FitView& view : fit.views) is_in.push_back(folds[fit.placements[view.placement].frame] == fold);
-  return is_in;
 }
 
 bool isSolved(const Fit& fit) {
@@ -90,13 +78,15 @@ void addErrors(const Fit& held_out, const CancelFlag* cancel, HoldoutReport& rep
 HoldoutReport rigHoldout(const Fit& fit, const CancelFlag* cancel) {
   Fit whole = fit;
   fixShapes(whole);
-  const std::vector<int> folds = foldsOf(fit);
   std::set<std::size_t> frames;
   for (const FitPlacement& placement : fit.placements) frames.insert(placement.frame);
+  const std::vector<int> folds = foldsOf(frames);
   HoldoutReport report{.num_folds = numFolds(frames.size())};
   double sum = 0;
   for (int fold = 0; fold < report.num_folds; ++fold) {
-    std::vector<bool> is_out = areInFold(whole, folds, fold);
+    std::vector<bool> is_out = mapped(whole.views, [&](const FitView& view) {
+      return folds[whole.placements[view.placement].frame] == fold;
+    });
     Fit others = solve(withoutViews(whole, is_out),
                        {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
     if (!isSolved(others)) return {};

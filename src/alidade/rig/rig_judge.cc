@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/rig/rig_judge.h"
+#include "alidade/rig/rig_stages.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,6 @@
 #include "alidade/core/diagnosis.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
-#include "alidade/rig/joint_fit.h"
 
 namespace alidade {
 namespace {

@@ -6,7 +6,9 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <optional>
+#include <numeric>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "alidade/core/median.h"
@@ -139,7 +141,7 @@ Links linksOf(std::span<const PosedView> views, const Placements& placements,
 }
 
 // Reaches each camera of a part from the first one, along the links with most frames.
-void placeCameras(std::size_t num_cameras, const Links& links, RigStart& start) {
+void placeCameras(std::size_t num_cameras, const Links& links, JointViews& start) {
   constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   start.part_of.assign(num_cameras, kNone);
   start.camera_from_rig.assign(num_cameras, SE3());
@@ -172,7 +174,7 @@ void placeCameras(std::size_t num_cameras, const Links& links, RigStart& start) 
 
 // Numbers all views of a placement like its first one. With more than two, the majority decides.
 void numberViews(std::span<const PosedView> views, const std::vector<std::size_t>& of_place,
-                 const std::vector<BoardTurn>& turns, RigStart& start) {
+                 const std::vector<BoardTurn>& turns, JointViews& start) {
   const auto rigFromBoard = [&](std::size_t v, const BoardTurn& turn) {
     return start.camera_from_rig[views[v].camera].inverse() * views[v].camera_from_board *
            turn.turned_from_board.inverse();
@@ -200,6 +202,52 @@ void numberViews(std::span<const PosedView> views, const std::vector<std::size_t
   }
 }
 
+using Frames = std::set<std::size_t>;
+
+// Does a camera have views of its own in several of these frames?
+bool isToldApart(const Frames& frames, const Frames& of_camera) {
+  return std::ranges::count_if(frames, [&](std::size_t frame) { return of_camera.contains(frame); }) > 1;
+}
+
+// Of each board, of each frame: the first of those frames that are one for it, as the board stood still.
+std::vector<std::vector<std::size_t>> firstFrames(const RigFrames& frames, std::span<const RigViews> given,
+                                                  std::span<const Calibration> alone) {
+  std::vector<std::vector<std::size_t>> all(alone.front().fit.boards.size(),
+                                            std::vector<std::size_t>(frames.names.size()));
+  for (std::size_t b = 0; b < all.size(); ++b) {
+    std::vector<std::size_t>& first_of = all[b];
+    std::iota(first_of.begin(), first_of.end(), 0);
+    std::vector<Frames> together;  // of each frame that is a first one
+    for (std::size_t frame = 0; frame < first_of.size(); ++frame) together.push_back({frame});
+    std::vector<Frames> of_camera(alone.size());
+    for (std::size_t c = 0; c < alone.size(); ++c) {
+      const Fit& fit = alone[c].fit;
+      for (const FitView& view : fit.views) {
+        if (boardIndex(fit, view) == b) of_camera[c].insert(frames.frame_of[c][view.source]);
+      }
+    }
+    for (std::size_t c = 0; c < alone.size(); ++c) {
+      std::map<std::string, std::size_t> frame_of_image;
+      for (std::size_t v = 0; v < given[c].views.size(); ++v)
+        frame_of_image[given[c].views[v].image] = frames.frame_of[c][v];
+      for (const RepeatedView& repeated : alone[c].dropped.repeated) {
+        if (repeated.board != b) continue;
+        const std::size_t one = first_of[frame_of_image.at(repeated.image)];
+        const std::size_t other = first_of[frame_of_image.at(repeated.same_as)];
+        if (one == other) continue;
+        Frames both = together[one];
+        both.insert(together[other].begin(), together[other].end());
+        if (std::ranges::any_of(of_camera, [&](const Frames& own) { return isToldApart(both, own); }))
+          continue;
+        const std::size_t first = std::min(one, other);
+        for (const std::size_t frame : both) first_of[frame] = first;
+        together[first] = std::move(both);
+      }
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 double poseCost(const SE3& a, const SE3& b, double distance_m) {
@@ -224,15 +272,30 @@ std::vector<BoardTurn> boardTurns(const Board& board) {
   return turns;
 }
 
-RigStart findRigStart(std::size_t num_cameras, const std::vector<std::vector<BoardTurn>>& turns,
-                      std::span<const PosedView> views) {
-  const Placements placements = placementsOf(views);
-  RigStart start;
-  start.turn_of.resize(views.size());
-  start.agrees.resize(views.size());
-  placeCameras(num_cameras, linksOf(views, placements, turns), start);
-  for (const auto& [place, of_place] : placements) numberViews(views, of_place, turns[place.second], start);
-  return start;
+JointViews jointViews(std::span<const Board> boards, const RigFrames& frames, std::span<const RigViews> given,
+                      std::vector<Calibration> cameras) {
+  JointViews all;
+  all.alone = std::move(cameras);
+  const std::vector<std::vector<std::size_t>> first_of = firstFrames(frames, given, all.alone);
+  for (std::size_t c = 0; c < all.alone.size(); ++c) {
+    const Calibration& alone = all.alone[c];
+    all.sigma_px.push_back(std::max(alone.uncertainty.coordinate_sigma_px, kMinSigmaPx));
+    for (const FitView& view : alone.fit.views) {
+      all.poses.push_back({.camera = c,
+                           .frame = first_of[boardIndex(alone.fit, view)][frames.frame_of[c][view.source]],
+                           .board = boardIndex(alone.fit, view),
+                           .camera_from_board = cameraFromBoard(alone.fit, view),
+                           .view = &view});
+    }
+  }
+  for (const Board& board : boards) all.turns.push_back(boardTurns(board));
+  all.turn_of.resize(all.poses.size());
+  all.agrees.resize(all.poses.size());
+  const Placements placements = placementsOf(all.poses);
+  placeCameras(all.alone.size(), linksOf(all.poses, placements, all.turns), all);
+  for (const auto& [place, of_place] : placements)
+    numberViews(all.poses, of_place, all.turns[place.second], all);
+  return all;
 }
 
 }  // namespace alidade

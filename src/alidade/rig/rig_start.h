@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "alidade/adjust/board/fit.h"
+#include "alidade/calibrate/calibrator.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/rig/rig_frames.h"
 #include "alidade/target/board.h"
 
 namespace alidade {
@@ -17,6 +19,7 @@ struct PosedView {
   std::size_t frame = 0;
   std::size_t board = 0;
   SE3 camera_from_board = {};
+  const FitView* view = nullptr;  ///< of the camera's own fit
 };
 
 /// Difference of two poses for points at a distance: the angle between them, rad, plus their translation as a
@@ -32,20 +35,32 @@ struct BoardTurn {
 /// The turns after which a board looks the same; the first is the identity.
 [[nodiscard]] std::vector<BoardTurn> boardTurns(const Board& board);
 
-/// Initial camera poses of a rig, and the numbering of ambiguous boards.
-struct RigStart {
+/// The views of a rig's cameras, each calibrated alone, and how they hang together: where the cameras are,
+/// and how ambiguous boards are to be numbered.
+struct JointViews {
+  std::vector<Calibration> alone;  ///< of each camera
+  std::vector<PosedView> poses;
+  std::vector<double> sigma_px;               ///< of each camera's corners
+  std::vector<std::vector<BoardTurn>> turns;  ///< of each board
   std::vector<std::size_t> part_of;  ///< of each camera; cameras of one part are linked by common boards
   std::size_t num_parts = 0;
   std::vector<SE3> camera_from_rig;  ///< of each camera; a part's first camera is at the origin
   std::vector<std::size_t> turn_of;  ///< of each view, an index into boardTurns() of its board
   std::vector<bool> agrees;          ///< of each view: its pose matches those of its frame
+
+  [[nodiscard]] const BoardTurn& turnOf(std::size_t v) const { return turns[poses[v].board][turn_of[v]]; }
 };
 
 /// Finds the poses of cameras from frames in which two of them see the same board: the pose on which most of
 /// these frames agree, over all turns of ambiguous boards. Cameras that never see a board together are linked
 /// through others.
-/// @param turns  boardTurns() of each board
-[[nodiscard]] RigStart findRigStart(std::size_t num_cameras, const std::vector<std::vector<BoardTurn>>& turns,
-                                    std::span<const PosedView> views);
+///
+/// A camera that saw a board at the same place in several frames has one view for them all, see
+/// mergeRepeatedViews(). Another camera may have seen it in any of these frames. They count as one unless a
+/// camera tells two of them apart.
+/// @param given  the views that each camera was given
+/// @param alone  the cameras calibrated from these
+[[nodiscard]] JointViews jointViews(std::span<const Board> boards, const RigFrames& frames,
+                                    std::span<const RigViews> given, std::vector<Calibration> alone);
 
 }  // namespace alidade

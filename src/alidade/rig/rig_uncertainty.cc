@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/rig/rig_uncertainty.h"
+#include "alidade/rig/rig_stages.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,9 @@
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/adjust/noise/shape_information.h"
-#include "alidade/calibrate/uncertainty/view_covariance.h"
+#include "alidade/calibrate/uncertainty/view_evidence.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/median.h"
-#include "alidade/rig/joint_fit.h"
 
 namespace alidade {
 namespace {
@@ -34,57 +33,44 @@ std::size_t partnerOf(const Fit& fit, std::size_t camera) {
   return static_cast<std::size_t>(std::ranges::max_element(counts) - counts.begin());
 }
 
-// Derivative by all unknowns of transferring a pixel of one camera, at a fixed distance, to a second one.
-class Transfer {
- public:
-  Transfer(const Fit& fit, const JointColumns& columns, std::size_t from, std::size_t to)
-      : columns_(columns),
-        from_(from),
-        to_(to),
-        source_(AnyCamera::make(fit.cameras[from].model, fit.cameras[from].params)),
-        target_(AnyCamera::make(fit.cameras[to].model, fit.cameras[to].params)),
-        source_from_rig_(fit.cameras[from].camera_from_rig),
-        target_from_rig_(fit.cameras[to].camera_from_rig) {}
+AnyCamera lensOf(const FitCamera& camera) {
+  return AnyCamera::make(camera.model, camera.params);
+}
 
-  // 2 x columns; nothing if one of the cameras does not see the point.
-  [[nodiscard]] std::optional<Eigen::MatrixXd> jacobian(const Eigen::Vector3d& p_rig) const {
-    const Eigen::Vector3d p_source = source_from_rig_ * p_rig;
-    Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_source_params(2, source_.parameters().size());
-    Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_target_params(2, target_.parameters().size());
-    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_target;
-    Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_ray;
-    const Projection seen = source_.project(p_source, nullptr, J_source_params.data());
-    if (!seen.ok() || !source_.unproject(seen.pixel, J_ray.data())) return std::nullopt;
-    if (!target_.project(target_from_rig_ * p_rig, J_target.data(), J_target_params.data()).ok())
-      return std::nullopt;
-    // T S^-1 with S Exp(e) and T Exp(n): p_target = T Exp(n) Exp(-e) S^-1 p_source.
-    Eigen::Matrix<double, 3, 6> J_point;
-    J_point << Eigen::Matrix3d::Identity(), -hat(p_rig);
-    const Eigen::Matrix<double, 2, 3> J_rig = J_target * target_from_rig_.rotation.matrix();
-    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(2, columns_.count);
-    J.middleCols(columns_.params[to_], J_target_params.cols()) += J_target_params;
-    J.middleCols(columns_.params[from_], J_source_params.cols()) -=
-        J_rig * source_from_rig_.rotation.inverse().matrix() * (p_source.norm() * (J_ray * J_source_params));
-    if (columns_.pose[to_] >= 0) J.middleCols<6>(columns_.pose[to_]) += J_rig * J_point;
-    if (columns_.pose[from_] >= 0) J.middleCols<6>(columns_.pose[from_]) -= J_rig * J_point;
-    return J;
-  }
-
- private:
-  const JointColumns& columns_;
-  std::size_t from_;
-  std::size_t to_;
-  AnyCamera source_;
-  AnyCamera target_;
-  SE3 source_from_rig_;
-  SE3 target_from_rig_;
-};
+// A pixel of one camera, seen at a fixed distance, as a pixel of a second one: its derivative by all
+// unknowns, 2 x columns; nothing where one of the cameras does not see the point.
+std::optional<Eigen::MatrixXd> transferJacobian(const Fit& fit, const JointColumns& columns, std::size_t from,
+                                                std::size_t to, const Eigen::Vector3d& p_rig) {
+  const AnyCamera source = lensOf(fit.cameras[from]);
+  const AnyCamera target = lensOf(fit.cameras[to]);
+  const SE3& source_from_rig = fit.cameras[from].camera_from_rig;
+  const SE3& target_from_rig = fit.cameras[to].camera_from_rig;
+  const Eigen::Vector3d p_source = source_from_rig * p_rig;
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_source_params(2, source.parameters().size());
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_target_params(2, target.parameters().size());
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_target;
+  Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_ray;
+  const Projection seen = source.project(p_source, nullptr, J_source_params.data());
+  if (!seen.ok() || !source.unproject(seen.pixel, J_ray.data())) return std::nullopt;
+  if (!target.project(target_from_rig * p_rig, J_target.data(), J_target_params.data()).ok())
+    return std::nullopt;
+  // T S^-1 with S Exp(e) and T Exp(n): p_target = T Exp(n) Exp(-e) S^-1 p_source.
+  Eigen::Matrix<double, 3, 6> J_point;
+  J_point << Eigen::Matrix3d::Identity(), -hat(p_rig);
+  const Eigen::Matrix<double, 2, 3> J_rig = J_target * target_from_rig.rotation.matrix();
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(2, columns.count);
+  J.middleCols(columns.params[to], J_target_params.cols()) += J_target_params;
+  J.middleCols(columns.params[from], J_source_params.cols()) -=
+      J_rig * source_from_rig.rotation.inverse().matrix() * (p_source.norm() * (J_ray * J_source_params));
+  if (columns.pose[to] >= 0) J.middleCols<6>(columns.pose[to]) += J_rig * J_point;
+  if (columns.pose[from] >= 0) J.middleCols<6>(columns.pose[from]) -= J_rig * J_point;
+  return J;
+}
 
 // See CameraLink::transfer_px: the median over the boards that both cameras saw.
 double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t camera, std::size_t partner,
                        const Eigen::MatrixXd& covariance) {
   constexpr double kChi95 = 5.991;  // 95 % of chi^2 with two degrees of freedom
-  const Transfer transfer(fit, columns, partner, camera);
   std::vector<double> errors;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
     const auto sees = [&](std::size_t c) {
@@ -93,7 +79,8 @@ double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t 
     if (!sees(camera) || !sees(partner)) continue;
     const FitView& view = fit.views[of_placement.front()];
     const auto J =
-        transfer.jacobian(fit.placements[view.placement].rig_from_board * boardOf(fit, view).target.middle());
+        transferJacobian(fit, columns, partner, camera,
+                         fit.placements[view.placement].rig_from_board * boardOf(fit, view).target.middle());
     if (J) errors.push_back(std::sqrt(kChi95 / 2 * (*J * covariance * J->transpose()).trace()));
   }
   return errors.empty() ? kNan : medianOf(std::move(errors));

@@ -257,7 +257,8 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
   constexpr double kWrongLength = 0.002;
   constexpr double kMmPerM = 1000;
   std::vector<Diagnosis> diagnoses;
-  for (const TestedRigCamera& camera : tested.cameras) {
+  for (std::size_t c = 0; c < tested.cameras.size(); ++c) {
+    const TestedRigCamera& camera = tested.cameras[c];
     if (camera.sigmas > kSure) {
       diagnoses.push_back(
           {.id = "pose_contradicted",
@@ -272,14 +273,14 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
                "check that the inputs are in the order of the cameras; otherwise calibrate the rig again",
            .effect_px = camera.effect_px});
     }
-    if (camera.misfit) {
+    if (const auto& misfit = tested.freed.cameras[c].misfit) {
       diagnoses.push_back(
           {.id = "lens_contradicted",
-           .severity = severityOf(camera.misfit->effect_px, tolerance_px),
+           .severity = severityOf(misfit->effect_px, tolerance_px),
            .cause = fmt::format("the images of {} contradict its lens by {:.2f} px (95 %)", camera.name,
-                                camera.misfit->effect_px),
+                                misfit->effect_px),
            .next_step = "check that the inputs are in the order of the cameras; otherwise calibrate it again",
-           .effect_px = camera.misfit->effect_px});
+           .effect_px = misfit->effect_px});
     }
   }
   const double wrong = std::abs(tested.length_ratio - 1);
@@ -321,8 +322,7 @@ RigValidation validateRig(const RigRecord& rig, std::span<const Board> boards, s
          .freed_rms_px = result.freed.cameras[c].rms_px,
          .freed_from_stated = result.freed.fit.cameras[c].camera_from_rig * statedPose(rig, c).inverse(),
          .effect_px = effectOf(result.freed.fit, stated, c),
-         .sigmas = sigmasOf(rig, result.freed, c),
-         .misfit = result.freed.cameras[c].misfit});
+         .sigmas = sigmasOf(rig, result.freed, c)});
   }
   measurePoints(rig, stated, result);
   result.diagnoses = judged(result, options.camera.tolerance_px);

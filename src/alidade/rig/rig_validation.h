@@ -25,7 +25,6 @@ struct TestedRigCamera {
   double effect_px = 0;
   /// Standard normal variable that chance exceeds as often as this difference of poses.
   double sigmas = 0;
-  std::optional<LensMisfit> misfit;
 };
 
 /// Agreement of a rig with images that it may not have been made from.

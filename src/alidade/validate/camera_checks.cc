@@ -299,28 +299,13 @@ FileCheck checkCovariance(const CameraRecord& record) {
   const auto n = static_cast<Eigen::Index>(record.camera.parameters().size());
   const CalibrationRecord& stated = *record.calibration;
   const Correlations correlations(stated.covariance, n);
-  const bool is_semidefinite = correlations.isSemidefinite();
   bool is_consistent = true;
   for (std::size_t i = 0; i < stated.parameter_std.size(); ++i) {
     const double expected = correlations.std(static_cast<Eigen::Index>(i));
     is_consistent = is_consistent && std::abs(stated.parameter_std[i] - expected) <= kStdShare * expected;
   }
-  if (is_semidefinite && is_consistent)
-    return {.severity = Severity::kPass, .id = "covariance", .message = "the covariance matrix is valid"};
-  return {.severity = Severity::kFailure,
-          .id = "covariance",
-          .message = std::string("the covariance is wrong (were numbers edited?): ") +
-                     (is_semidefinite ? "it contradicts parameter_std" : "a variance is negative")};
-}
-
-FileCheck checkVerdict(const CalibrationRecord& stated) {
-  const bool is_rejected = stated.verdict == Verdict::kNo;
-  return {.severity = is_rejected                               ? Severity::kFailure
-                      : stated.verdict == Verdict::kTrustworthy ? Severity::kPass
-                                                                : Severity::kNote,
-          .id = "calibration",
-          .message = "the verdict was " + calibrationText(stated) +
-                     (is_rejected ? ": the camera must not be used" : "")};
+  return covarianceCheck("covariance", "the covariance", correlations.isSemidefinite(), is_consistent,
+                         "parameter_std");
 }
 
 // The record of the camera, with the image size to use in checks.
@@ -330,6 +315,24 @@ CameraRecord recordToCheck(const StatedCamera& stated) {
 }
 
 }  // namespace
+
+FileCheck covarianceCheck(DiagnosisId id, const std::string& what, bool is_semidefinite, bool is_consistent,
+                          const std::string& std) {
+  if (is_semidefinite && is_consistent)
+    return {.severity = Severity::kPass, .id = id, .message = "the covariance matrix is valid"};
+  return {.severity = Severity::kFailure,
+          .id = id,
+          .message = what + " is wrong (were numbers edited?): " +
+                     (is_semidefinite ? "it contradicts " + std : "a variance is negative")};
+}
+
+FileCheck verdictCheck(DiagnosisId id, Verdict verdict, std::string message) {
+  return {.severity = verdict == Verdict::kNo            ? Severity::kFailure
+                      : verdict == Verdict::kTrustworthy ? Severity::kPass
+                                                         : Severity::kNote,
+          .id = id,
+          .message = std::move(message)};
+}
 
 FileCheck fileCheck(const Diagnosis& diagnosis) {
   std::string message = diagnosis.message();
@@ -359,23 +362,27 @@ std::string calibrationText(const CalibrationRecord& stated) {
   return text;
 }
 
-std::vector<FileCheck> checkCamera(const CameraRecord& record, const RecordContext& context) {
+std::vector<FileCheck> checkCamera(const CameraRecord& record, bool is_size_guessed,
+                                   const std::optional<Eigen::Vector2d>& rectified_center) {
   const DomainCertificate domain = certifyDomain(record.camera, record.image_size);
   const SelfCheckOutcome self_check = runSelfCheck(record.camera, record.image_size, record.self_check);
-  std::vector<FileCheck> checks = {checkFocalLength(record, context.is_size_guessed), checkAspect(record)};
-  if (!context.is_size_guessed) {
+  std::vector<FileCheck> checks = {checkFocalLength(record, is_size_guessed), checkAspect(record)};
+  if (!is_size_guessed) {
     // The self-check proves that Alidade wrote these numbers, so a principal point far from the centre comes
     // from a cropped image.
     checks.push_back(checkPrincipalPoint(record, !record.self_check.empty() && self_check.isPassed()));
   }
-  if (context.rectified_center) checks.push_back(checkProjectionMatrix(record, *context.rectified_center));
+  if (rectified_center) checks.push_back(checkProjectionMatrix(record, *rectified_center));
   if (auto check = checkTangential(record)) checks.push_back(*std::move(check));
-  checks.push_back(checkOneToOne(record, domain, context.is_size_guessed));
+  checks.push_back(checkOneToOne(record, domain, is_size_guessed));
   if (!record.self_check.empty()) checks.push_back(checkSelfCheck(record, self_check));
   if (record.domain) checks.push_back(checkDomainClaim(*record.domain, domain));
   if (!record.calibration) return checks;
   if (!record.calibration->covariance.empty()) checks.push_back(checkCovariance(record));
-  checks.push_back(checkVerdict(*record.calibration));
+  const Verdict verdict = record.calibration->verdict;
+  checks.push_back(verdictCheck("calibration", verdict,
+                                "the verdict was " + calibrationText(*record.calibration) +
+                                    (verdict == Verdict::kNo ? ": the camera must not be used" : "")));
   return checks;
 }
 
@@ -398,8 +405,7 @@ CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file)
                             .image_size = stated.image_size,
                             .calibration = stated.own ? stated.own->calibration : std::nullopt,
                             .can_show_slips = stated.own && !stated.own->self_check.empty()};
-  judgement.checks = checkCamera(recordToCheck(stated), {.is_size_guessed = !stated.image_size,
-                                                         .rectified_center = stated.rectified_center});
+  judgement.checks = checkCamera(recordToCheck(stated), !stated.image_size, stated.rectified_center);
   if (!stated.image_size) {
     judgement.checks.push_back({.severity = Severity::kNote,
                                 .id = "image_size",
@@ -414,13 +420,6 @@ CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file)
                                 .message = withoutPath(remark.message, cameraFilePath(file))});
   }
   return judgement;
-}
-
-CameraJudgement judgeRefused(const RefusedCamera& camera, const std::string& file) {
-  return {.name = cameraLabel(camera),
-          .checks = {{.severity = Severity::kFailure,
-                      .id = "model",
-                      .message = withoutPath(camera.reason.what(), cameraFilePath(file))}}};
 }
 
 std::string withoutPath(const std::string& message, const std::string& file) {

@@ -32,13 +32,6 @@ struct FileCheck {
 /// A diagnosis as a check without numbers. A next step is on its own line: "\n  next: ...".
 [[nodiscard]] FileCheck fileCheck(const Diagnosis& diagnosis);
 
-/// Facts about the file of a record that affect the checks.
-struct RecordContext {
-  bool is_size_guessed = false;  ///< the file does not state `image_size`; see sizeAround()
-  /// The principal point of the rectified images, px, if the file states it.
-  std::optional<Eigen::Vector2d> rectified_center = std::nullopt;
-};
-
 /// "trustworthy, within 0.99 px (95 %) over 40 % of the image": the verdict and, if known, the accuracy.
 [[nodiscard]] std::string calibrationText(const CalibrationRecord& stated);
 
@@ -46,8 +39,11 @@ struct RecordContext {
 /// share of the image that has a ray. Also checks what else the record states: domain, self-check points,
 /// covariance, uncertainty of pixels, and the verdict of the calibration. Values that are not stated are not
 /// checked.
-[[nodiscard]] std::vector<FileCheck> checkCamera(const CameraRecord& record,
-                                                 const RecordContext& context = {});
+/// @param is_size_guessed   the file does not state `image_size`; see sizeAround()
+/// @param rectified_center  the principal point of the rectified images, px, if the file states it
+[[nodiscard]] std::vector<FileCheck> checkCamera(
+    const CameraRecord& record, bool is_size_guessed = false,
+    const std::optional<Eigen::Vector2d>& rectified_center = std::nullopt);
 
 /// The image size, px, for checking a camera whose file states none, chosen so that its principal point is
 /// the centre.
@@ -83,8 +79,18 @@ struct FileJudgement {
 /// Checks a camera of `file` by itself.
 [[nodiscard]] CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file);
 
-/// The judgement of a camera that is not supported, in a file with others.
-[[nodiscard]] CameraJudgement judgeRefused(const RefusedCamera& camera, const std::string& file);
+/// Checks where the cameras of a file are to each other, the verdict on their rig, and its covariance;
+/// nothing for a file that is no rig of supported cameras. What is not stated is not checked.
+[[nodiscard]] std::vector<FileCheck> checkRig(const CameraSource& source);
+
+/// The check of a covariance that contradicts neither itself nor the standard deviations beside it.
+/// @param what  "the covariance"
+/// @param std   the name of the standard deviations
+[[nodiscard]] FileCheck covarianceCheck(DiagnosisId id, const std::string& what, bool is_semidefinite,
+                                        bool is_consistent, const std::string& std);
+
+/// The check that repeats the verdict of a calibration.
+[[nodiscard]] FileCheck verdictCheck(DiagnosisId id, Verdict verdict, std::string message);
 
 /// `message` without the path that it begins with: "cam.yaml:4: fx: found ..." becomes "line 4: fx: found
 /// ...".

@@ -9,9 +9,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
-#include "alidade/validate/footage/footage_findings.h"
-#include "alidade/validate/held_out/held_out_checks.h"
-#include "alidade/validate/rig_checks.h"
+#include "alidade/validate/held_out/held_out_images.h"
 
 namespace alidade {
 namespace {
@@ -135,8 +133,8 @@ CameraSource readListed(const ListedFile& file, const ReadOptions& options) {
   if (file.is_from_folder && (options.image_size || !options.model.empty())) {
     try {
       CameraSource source = readCamerasToJudge(file.path);
-      const bool is_complete = std::all_of(source.cameras.begin(), source.cameras.end(),
-                                           [](const StatedCamera& c) { return c.image_size.has_value(); });
+      const bool is_complete =
+          std::ranges::all_of(source.cameras, [](const StatedCamera& c) { return c.image_size.has_value(); });
       if (is_complete) return source;
     } catch (const NotACameraFile&) {
       throw;
@@ -161,8 +159,13 @@ std::optional<FileJudgement> judgeFile(const ListedFile& file, const ReadOptions
       addTests(camera, file.path, tests, judgement.cameras.back(), is_one);
     }
     judgement.rig_checks = checkRig(source);
-    for (const RefusedCamera& camera : source.refused)
-      judgement.cameras.push_back(judgeRefused(camera, file.path));
+    for (const RefusedCamera& camera : source.refused) {
+      judgement.cameras.push_back(
+          {.name = cameraLabel(camera),
+           .checks = {{.severity = Severity::kFailure,
+                       .id = "model",
+                       .message = withoutPath(camera.reason.what(), cameraFilePath(file.path))}}});
+    }
   } catch (const Error& e) {
     const bool is_other = dynamic_cast<const NotACameraFile*>(&e) != nullptr;
     if (is_other && file.is_from_folder) return std::nullopt;

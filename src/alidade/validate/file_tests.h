@@ -13,7 +13,7 @@
 #include "alidade/target/view.h"
 #include "alidade/validate/camera_checks.h"
 #include "alidade/validate/footage/footage_judgement.h"
-#include "alidade/validate/held_out/held_out_checks.h"
+#include "alidade/validate/held_out/held_out_images.h"
 
 namespace alidade {
 

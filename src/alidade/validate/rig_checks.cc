@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/validate/rig_checks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +7,11 @@
 
 #include <fmt/format.h>
 
-#include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/record/correlations.h"
+#include "alidade/record/rig_record.h"
+#include "alidade/validate/camera_checks.h"
 
 namespace alidade {
 namespace {
@@ -65,16 +65,11 @@ FileCheck checkSamePose(const RigRecord& rig) {
 }
 
 FileCheck checkRigVerdict(const RigRecord& rig) {
-  const bool is_rejected = rig.verdict == Verdict::kNo;
   std::string message =
       fmt::format("the verdict was {} with {} frames", verdictName(rig.verdict), rig.num_frames);
   if (!rig.findings.empty()) message += ": " + join(rig.findings, ", ");
-  if (is_rejected) message += "; the rig must not be used";
-  return {.severity = is_rejected                            ? Severity::kFailure
-                      : rig.verdict == Verdict::kTrustworthy ? Severity::kPass
-                                                             : Severity::kNote,
-          .id = "rig_calibration",
-          .message = std::move(message)};
+  if (rig.verdict == Verdict::kNo) message += "; the rig must not be used";
+  return verdictCheck("rig_calibration", rig.verdict, std::move(message));
 }
 
 // Checks a stated covariance, whose last rows are the poses of all cameras but the first.
@@ -85,7 +80,6 @@ FileCheck checkJointCovariance(const RigRecord& rig) {
     at += static_cast<Eigen::Index>(camera.camera.camera.parameters().size());
   const Correlations correlations(rig.covariance,
                                   at + 6 * (static_cast<Eigen::Index>(rig.cameras.size()) - 1));
-  const bool is_semidefinite = correlations.isSemidefinite();
   bool is_consistent = true;
   for (std::size_t i = 1; i < rig.cameras.size(); ++i, at += 6) {
     Eigen::Matrix<double, 6, 1> stated;
@@ -93,35 +87,27 @@ FileCheck checkJointCovariance(const RigRecord& rig) {
     const Eigen::Matrix<double, 6, 1> expected = correlations.std.segment<6>(at);
     is_consistent = is_consistent && (stated - expected).norm() <= kStdShare * expected.norm();
   }
-  if (is_semidefinite && is_consistent)
-    return {.severity = Severity::kPass, .id = "rig_covariance", .message = "the covariance matrix is valid"};
-  return {.severity = Severity::kFailure,
-          .id = "rig_covariance",
-          .message = std::string("the covariance of the rig is wrong (were numbers edited?): ") +
-                     (is_semidefinite ? "it contradicts camera_from_rig_std" : "a variance is negative")};
+  return covarianceCheck("rig_covariance", "the covariance of the rig", correlations.isSemidefinite(),
+                         is_consistent, "camera_from_rig_std");
 }
 
 }  // namespace
 
-std::vector<FileCheck> checkRig(const RigRecord& rig) {
-  expect(rig.cameras.size() > 1, "a rig has two cameras or more");
+std::vector<FileCheck> checkRig(const CameraSource& source) {
+  const bool is_rig = source.cameras.size() > 1 && source.refused.empty() &&
+                      std::ranges::all_of(source.cameras, [](const StatedCamera& camera) {
+                        return camera.camera_from_rig.has_value();
+                      });
+  if (!is_rig) return {};
+  CameraSource sized = source;  // a file of another tool needs no image size
+  for (StatedCamera& camera : sized.cameras) {
+    if (!camera.image_size) camera.image_size = sizeAround(camera.camera);
+  }
+  const RigRecord rig = rigOf(sized);
   std::vector<FileCheck> checks = {checkExtent(rig), checkSamePose(rig)};
   if (!rig.covariance.empty()) checks.push_back(checkJointCovariance(rig));
   if (rig.isCalibrated()) checks.push_back(checkRigVerdict(rig));
   return checks;
-}
-
-std::vector<FileCheck> checkRig(const CameraSource& source) {
-  const bool is_rig =
-      source.cameras.size() > 1 && source.refused.empty() &&
-      std::all_of(source.cameras.begin(), source.cameras.end(),
-                  [](const StatedCamera& camera) { return camera.camera_from_rig.has_value(); });
-  if (!is_rig) return {};
-  CameraSource sized = source;
-  for (StatedCamera& camera : sized.cameras) {
-    if (!camera.image_size) camera.image_size = sizeAround(camera.camera);
-  }
-  return checkRig(rigOf(sized));
 }
 
 }  // namespace alidade

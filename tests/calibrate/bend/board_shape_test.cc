@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "alidade/adjust/board/errors.h"
-#include "alidade/calibrate/bend/board_bend.h"
+#include "alidade/calibrate/bend/shape_fit.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/simulated_set.h"
 

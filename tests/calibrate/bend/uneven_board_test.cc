@@ -81,7 +81,7 @@ TEST(UnevenBoard, IsFoundAndItsPointsAreWhereTheyAre) {
     const UnevenSet set = unevenSet(1, 15, static_cast<std::uint64_t>(i));
     const Calibration found = calibrate(kBoard, set.views, {.model = "radtan"});
     ASSERT_TRUE(onlyBoard(found.fit).isUneven()) << "set " << i;
-    EXPECT_TRUE(found.choice.points.even_excess->is_significant);
+    EXPECT_TRUE(found.choice.even_excess->is_significant);
     EXPECT_NEAR(rms(found.fit), std::sqrt(2.0) * kNoise, 0.2 * kNoise);
     EXPECT_NEAR(found.uncertainty.coordinate_sigma_px, kNoise, 0.1 * kNoise);
     EXPECT_GT(correlationAcross(onlyBoard(found.fit).shape, set.shape), 0.9);

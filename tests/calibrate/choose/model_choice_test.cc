@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/choose/model_choice.h"
+#include "alidade/calibrate/choose/model_solution.h"
 
 #include <gmock/gmock.h>
 #include <cmath>

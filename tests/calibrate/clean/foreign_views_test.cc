@@ -6,9 +6,9 @@
 
 #include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/calibrator.h"
+#include "alidade/calibrate/choose/model_solution.h"
 #include "alidade/calibrate/clean/outliers.h"
 #include "alidade/calibrate/start/prepared_views.h"
-#include "alidade/calibrate/start/start_fit.h"
 #include "support/spoiled_set.h"
 
 namespace alidade {
@@ -140,7 +140,7 @@ TEST(ForeignViews, OneThatFitsAfterAllComesBackToItsPlace) {
   const SimulatedSet set = cleanSet("radtan", 12, 9);
   const Board board = set.board;
   const PreparedViews given = prepareViews(std::span(&board, 1), set.views);
-  SettledFit now = settledFromStart(startedFit(given, {.model = "radtan"}).fit, nullptr);
+  SettledFit now{.fit = fittedPlainly(given, {.model = "radtan"}).fit};
   now.fit = withoutView(withoutView(now.fit, 5), 2);
   ASSERT_EQ(viewsLeftOut(given, now.fit), (std::vector<std::size_t>{2, 5}));
   EXPECT_TRUE(readmitViews(now, given, nullptr));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/uncertainty/two_cameras.h"
+#include "alidade/calibrate/uncertainty/view_evidence.h"
 
 #include <gtest/gtest.h>
 

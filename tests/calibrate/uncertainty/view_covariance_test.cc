@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/uncertainty/view_covariance.h"
+#include "alidade/calibrate/uncertainty/view_evidence.h"
 
 #include <algorithm>
 #include <cmath>

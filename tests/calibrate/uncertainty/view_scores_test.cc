@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/uncertainty/view_scores.h"
+#include "alidade/calibrate/uncertainty/view_evidence.h"
 
 #include <gmock/gmock.h>
 

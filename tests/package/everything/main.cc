@@ -60,7 +60,7 @@ int main(int argc, char** argv) {
   }
 
   const std::string path = std::string(argv[1]) + "/camera.yaml";
-  alidade::saveCamera(path, alidade::recordOf(result, {.created_by = "package test"}));
+  alidade::saveCamera(path, alidade::recordOf(result, "package test"));
   const alidade::CameraRecord file = alidade::loadCamera(path);
   if (!file.calibration || file.calibration->num_views != 12 || !alidade::statedCovariance(file)) return 1;
 

@@ -3,8 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/validate/footage/footage_findings.h"
-
 namespace alidade {
 namespace {
 

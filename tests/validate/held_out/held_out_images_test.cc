@@ -5,10 +5,9 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/calibrate/uncertainty/covered_pixels.h"
+#include "alidade/calibrate/uncertainty/accuracy.h"
 #include "alidade/core/error.h"
 #include "alidade/target/board_shape.h"
-#include "alidade/validate/held_out/held_out_checks.h"
 #include "support/lens_draw.h"
 #include "support/user_views.h"
 #include "support/wrong_camera.h"
@@ -261,8 +260,7 @@ TEST(HeldOutImages, NameTheWholeOfAChangeThatIsLarge) {
       const double truth = c.change == CameraChangeKind::kCenterX || c.change == CameraChangeKind::kCenterY
                                ? -c.amount
                                : -c.amount / (1 + c.amount);
-      EXPECT_NEAR(change.refined->estimate.amount, truth, 4 * change.refined->estimate.effectiveStd())
-          << c.complaint;
+      EXPECT_NEAR(change.refined->amount, truth, 4 * change.refined->effectiveStd()) << c.complaint;
       // Two digits are what a message has.
       EXPECT_THAT(check.cause, HasSubstr(std::string(c.complaint).substr(0, 10)));
       EXPECT_NEAR(change.refined->rms_px, judgement.freedRmsPx(), 0.2 * judgement.freedRmsPx());
@@ -391,9 +389,9 @@ TEST(CoveredPixels, AreThoseWithinAHull) {
   const std::vector<Eigen::Vector2d> pixels = {{15, 15}, {10, 10}, {9.9, 15}, {15, 20.1}, {19, 19}};
   const std::vector<View> views = {view};
   EXPECT_THAT(
-      coveredPixels(pixels, views),
+      coveredPixels(pixels, isCovered(pixels, views)),
       testing::ElementsAre(Eigen::Vector2d(15, 15), Eigen::Vector2d(10, 10), Eigen::Vector2d(19, 19)));
-  EXPECT_THAT(coveredPixels(pixels, {}), testing::IsEmpty());
+  EXPECT_THAT(coveredPixels(pixels, isCovered(pixels, {})), testing::IsEmpty());
 }
 
 }  // namespace

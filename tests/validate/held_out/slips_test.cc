@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/validate/held_out/slips.h"
+#include "alidade/validate/held_out/held_scores.h"
 
 #include <functional>
 #include <map>
@@ -7,7 +7,7 @@
 
 #include <gmock/gmock.h>
 
-#include "alidade/validate/held_out/held_out_checks.h"
+#include "alidade/validate/held_out/held_out_images.h"
 #include "support/lens_draw.h"
 #include "support/user_views.h"
 

@@ -214,7 +214,7 @@ class CalibrateCommand final : public Command {
   }
 
   [[nodiscard]] CameraRecord recordOf(const Calibration& result) const {
-    return alidade::recordOf(result, {.created_by = programName(), .name = name_});
+    return alidade::recordOf(result, programName(), name_);
   }
 
   // Writes all requested files.

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "alidade/adjust/board/errors.h"
-#include "alidade/calibrate/bend/board_bend.h"
+#include "alidade/calibrate/bend/shape_fit.h"
 #include "alidade/core/degrees.h"
 #include "alidade/core/diagnosis.h"
 #include "alidade/core/number_text.h"

@@ -1,24 +1,280 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/choose/model_choice.h"
+#include "alidade/calibrate/choose/model_solution.h"
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <functional>
+#include <iterator>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/cross_validation.h"
-#include "alidade/calibrate/choose/choice_candidates.h"
+#include "alidade/adjust/noise/larger_model.h"
+#include "alidade/adjust/noise/model_soundness.h"
 #include "alidade/calibrate/clean/view_fit.h"
+#include "alidade/calibrate/start/held_params.h"
+#include "alidade/calibrate/start/reports.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/core/diagnosis.h"
+#include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 
 namespace alidade {
 namespace {
+
+// A model on the way to a choice. Its verdict and reason are empty as long as it is in question.
+struct Candidate : ModelCandidate {
+  explicit Candidate(std::string_view model_id)
+      : ModelCandidate{.id = std::string(model_id),
+                       .num_params = static_cast<int>(parameterNames(model_id).size()),
+                       .verdict = {},
+                       .reason = {}} {}
+  // It is no camera to recommend.
+  void ruleOut(const Unsoundness& why) {
+    verdict = why.id;
+    reason = why.text;
+    folds = why.folds;
+  }
+
+  // As fittedPlainly() leaves it. None: ruled out, or without a verdict the model needs no search of its
+  // own.
+  std::optional<ModelSolution> solution;
+  ParamConstraint constraint;
+  std::exception_ptr error;  // why no camera of the model explains the views
+  bool folds = false;        // it was ruled out for no other reason, see Unsoundness
+
+  // On the corners in common.
+  std::vector<double> params;
+  std::optional<HeldOutScore> score;
+};
+
+using Candidates = std::vector<Candidate>;
+
+// The options with a model that is named.
+CalibratorOptions withModel(std::string_view model_id, CalibratorOptions options) {
+  options.model = model_id;
+  return options;
+}
+
+// Up to the first field across, perspective lenses with distortion follow every other lens, and radtan and
+// rational are what all programs read. Beyond, fisheye models are considered where one fits better than
+// radtan; beyond the second always.
+constexpr double kWideFieldRad = 100 * std::numbers::pi / 180;
+constexpr double kVeryWideFieldRad = 110 * std::numbers::pi / 180;
+// Share of the cost that a larger model must remove to be a candidate: less than three parameters, the fewest
+// that one has, must remove of the RMS.
+constexpr double kNeededDrop = 0.02;
+static_assert(kNeededDrop < 2 * 3 * kShareOfParameter);
+
+void fit(Candidate& candidate, const PreparedViews& given, const CalibratorOptions& options) {
+  CalibratorOptions own = withModel(candidate.id, options);
+  own.jobs = 1;
+  try {
+    candidate.solution = fittedPlainly(given, own);
+  } catch (const Error&) {
+    candidate.error = std::current_exception();
+  }
+  if (candidate.solution && candidate.solution->fit.summary.termination != Termination::kFailed) return;
+  candidate.solution.reset();
+  candidate.ruleOut({.id = "no_solution", .text = "no camera of this model explains the views"});
+}
+
+void fitAll(std::span<Candidate> candidates, const PreparedViews& given, const CalibratorOptions& options) {
+  parallelFor(
+      candidates.size(), options.jobs, [&](std::size_t i) { fit(candidates[i], given, options); },
+      options.cancel);
+}
+
+int numHeldOfLens(const ParamConstraint& constraint) {
+  return static_cast<int>(
+      std::ranges::count_if(constraint.held, [](int i) { return i >= static_cast<int>(kNumAffine); }));
+}
+
+bool isAllowed(std::string_view id, const CalibratorOptions& options) {
+  const auto& models = options.models;
+  return models.empty() || std::ranges::find(models, id) != models.end();
+}
+
+// Sum of rho over all corners; those of views that the camera does not explain count as far off.
+double costOf(const Fit& fit, HuberLoss loss, const PreparedViews& given) {
+  double cost = 0;
+  for (const FitView& view : fit.views) {
+    cost += noiseFloor(view.errors.size());
+    for (const Eigen::Vector2d& error : view.errors) cost += loss.rho(error.squaredNorm());
+  }
+  for (const std::size_t v : viewsLeftOut(given, fit))
+    cost += static_cast<double>(given.views[v].corners.size()) * farOff(loss);
+  return cost;
+}
+
+AnyCamera cameraOf(const Fit& fit) {
+  return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
+}
+
+// Does the camera of a fit fold inside the image?
+bool foldsInsideImage(const Fit& fit) {
+  return foldsInsideImage(cameraOf(fit), onlyCamera(fit).size);
+}
+
+// Between the middles of the image's shorter sides; infinite where these have no ray.
+double fieldOf(const Fit& fit) {
+  const ImageSize size = onlyCamera(fit).size;
+  const AnyCamera camera = cameraOf(fit);
+  const double x = size.width - 1;
+  const double y = size.height - 1;
+  const bool is_upright = size.height > size.width;
+  const auto a = camera.unproject(is_upright ? Eigen::Vector2d(0.5 * x, 0) : Eigen::Vector2d(0, 0.5 * y));
+  const auto b = camera.unproject(is_upright ? Eigen::Vector2d(0.5 * x, y) : Eigen::Vector2d(x, 0.5 * y));
+  if (!a || !b) return std::numeric_limits<double>::infinity();
+  const auto fromAxis = [](const Eigen::Vector3d& ray) { return std::atan2(ray.head<2>().norm(), ray.z()); };
+  return fromAxis(*a) + fromAxis(*b);
+}
+
+// Whether a camera sees a corner beside it or behind, where perspective models have no pixel.
+bool seesSideways(const Fit& fit) {
+  for (const FitView& view : fit.views) {
+    const SE3 pose = cameraFromBoard(fit, view);
+    for (const Observation& corner : view.corners) {
+      if ((pose * corner.p_board).z() <= 0) return true;
+    }
+  }
+  return false;
+}
+
+bool isOpen(const Candidate& c) {
+  return c.solution && c.verdict.empty();
+}
+
+void requireAny(const Candidates& candidates) {
+  if (std::ranges::any_of(candidates, isOpen)) return;
+  for (const Candidate& c : candidates) {
+    if (c.error) std::rethrow_exception(c.error);
+  }
+  throw inputError({.where = "calibration",
+                    .found = "views that no camera model explains",
+                    .expected = "views of one flat board by one camera",
+                    .next_step = "check the board's size, and name a model with --model"});
+}
+
+// Whether a model fits well enough for a few steps of a larger one to start from it.
+bool fitsRoughly(const Candidate& candidate, const Candidates& candidates) {
+  constexpr double kRoughly = 2;  // times the noise that the best one leaves
+  if (!candidate.solution) return false;
+  const double threshold = candidate.solution->fit.loss.threshold_px;
+  return std::ranges::all_of(candidates, [&](const Candidate& c) {
+    return !c.solution || threshold <= kRoughly * c.solution->fit.loss.threshold_px;
+  });
+}
+
+// The perspective models besides the lead: smaller ones are solved from its poses; larger ones are fitted
+// after a glance at what each gains over the one before it. One that folds leaves something to gain that the
+// errors do not show.
+void addPerspective(Candidates& candidates, bool is_sideways, const PreparedViews& given,
+                    const CalibratorOptions& options) {
+  const ModelTraits& lead = leadTraits(LensFamily::kPerspective);
+  std::string lean(lead.id);
+  for (const ModelTraits& model : allModelTraits()) {
+    if (model.family != lead.family || model.id == lead.id || !isAllowed(model.id, options)) continue;
+    Candidate candidate(model.id);
+    const auto at = std::ranges::find(candidates, lean, &Candidate::id);
+    if (lead.extends(model.id)) {
+      // It needs no search of its own.
+    } else if (is_sideways) {
+      candidate.ruleOut(
+          {.id = "corners_outside_domain", .text = "some corners lie 90 degrees from the axis or more"});
+    } else if (!model.extends(lean) || !isAllowed(lean, options) || !fitsRoughly(*at, candidates) ||
+               foldsInsideImage(at->solution->fit) ||
+               dropAtAGlance(at->solution->fit, candidate.id, options.cancel) > kNeededDrop) {
+      fit(candidate, given, options);
+      if (candidate.solution) lean = candidate.id;
+    } else {
+      candidate.verdict = "larger";
+      candidate.reason = "fits no better than " + lean;
+    }
+    candidates.push_back(std::move(candidate));
+  }
+}
+
+// The wide models besides the lead, the smallest first.
+Candidates furtherWide(const PreparedViews& given, const CalibratorOptions& options) {
+  const ModelTraits& lead = leadTraits(LensFamily::kWide);
+  Candidates candidates;
+  for (const ModelTraits& model : allModelTraits()) {
+    if (model.family == lead.family && model.id != lead.id && isAllowed(model.id, options))
+      candidates.emplace_back(model.id);
+  }
+  std::ranges::stable_sort(candidates, {}, &Candidate::num_params);
+  fitAll(candidates, given, options);
+  return candidates;
+}
+
+// The smallest of the fitted models that fits all corners about as well as any; there is one.
+Candidate& fittest(Candidates& candidates, const PreparedViews& given) {
+  HuberLoss loss = kNoLoss;
+  for (const Candidate& c : candidates) {
+    if (isOpen(c)) loss.threshold_px = std::min(loss.threshold_px, c.solution->fit.loss.threshold_px);
+  }
+  double least = std::numeric_limits<double>::infinity();
+  for (const Candidate& c : candidates) {
+    if (isOpen(c)) least = std::min(least, costOf(c.solution->fit, loss, given));
+  }
+  const auto found = std::ranges::find_if(candidates, [&](const Candidate& c) {
+    return isOpen(c) && costOf(c.solution->fit, loss, given) <= (1 + kNeededDrop) * least;
+  });
+  expect(found != candidates.end(), "a model that fits");
+  return *found;
+}
+
+// Fits the models that come into question, by number of parameters.
+// @param are_all_lenses  false: fisheye models only for wide lenses, because radtan and rational are what all
+//                        programs read
+// @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views
+Candidates fitCandidates(bool are_all_lenses, const PreparedViews& given, const CalibratorOptions& options,
+                         ModelChoice& choice) {
+  // The leads of the families: one of them explains the views of any lens, at least roughly, and tells how
+  // wide it is. Where radtan would have to fold, the polynomial in the angle fits better.
+  Candidates candidates;
+  const std::string_view perspective = leadTraits(LensFamily::kPerspective).id;
+  candidates.emplace_back(perspective);
+  candidates.emplace_back(leadTraits(LensFamily::kWide).id);
+  fitAll(candidates, given, options);
+  requireAny(candidates);
+  const Candidate& better = fittest(candidates, given);
+  const Fit& widest = better.solution->fit;
+  choice.field_rad = fieldOf(widest);
+  const double limit = better.id == perspective ? kVeryWideFieldRad : kWideFieldRad;
+  choice.is_wide = choice.field_rad > limit;
+  const bool is_sideways = seesSideways(widest);
+  // Where radtan is not allowed as a whole, one of these may stand in for it.
+  const bool is_whole =
+      isAllowed(perspective, options) && numHeldOfLens(constraintOf(withModel(perspective, options))) == 0;
+  if (choice.is_wide || !is_whole || are_all_lenses) {
+    std::ranges::move(furtherWide(given, options), std::back_inserter(candidates));
+  } else if (candidates.front().solution) {
+    candidates.pop_back();
+  }
+  addPerspective(candidates, is_sideways, given, options);
+  for (Candidate& candidate : candidates) {
+    if (!isAllowed(candidate.id, options))
+      candidate.ruleOut({.id = "not_allowed", .text = "not among the models to choose from"});
+    candidate.constraint = constraintOf(withModel(candidate.id, options));
+    candidate.num_params -= numHeldOfLens(candidate.constraint);
+  }
+  requireAny(candidates);
+  std::ranges::stable_sort(candidates, {}, &Candidate::num_params);
+  return candidates;
+}
 
 // The reference's corners, weights, loss and boards, with the candidate's camera and, where it has them,
 // poses.
@@ -36,8 +292,7 @@ Fit onCornersOf(const Fit& reference, const Candidate& candidate, const Prepared
   const Fit& own = candidate.solution->fit;
   camera.params = onlyCamera(own).params;
   for (const FitView& view : fit.views) {
-    const auto at = std::find_if(own.views.begin(), own.views.end(),
-                                 [&](const FitView& other) { return other.source == view.source; });
+    const auto at = std::ranges::find(own.views, view.source, &FitView::source);
     if (at != own.views.end()) {
       setCameraFromBoard(fit, view, cameraFromBoard(own, *at));
     } else if (const auto alone = fitAlone(own, given.views[view.source])) {
@@ -53,7 +308,7 @@ using IsClose = std::function<bool(double larger_px, double smaller_px)>;
 // Solves and cross-validates a candidate on the reference's corners, with its weights and loss.
 void evaluate(Candidate& candidate, const Fit& reference, const IsClose& isClose, const PreparedViews& given,
               const CancelFlag* cancel) {
-  if (candidate.unsoundness || !candidate.not_better_than.empty()) return;
+  if (!candidate.verdict.empty()) return;
   const bool is_reference = candidate.id == onlyCamera(reference).model;
   const Fit fit = is_reference ? reference
                                : solve(onCornersOf(reference, candidate, given),
@@ -64,25 +319,27 @@ void evaluate(Candidate& candidate, const Fit& reference, const IsClose& isClose
   constexpr double kHopeless = 2;
   const double reference_px = weightedRms(reference);
   if (candidate.rms_px > kHopeless * reference_px && !isClose(candidate.rms_px, reference_px)) {
-    candidate.fits_worse_than = onlyCamera(reference).model;
+    candidate.verdict = "worse";
+    candidate.reason = "fits corners worse than " + onlyCamera(reference).model;
     return;
   }
-  candidate.unsoundness = unsoundnessOf(fit);
-  // A prior hides undetermined parameters, and a fold where no corner was seen.
-  if (!candidate.unsoundness && !onlyCamera(fit).weak_prior.isNone()) {
-    candidate.unsoundness = Unsoundness{
-        .id = "ill_conditioned",
-        .text = "these views leave its parameters undetermined, and only a weak prior holds it together",
-        .folds = true};
+  if (const auto why = unsoundnessOf(fit)) {
+    candidate.ruleOut(*why);
+  } else if (!onlyCamera(fit).weak_prior.isNone()) {
+    // A prior hides what the views leave open, and a fold where no corner was seen.
+    candidate.ruleOut(
+        {.id = "ill_conditioned",
+         .text = "these views leave its parameters undetermined, and only a weak prior holds it together",
+         .folds = true});
   }
-  if (candidate.unsoundness && !candidate.unsoundness->folds) return;
+  if (!candidate.verdict.empty() && !candidate.folds) return;
   const auto held_out = heldOutErrors(fit, cancel);
   candidate.holdout_rms_px = holdoutReport(held_out).rms_px;
   if (held_out) {
     candidate.score = scoreOf(*held_out, fit);
   } else {
-    candidate.unsoundness =
-        Unsoundness{.id = "no_holdout", .text = "some of the views alone leave its parameters undetermined"};
+    candidate.ruleOut(
+        {.id = "no_holdout", .text = "some of the views alone leave its parameters undetermined"});
   }
 }
 
@@ -100,7 +357,8 @@ const Candidate* betterThan(const Candidate& lean, const Candidates& candidates)
   const Candidate* better = nullptr;
   for (const Candidate& c : candidates) {
     if (!c.score || c.num_params < lean.num_params) continue;
-    if (!excessOf(*lean.score, *c.score).isWorth(c.num_params - lean.num_params)) continue;
+    const auto num_further = static_cast<std::size_t>(c.num_params - lean.num_params);
+    if (!excessOf(*lean.score, *c.score).isWorth(num_further)) continue;
     if (better == nullptr || c.score->sum < better->score->sum) better = &c;
   }
   return better;
@@ -110,7 +368,7 @@ const Candidate* betterThan(const Candidate& lean, const Candidates& candidates)
 // finding about it says what to do; this would not apply to a model that does not even fit.
 const Candidate& smallestAsGoodAs(const Candidate& best, const Candidates& candidates) {
   const auto rank = [](const Candidate& c) {
-    return std::tuple(c.unsoundness.has_value(), c.num_params, c.score->sum);
+    return std::tuple(!c.verdict.empty(), c.num_params, c.score->sum);
   };
   const Candidate* smallest = &best;
   for (const Candidate& c : candidates) {
@@ -119,16 +377,12 @@ const Candidate& smallestAsGoodAs(const Candidate& best, const Candidates& candi
   return *smallest;
 }
 
-bool foldsInside(const Candidate& c) {
-  return c.unsoundness && c.unsoundness->id == "folds_in_image";
-}
-
 // A camera that folds inside the image is rejected. A sound one that predicts about as well is used instead.
 const Candidate& soundInstead(const Candidate& chosen, const Candidates& candidates, const IsClose& isClose) {
-  if (!foldsInside(chosen)) return chosen;
+  if (chosen.verdict != "folds_in_image") return chosen;
   const Candidate* sound = nullptr;
   for (const Candidate& c : candidates) {
-    if (!c.score || c.unsoundness) continue;
+    if (!c.score || !c.verdict.empty()) continue;
     if (!isClose(c.holdout_rms_px, chosen.holdout_rms_px)) continue;
     if (sound == nullptr || c.score->sum < sound->score->sum) sound = &c;
   }
@@ -143,7 +397,7 @@ std::vector<AnyCamera> rivalsOf(const Candidate& chosen, const Candidate& best, 
                                 bool is_wide) {
   std::vector<AnyCamera> rivals;
   for (const Candidate& c : candidates) {
-    if (&c == &chosen || !c.score || (c.unsoundness && !c.unsoundness->folds)) continue;
+    if (&c == &chosen || !c.score || (!c.verdict.empty() && !c.folds)) continue;
     if (is_wide && modelTraits(c.id).family == LensFamily::kPerspective) continue;
     if (c.score->sum > chosen.score->sum && excessOf(*c.score, *best.score).is_significant) continue;
     rivals.push_back(AnyCamera::make(c.id, c.params));
@@ -151,37 +405,25 @@ std::vector<AnyCamera> rivalsOf(const Candidate& chosen, const Candidate& best, 
   return rivals;
 }
 
-ModelCandidate report(const Candidate& c, const Candidates& candidates, const Candidate* best,
-                      const Candidate& chosen) {
-  ModelCandidate entry{.id = c.id, .num_params = static_cast<int>(c.num_params), .verdict = {}, .reason = {}};
-  entry.rms_px = c.rms_px;
-  entry.holdout_rms_px = c.holdout_rms_px;
+// Completes the report on a candidate.
+void conclude(Candidate& c, const Candidates& candidates, const Candidate* best, const Candidate& chosen) {
   const Candidate* better = c.score ? betterThan(c, candidates) : nullptr;
   if (c.score) {
     const HeldOutExcess excess = excessOf(*c.score, *best->score);
-    entry.excess = excess.share;
-    entry.excess_std = excess.std;
+    c.excess = excess.share;
+    c.excess_std = excess.std;
   }
   if (&c == &chosen) {
-    entry.verdict = "chosen";
-  } else if (c.unsoundness) {
-    entry.verdict = c.unsoundness->id;
-    entry.reason = c.unsoundness->text;
-  } else if (!c.fits_worse_than.empty()) {
-    entry.verdict = "worse";
-    entry.reason = "fits corners worse than " + c.fits_worse_than;
-  } else if (!c.not_better_than.empty()) {
-    entry.verdict = "larger";
-    entry.reason = "fits no better than " + c.not_better_than;
-  } else if (better != nullptr) {
-    entry.verdict = "worse";
-    entry.reason = "predicts corners worse than " + better->id;
-  } else {
-    entry.verdict = "larger";
-    entry.reason = "predicts no better than " + chosen.id + ", with " +
-                   (c.num_params > chosen.num_params ? "more" : "as many") + " parameters";
+    c.verdict = "chosen";
+    c.reason = "";
+  } else if (c.verdict.empty() && better != nullptr) {
+    c.verdict = "worse";
+    c.reason = "predicts corners worse than " + better->id;
+  } else if (c.verdict.empty()) {
+    c.verdict = "larger";
+    c.reason = "predicts no better than " + chosen.id + ", with " +
+               (c.num_params > chosen.num_params ? "more" : "as many") + " parameters";
   }
-  return entry;
 }
 
 // Share of the corners of the views in use that was left out.
@@ -191,14 +433,14 @@ double shareLeftOut(const Fit& fit, const PreparedViews& given) {
   return 1 - static_cast<double>(numCorners(fit)) / static_cast<double>(num_given);
 }
 
-ModelSolution chosenAmong(Lenses lenses, const PreparedViews& given, const CalibratorOptions& options) {
+ModelSolution chosenAmong(bool are_all_lenses, const PreparedViews& given, const CalibratorOptions& options) {
   const IsClose isClose = [&](double larger_px, double smaller_px) {
-    if (lenses == Lenses::kByField) return false;  // one of these is good enough, or all are compared
+    if (!are_all_lenses) return false;  // one of these is good enough, or all are compared
     const double further_px = std::sqrt(std::max(0.0, larger_px * larger_px - smaller_px * smaller_px));
     return severityOf(further_px, options.tolerance_px) == Severity::kNote;
   };
   ModelChoice choice;
-  Candidates candidates = fitCandidates(lenses, given, options, choice);
+  Candidates candidates = fitCandidates(are_all_lenses, given, options, choice);
   Candidate& reference = fittest(candidates, given);
   reference.solution = withDataSettled(*std::move(reference.solution), given, options);
   choice.reference = reference.id;
@@ -217,11 +459,13 @@ ModelSolution chosenAmong(Lenses lenses, const PreparedViews& given, const Calib
     choice.best = best->id;
     rivals = rivalsOf(chosen, *best, candidates, choice.is_wide);
   }
-  for (const Candidate& c : candidates) choice.candidates.push_back(report(c, candidates, best, chosen));
+  for (Candidate& c : candidates) {
+    conclude(c, candidates, best, chosen);
+    choice.candidates.push_back(c);
+  }
   Candidate& winner = candidates[static_cast<std::size_t>(&chosen - candidates.data())];
   if (&winner != &reference) {
-    CalibratorOptions own = options;
-    own.model = winner.id;
+    const CalibratorOptions own = withModel(winner.id, options);
     if (!winner.solution) winner.solution = fittedPlainly(given, own);
     winner.solution = withDataSettled(*std::move(winner.solution), given, own);
   }
@@ -235,9 +479,9 @@ ModelSolution chosenAmong(Lenses lenses, const PreparedViews& given, const Calib
 
 ModelSolution chooseModel(const PreparedViews& given, const CalibratorOptions& options) {
   constexpr double kManyOutliers = 0.05;  // may be corners that another lens explains
-  ModelSolution chosen = chosenAmong(Lenses::kByField, given, options);
+  ModelSolution chosen = chosenAmong(false, given, options);
   if (!foldsInsideImage(chosen.fit) && shareLeftOut(chosen.fit, given) < kManyOutliers) return chosen;
-  return chosenAmong(Lenses::kAll, given, options);
+  return chosenAmong(true, given, options);
 }
 
 }  // namespace alidade

@@ -1,43 +1,112 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/choose/model_solution.h"
 
+#include <optional>
+#include <span>
 #include <utility>
 
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/adjust/noise/weak_prior.h"
-#include "alidade/calibrate/bend/board_bend.h"
-#include "alidade/calibrate/bend/uneven_board.h"
+#include "alidade/calibrate/bend/shape_fit.h"
 #include "alidade/calibrate/clean/outliers.h"
-#include "alidade/calibrate/start/start_fit.h"
+#include "alidade/calibrate/start/held_params.h"
+#include "alidade/calibrate/start/start.h"
+#include "alidade/core/error.h"
 
 namespace alidade {
+namespace {
+
+// The fit with the camera and the poses of another solution; nothing if that explains fewer views.
+std::optional<Fit> movedTo(const PosedCamera& other, Fit fit) {
+  onlyCamera(fit).params = other.params;
+  for (const FitView& view : fit.views) {
+    const auto& pose = other.poses[view.source];
+    if (!pose) return std::nullopt;
+    setCameraFromBoard(fit, view, *pose);
+  }
+  return fit;
+}
+
+// May the corners that will be left out, or the board's shape, still bring the two within noise of each
+// other?
+bool isClose(const Fit& fit, double cost) {
+  constexpr double kCloseChi2 = 100;  // about ten times what noise makes
+  const double num_coordinates = 2 * static_cast<double>(numCorners(fit));
+  return cost <= (1 + kCloseChi2 / num_coordinates) * fit.summary.cost;
+}
+
+// Other optima that were about as good on the views of the start: on all views the lowest cost decides.
+void compareWithRivals(std::span<const PosedCamera> rivals, const CancelFlag* cancel,
+                       ModelSolution& solution) {
+  constexpr double kTolerance = 1e-9;  // of the cost
+  Fit& fit = solution.fit;
+  std::vector<Fit> others;
+  for (const PosedCamera& camera : rivals) {
+    auto rival = movedTo(camera, fit);
+    if (!rival) continue;
+    *rival = solve(*std::move(rival), {.function_tolerance = kTolerance, .cancel = cancel});
+    if (rival->summary.termination == Termination::kFailed) continue;
+    const bool is_better = rival->summary.cost < (1 - kTolerance) * fit.summary.cost;
+    if (is_better) std::swap(fit, *rival);
+    others.push_back(*std::move(rival));
+    if (is_better) fit = solve(std::move(fit), {.cancel = cancel});
+  }
+  for (const Fit& other : others) {
+    if (isClose(fit, other.summary.cost)) solution.close_params.push_back(onlyCamera(other).params);
+  }
+}
+
+}  // namespace
 
 ModelSolution fittedPlainly(const PreparedViews& given, const CalibratorOptions& options) {
-  StartedFit started = startedFit(given, options);
-  SettledFit settled = settledFromStart(std::move(started.fit), options.cancel);
-  ComparedFit compared = comparedWithRivals(std::move(settled.fit), started.rivals, options.cancel);
-  return {.fit = std::move(compared.fit),
-          .choice = {.start = started.report, .shapes = {}, .is_settled = settled.is_settled},
-          .close_params = std::move(compared.close_params)};
+  std::vector<std::vector<Observation>> corners = cornersOf(given);
+  const ImageSize size = given.views.front().size;
+  auto start = findStart(corners, size, options);
+  if (!start) {
+    throw inputError({.where = "calibration",
+                      .found = "no " + options.model + " camera that explains these views even roughly",
+                      .expected = "views of one flat board by one camera",
+                      .next_step = "check the board's size; a wide-angle lens may need another model"});
+  }
+  const HuberLoss loss = startLoss(size);
+  const ParamConstraint constraint = constraintOf(options);
+  for (PosedCamera& camera : start->optima) {
+    if (applyConstraint(options, constraint, size, camera.params))
+      improvePoses(options.model, corners, loss, camera);
+  }
+  const PosedCamera& best = start->optima.front();
+  Fit fit = emptyFit(options.model, size, best.params, given.boards, loss);
+  onlyCamera(fit).constraint = constraint;
+  for (std::size_t v = 0; v < corners.size(); ++v) {
+    if (!best.poses[v]) continue;
+    addView(fit, v, std::move(corners[v]), *best.poses[v], given.views[v].board);
+    fit.views.back().image = given.views[v].image;
+  }
+  requireViews(given, fit);
+  SettledFit settled = settledFromStart(std::move(fit), options.cancel);
+  ModelSolution solution{.fit = std::move(settled.fit),
+                         .choice = {.start = start->report, .shapes = {}, .is_settled = settled.is_settled},
+                         .close_params = {}};
+  compareWithRivals(std::span(start->optima).subspan(1), options.cancel, solution);
+  return solution;
 }
 
 ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given,
                               const CalibratorOptions& options) {
   const CancelFlag* cancel = options.cancel;
-  SettledFit settled{.fit = regularised(std::move(solution.fit), cancel),
-                     .is_settled = solution.choice.is_settled};
-  BentFit now = bent(std::move(settled), options.board_shape, cancel);
-  UnevenFit of_points = uneven(std::move(now.settled), options.board_shape, cancel);
-  now.settled = withoutOutliers(std::move(of_points.settled), given, cancel);
-  const std::vector<std::size_t> bent_boards = estimatedShapes(now.settled.fit);
-  now = bendTestedAgain(std::move(now), options.board_shape, cancel);
-  if (estimatedShapes(now.settled.fit) != bent_boards)
-    now.settled = withoutOutliers(std::move(now.settled), given, cancel);
+  SettledFit now{.fit = regularised(std::move(solution.fit), cancel),
+                 .is_settled = solution.choice.is_settled};
+  solution.choice.shapes = estimateBends(now, options.board_shape, cancel);
+  estimateOffsets(now, options.board_shape, cancel, solution.choice);
+  now = withoutOutliers(std::move(now), given, cancel);
+  const std::vector<std::size_t> bent_boards = estimatedShapes(now.fit);
+  testBendsAgain(now, solution.choice.shapes, options.board_shape, cancel);
+  if (estimatedShapes(now.fit) != bent_boards) now = withoutOutliers(std::move(now), given, cancel);
   // Again on the corners that are left.
-  now.settled = unevenAgain(std::move(now.settled), cancel);
-  solution.fit = regularised(std::move(now.settled.fit), cancel);
-  solution.choice.is_settled = now.settled.is_settled;
-  solution.choice.shapes = std::move(now.reports);
-  solution.choice.points = of_points.report;
+  estimateOffsetsAgain(now, cancel);
+  solution.fit = regularised(std::move(now.fit), cancel);
+  solution.choice.is_settled = now.is_settled;
   return solution;
 }
 

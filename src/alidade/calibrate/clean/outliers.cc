@@ -2,61 +2,50 @@
 #include "alidade/calibrate/clean/outliers.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "alidade/adjust/board/solve.h"
-#include "alidade/calibrate/clean/renumbering.h"
 #include "alidade/calibrate/clean/view_fit.h"
+#include "alidade/core/mapped.h"
+#include "alidade/core/number_text.h"
+#include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
 
-// Misfits of the views in use.
-struct Misfits {
+std::vector<ViewFit> fitsInUse(const Fit& fit, const PreparedViews& given) {
   std::vector<ViewFit> fits;
-  std::vector<double> ratios;
-  double stand_out = 0;  // as a ratio
-};
-
-Misfits misfitsInUse(const Fit& fit, const PreparedViews& given) {
-  Misfits misfits;
-  for (std::size_t v = 0; v < fit.views.size(); ++v) {
-    misfits.fits.push_back(fitInUse(fit, v, given.views[fit.views[v].source]));
-    misfits.ratios.push_back(misfitRatio(misfits.fits.back(), noiseSigma(fit)));
-  }
-  misfits.stand_out = standOutRatio(misfits.ratios);
-  return misfits;
+  for (std::size_t v = 0; v < fit.views.size(); ++v)
+    fits.push_back(fitInUse(fit, v, given.views[fit.views[v].source]));
+  return fits;
 }
 
 std::optional<std::size_t> worstForeignView(const Fit& fit, const PreparedViews& given) {
-  const Misfits misfits = misfitsInUse(fit, given);
+  const std::vector<ViewFit> fits = fitsInUse(fit, given);
+  const std::vector<double> ratios = mapped(fits, &ViewFit::misfitRatio);
+  const double stand_out = standOutRatio(ratios);
   std::optional<std::size_t> worst;
-  for (std::size_t v = 0; v < fit.views.size(); ++v) {
-    if (!isForeign(fit, misfits.fits[v], misfits.stand_out)) continue;
-    if (!worst || misfits.ratios[v] > misfits.ratios[*worst]) worst = v;
+  for (std::size_t v = 0; v < fits.size(); ++v) {
+    if (isForeign(fit, fits[v], stand_out) && (!worst || ratios[v] > ratios[*worst])) worst = v;
   }
   return worst;
 }
 
-bool haveSameIds(const std::vector<Observation>& a, const std::vector<Observation>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const Observation& x, const Observation& y) { return x.id == y.id; });
-}
-
 // Judges all corners again; false if the outliers are the same as before.
 bool leaveOutCorners(Fit& fit, const PreparedViews& given, const CancelFlag* cancel) {
-  const double sigma = noiseSigma(fit);
   std::vector<std::vector<Observation>> kept;
   bool is_changed = false;
-  for (std::size_t v = 0; v < fit.views.size(); ++v) {
-    const ViewFit all = fitInUse(fit, v, given.views[fit.views[v].source]);
+  for (const ViewFit& all : fitsInUse(fit, given)) {
+    const std::vector<Observation>& before = fit.views[kept.size()].corners;
     std::vector<Observation>& good = kept.emplace_back();
     for (std::size_t i = 0; i < all.errors.size(); ++i) {
-      if (!isOutlier(all.corners[i], all.errors[i], sigma)) good.push_back(all.corners[i]);
+      if (!all.isOutlier(i)) good.push_back(all.corners[i]);
     }
-    is_changed = is_changed || !haveSameIds(good, fit.views[v].corners);
+    is_changed = is_changed || !std::ranges::equal(good, before, {}, &Observation::id, &Observation::id);
   }
   if (!is_changed) return false;
   for (std::size_t v = 0; v < fit.views.size(); ++v) fit.views[v].corners = std::move(kept[v]);
@@ -64,8 +53,10 @@ bool leaveOutCorners(Fit& fit, const PreparedViews& given, const CancelFlag* can
   return true;
 }
 
-}  // namespace
-
+// Sets views aside that do not fit the camera of the others, the worst first, and solves again after each:
+// what looks foreign beside a bad view may be right without it. Stops where half of the views are gone: it
+// can then no longer be told which ones are right.
+// @throws Error (kInput) if too few views are left
 void setAsideForeignViews(SettledFit& now, const PreparedViews& given, const CancelFlag* cancel) {
   while (2 * now.fit.views.size() > given.views.size()) {
     const auto worst = worstForeignView(now.fit, given);
@@ -76,10 +67,91 @@ void setAsideForeignViews(SettledFit& now, const PreparedViews& given, const Can
   }
 }
 
+// Sets views aside of which some corners fit only if all are numbered otherwise; its pose would be wrong as
+// well. False if there are none.
+bool setAsideMisnumberedViews(SettledFit& now, const PreparedViews& given, const CancelFlag* cancel) {
+  constexpr std::size_t kFewOutliers = 3;  // too few to be a row or a column
+  std::vector<bool> is_out;
+  for (const ViewFit& of : fitsInUse(now.fit, given)) {
+    const View& view = given.views[now.fit.views[is_out.size()].source];
+    is_out.push_back(of.countOutliers() >= kFewOutliers && fittingOrder(now.fit, view));
+  }
+  if (std::ranges::find(is_out, true) == is_out.end()) return false;
+  now.fit = withoutViews(now.fit, is_out);
+  requireViews(given, now.fit);
+  now = settled(std::move(now.fit), cancel);
+  return true;
+}
+
+// The factor on the focal lengths with which the view fits. From the parameters' storage order, the focal
+// lengths come first.
+std::optional<double> fittingFocal(const Fit& fit, ViewFit view, const CancelFlag* cancel) {
+  constexpr double kOther = 0.02;  // closer ones are the same lens with the focus moved, or chance
+  Fit alone{.cameras = fit.cameras, .boards = fit.boards, .loss = fit.loss};
+  fixShapes(alone);
+  FitCamera& camera = onlyCamera(alone);
+  camera.weak_prior = {};
+  camera.constraint = {.held = {}, .same_focal = true};
+  for (int i = 2; i < static_cast<int>(camera.params.size()); ++i) camera.constraint.held.push_back(i);
+  addView(alone, 0, view.corners, view.camera_from_board, view.board);
+  alone = solve(std::move(alone), {.function_tolerance = 1e-9, .cancel = cancel});
+  if (alone.summary.termination != Termination::kConverged) return std::nullopt;
+  view.errors = alone.views.front().errors;
+  const double factor = onlyCamera(alone).params[0] / onlyCamera(fit).params[0];
+  if (!view.isExplained() || std::abs(factor - 1) < kOther) return std::nullopt;
+  return factor;
+}
+
+// Why a view does not fit the camera of the others, as far as its corners show a reason.
+// @param used  the fit without the view
+std::string misfitReason(const Fit& used, const View& view, const CancelFlag* cancel) {
+  if (const auto order = fittingOrder(used, view))
+    return "its corners are numbered differently from those of the other views: they fit if they are "
+           "numbered " +
+           *order;
+  const auto fit = fitAlone(used, view);
+  if (!fit) return "no pose of the board explains its corners";
+  if (const auto factor = fittingFocal(used, *fit, cancel))
+    return "it fits a camera with focal lengths " + numberText("%.2f", *factor) +
+           " times as long: another camera, zoom, focus or crop";
+  const std::size_t num_outliers = fit->countOutliers();
+  const std::string share = std::to_string(num_outliers) + " of " + std::to_string(fit->errors.size());
+  if (isSmooth(used.boards[view.board].target, *fit)) {
+    double largest = 0;
+    for (const auto& error : fit->errors) largest = std::max(largest, error.norm());
+    return "its corners are displaced together, smoothly and by up to " + numberText("%.1f", largest) +
+           " px: the board or the camera moved, or the board was bent, while the image was taken";
+  }
+  return share + " of its corners do not fit the camera that the other views agree on";
+}
+
+std::vector<Outlier> outliersOf(const Fit& fit, const PreparedViews& given) {
+  std::vector<Outlier> outliers;
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
+    const View& view = given.views[fit.views[v].source];
+    const ViewFit all = fitInUse(fit, v, view);
+    auto used = fit.views[v].corners.begin();
+    for (std::size_t i = 0; i < all.corners.size(); ++i) {
+      if (used != fit.views[v].corners.end() && used->id == all.corners[i].id) {
+        ++used;
+      } else {
+        outliers.push_back({.source = fit.views[v].source,
+                            .image = view.image,
+                            .board = view.board,
+                            .corner_id = all.corners[i].id,
+                            .error_px = all.errors[i]});
+      }
+    }
+  }
+  return outliers;
+}
+
+}  // namespace
+
 bool readmitViews(SettledFit& now, const PreparedViews& given, const CancelFlag* cancel) {
   const std::vector<std::size_t> left_out = viewsLeftOut(given, now.fit);
   if (left_out.empty()) return false;
-  const double stand_out = misfitsInUse(now.fit, given).stand_out;
+  const double stand_out = standOutRatio(mapped(fitsInUse(now.fit, given), &ViewFit::misfitRatio));
   std::vector<std::pair<std::size_t, ViewFit>> fitting;
   for (const std::size_t v : left_out) {
     auto view = fitAlone(now.fit, given.views[v]);
@@ -90,24 +162,6 @@ bool readmitViews(SettledFit& now, const PreparedViews& given, const CancelFlag*
   for (auto& [source, view] : fitting)
     addView(now.fit, source, std::move(view.corners), view.camera_from_board, view.board);
   for (FitView& view : now.fit.views) view.image = given.views[view.source].image;
-  now = settled(std::move(now.fit), cancel);
-  return true;
-}
-
-bool setAsideMisnumberedViews(SettledFit& now, const PreparedViews& given, const CancelFlag* cancel) {
-  constexpr std::size_t kFewOutliers = 3;  // too few to be a row or a column
-  std::vector<bool> is_out(now.fit.views.size());
-  bool is_changed = false;
-  for (std::size_t v = 0; v < now.fit.views.size(); ++v) {
-    const View& view = given.views[now.fit.views[v].source];
-    if (countOutliers(fitInUse(now.fit, v, view), noiseSigma(now.fit)) < kFewOutliers) continue;
-    if (!fittingOrder(now.fit, view)) continue;
-    is_out[v] = true;
-    is_changed = true;
-  }
-  if (!is_changed) return false;
-  now.fit = withoutViews(now.fit, is_out);
-  requireViews(given, now.fit);
   now = settled(std::move(now.fit), cancel);
   return true;
 }
@@ -124,6 +178,22 @@ SettledFit withoutOutliers(SettledFit settled, const PreparedViews& given, const
   }
   settled.is_settled = false;
   return settled;
+}
+
+Dropped droppedFrom(const Fit& fit, const PreparedViews& given, const CancelFlag* cancel) {
+  Dropped dropped = given.dropped;
+  dropped.outliers = outliersOf(fit, given);
+  for (const std::size_t v : viewsLeftOut(given, fit)) {
+    const View& view = given.views[v];
+    dropped.views.push_back({.image = view.image,
+                             .board = view.board,
+                             .reason = misfitReason(fit, view, cancel),
+                             .is_misfit = true});
+  }
+  std::ranges::sort(dropped.views, [](const auto& a, const auto& b) {
+    return a.image == b.image ? a.board < b.board : naturalLess(a.image, b.image);
+  });
+  return dropped;
 }
 
 }  // namespace alidade

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "alidade/adjust/board/corner_noise.h"
@@ -28,7 +29,8 @@ ViewFit viewFit(const Fit& fit, std::size_t board_index, const SE3& camera_from_
   ViewFit of{.board = board_index,
              .camera_from_board = camera_from_board,
              .corners = std::move(corners),
-             .errors = {}};
+             .errors = {},
+             .sigma_px = noiseSigma(fit)};
   of.errors = reprojectionErrors(camera.model, camera.params, camera_from_board,
                                  onShape(board.target, board.shape, of.corners));
   return of;
@@ -52,31 +54,28 @@ std::optional<ViewFit> fitAlone(const Fit& fit, const View& view) {
   return viewFit(fit, view.board, *refined, std::move(corners));
 }
 
-bool isOutlier(const Observation& corner, const Eigen::Vector2d& error, double sigma_px) {
-  return !(std::sqrt(corner.weight) * error.norm() <= kOutlierSigmas * sigma_px);
+bool ViewFit::isOutlier(std::size_t corner) const {
+  return !(std::sqrt(corners[corner].weight) * errors[corner].norm() <= kOutlierSigmas * sigma_px);
 }
 
-std::size_t countOutliers(const ViewFit& fit, double sigma_px) {
+std::size_t ViewFit::countOutliers() const {
   std::size_t count = 0;
-  for (std::size_t i = 0; i < fit.errors.size(); ++i) {
-    if (isOutlier(fit.corners[i], fit.errors[i], sigma_px)) ++count;
-  }
+  for (std::size_t i = 0; i < errors.size(); ++i) count += isOutlier(i) ? 1 : 0;
   return count;
 }
 
-double misfitRatio(const ViewFit& fit, double sigma_px) {
+double ViewFit::misfitRatio() const {
   double sum = 0;
-  for (std::size_t i = 0; i < fit.errors.size(); ++i) {
-    const bool is_outlier = isOutlier(fit.corners[i], fit.errors[i], sigma_px);
-    sum += is_outlier ? kOutlierSigmas * kOutlierSigmas
-                      : fit.corners[i].weight * fit.errors[i].squaredNorm() / (sigma_px * sigma_px);
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    sum += isOutlier(i) ? kOutlierSigmas * kOutlierSigmas
+                        : corners[i].weight * errors[i].squaredNorm() / (sigma_px * sigma_px);
   }
-  return std::sqrt(0.5 * sum / static_cast<double>(fit.errors.size()));
+  return std::sqrt(0.5 * sum / static_cast<double>(errors.size()));
 }
 
-bool isExplained(const ViewFit& fit, double sigma_px) {
+bool ViewFit::isExplained() const {
   constexpr double kExplained = 2;
-  return countOutliers(fit, sigma_px) == 0 && misfitRatio(fit, sigma_px) < kExplained;
+  return countOutliers() == 0 && misfitRatio() < kExplained;
 }
 
 bool isSmooth(const Board& board, const ViewFit& view) {
@@ -101,12 +100,45 @@ double standOutRatio(std::vector<double> ratios) {
 
 bool isForeign(const Fit& fit, const ViewFit& view, double stand_out_ratio) {
   constexpr std::size_t kMaxOutlierShare = 4;  // one in four
-  const double sigma_px = noiseSigma(fit);
-  const std::size_t num_outliers = countOutliers(view, sigma_px);
+  const std::size_t num_outliers = view.countOutliers();
   if (view.errors.size() - num_outliers < kMinCornersPerView) return true;
-  if (misfitRatio(view, sigma_px) < stand_out_ratio) return false;
+  if (view.misfitRatio() < stand_out_ratio) return false;
   return kMaxOutlierShare * num_outliers > view.errors.size() ||
          isSmooth(fit.boards[view.board].target, view);
+}
+
+std::vector<std::pair<std::string, View>> renumberings(const Board& board, const View& view) {
+  const int columns = board.columns();
+  const int rows = board.rows();
+  const int count = board.numCorners();
+  const auto around = [](int i, int n) { return (i + n) % n; };
+  const auto columnsOn = [&](int step) {
+    return [=](int id) { return id / columns * columns + around(id % columns + step, columns); };
+  };
+  const auto idsOn = [&](int step) { return [=](int id) { return around(id + step, count); }; };
+  const std::vector<std::pair<std::string, std::function<int(int)>>> orders = {
+      {"column by column instead of row by row", [=](int id) { return id % rows * columns + id / rows; }},
+      {"one column further in each row", columnsOn(1)},
+      {"one column back in each row", columnsOn(-1)},
+      {"one further", idsOn(1)},
+      {"one back", idsOn(-1)},
+      {"one row further", idsOn(columns)},
+      {"one row back", idsOn(-columns)}};
+  std::vector<std::pair<std::string, View>> all;
+  for (const auto& [how, renumbered] : orders) {
+    std::vector<Corner>& corners = all.emplace_back(how, view).second.corners;
+    for (Corner& corner : corners) corner.id = renumbered(corner.id);
+    std::ranges::sort(corners, {}, &Corner::id);
+  }
+  return all;
+}
+
+std::optional<std::string> fittingOrder(const Fit& fit, const View& view) {
+  for (const auto& [how, renumbered] : renumberings(fit.boards[view.board].target, view)) {
+    const auto alone = fitAlone(fit, renumbered);
+    if (alone && alone->isExplained()) return how;
+  }
+  return std::nullopt;
 }
 
 }  // namespace alidade

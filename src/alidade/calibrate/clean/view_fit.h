@@ -3,11 +3,14 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "alidade/adjust/board/fit.h"
+#include "alidade/target/board.h"
 #include "alidade/target/view.h"
 
 namespace alidade {
@@ -18,6 +21,16 @@ struct ViewFit {
   SE3 camera_from_board;
   std::vector<Observation> corners;     ///< all corners of the view, weighted, on the flat board
   std::vector<Eigen::Vector2d> errors;  ///< one per corner; NaN if it does not project
+  double sigma_px = 0;                  ///< of the noise of its fit, see noiseSigma()
+
+  /// Is a corner farther off than noise ever is?
+  [[nodiscard]] bool isOutlier(std::size_t corner) const;
+  [[nodiscard]] std::size_t countOutliers() const;
+  /// Root mean square of the weighted errors over that of noise, each error counted as kOutlierSigmas at
+  /// most: 1 for a view like the others, whatever a few outliers do.
+  [[nodiscard]] double misfitRatio() const;
+  /// Is this what noise leaves, and a camera that is not exact itself?
+  [[nodiscard]] bool isExplained() const;
 };
 
 /// Corners beyond this many standard deviations (chance 1e-14) are not noise and are left out by name.
@@ -29,18 +42,6 @@ inline constexpr double kOutlierSigmas = 8.0;
 /// Any view, posed and refined with the fit's camera. Nothing if no pose explains it.
 [[nodiscard]] std::optional<ViewFit> fitAlone(const Fit& fit, const View& view);
 
-/// True if a corner is farther off than noise can explain.
-[[nodiscard]] bool isOutlier(const Observation& corner, const Eigen::Vector2d& error, double sigma_px);
-
-[[nodiscard]] std::size_t countOutliers(const ViewFit& fit, double sigma_px);
-
-/// RMS of the weighted errors over that of noise, each error capped at kOutlierSigmas: about 1 for a view
-/// like the others, regardless of a few outliers.
-[[nodiscard]] double misfitRatio(const ViewFit& fit, double sigma_px);
-
-/// True if noise and an inexact camera explain the errors.
-[[nodiscard]] bool isExplained(const ViewFit& fit, double sigma_px);
-
 /// True if the errors vary smoothly over the board, unlike noise.
 /// @param board  of the view
 [[nodiscard]] bool isSmooth(const Board& board, const ViewFit& view);
@@ -51,5 +52,14 @@ inline constexpr double kOutlierSigmas = 8.0;
 
 /// True if the view does not fit although others do: its misfit stands out and is more than noise.
 [[nodiscard]] bool isForeign(const Fit& fit, const ViewFit& view, double stand_out_ratio);
+
+/// The mistakes in numbering a board that no pose makes up for, each with what it is ("column by column
+/// instead of row by row") and the view's corners as they would be. Numbering from another end, turned or
+/// mirrored, is not among them: a pose makes up for it.
+[[nodiscard]] std::vector<std::pair<std::string, View>> renumberings(const Board& board, const View& view);
+
+/// How a view's corners must be numbered for all of them to fit the fit's camera; nothing if that does not
+/// help.
+[[nodiscard]] std::optional<std::string> fittingOrder(const Fit& fit, const View& view);
 
 }  // namespace alidade

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "alidade/calibrate/bend/board_bend.h"
-#include "alidade/calibrate/judge/diagnoses.h"
+#include "alidade/calibrate/bend/shape_fit.h"
+#include "alidade/calibrate/judge/judge.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 
@@ -20,7 +20,7 @@ double bendShare(const FitBoard& board) {
                   std::abs(board.shape.bend_y_m) / target.span().y());
 }
 
-void bentBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void bentBoard(Evidence& of) {
   // A bend above this share of the board's size is no longer a paraboloid with two parameters.
   constexpr double kBentShare = 0.005;
   // Share of a strong bend that is assumed to deviate from that paraboloid.
@@ -30,36 +30,34 @@ void bentBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
     const std::vector<double>& flat = of.choice.shapes[board].flat_params;
     if (!(share > kBentShare) || flat.empty()) continue;
     const double bend_effect = effectOfCamera(of, AnyCamera::make(onlyCamera(of.fit).model, flat));
-    addByEffect(of,
-                {.id = "bent_board",
-                 .cause = "the board is strongly bent" + boardSuffix(of.fit, board),
-                 .evidence = "by " + numberText("%.2g", 100 * share) + " % of its size",
-                 .next_step = "mount the board on something flat and rigid, and photograph it again"},
-                kOtherShape * bend_effect, diagnoses);
+    of.add({.id = "bent_board",
+            .cause = "the board is strongly bent" + boardSuffix(of.fit, board),
+            .evidence = "by " + numberText("%.2g", 100 * share) + " % of its size",
+            .next_step = "mount the board on something flat and rigid, and photograph it again"},
+           kOtherShape * bend_effect);
   }
 }
 
-void unevenBoard(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  if (of.choice.points.is_undetermined && !isAnyUneven(of.fit)) {
-    diagnoses.push_back({.id = "board_even",
-                         .cause = "the views show no unevenness of the board beyond noise; its points are "
-                                  "assumed to be in their places"});
+void unevenBoard(Evidence& of) {
+  if (of.choice.are_offsets_undetermined && !isAnyUneven(of.fit)) {
+    of.add({.id = "board_even",
+            .cause = "the views show no unevenness of the board beyond noise; its points are "
+                     "assumed to be in their places"});
   }
   for (std::size_t b = 0; b < of.fit.boards.size(); ++b) {
     const FitBoard& board = of.fit.boards[b];
     if (!board.isUneven()) continue;
     const Eigen::Vector2d rms_m = offsetRms(board.shape);
-    diagnoses.push_back({.id = "uneven_board",
-                         .cause = "the board is uneven" + boardSuffix(of.fit, b) +
-                                  "; the place of each of its points is estimated",
-                         .evidence = "off by " + numberText("%.2g", 1e3 * rms_m.x()) +
-                                     " mm in the plane and " + numberText("%.2g", 1e3 * rms_m.y()) +
-                                     " mm across it (RMS)",
-                         .next_step = "mount the board on something flat and rigid: fewer views then do"});
+    of.add({.id = "uneven_board",
+            .cause = "the board is uneven" + boardSuffix(of.fit, b) +
+                     "; the place of each of its points is estimated",
+            .evidence = "off by " + numberText("%.2g", 1e3 * rms_m.x()) + " mm in the plane and " +
+                        numberText("%.2g", 1e3 * rms_m.y()) + " mm across it (RMS)",
+            .next_step = "mount the board on something flat and rigid: fewer views then do"});
   }
 }
 
-void bendIgnored(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void bendIgnored(Evidence& of) {
   if (!of.uncertainty.ignored_bend) return;
   const IgnoredBend& ignored = *of.uncertainty.ignored_bend;
   std::vector<std::string> bends;
@@ -69,30 +67,30 @@ void bendIgnored(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
                     boardSuffix(of.fit, ignored.boards[i]));
   }
   const bool is_one = bends.size() == 1;
-  addByEffect(of,
-              {.id = "bend_ignored",
-               .cause = is_one ? "the board is bent, but --board-shape flat ignores it"
-                               : "boards are bent, but --board-shape flat ignores it",
-               .evidence = join(bends, "; "),
-               .next_step = "use --board-shape auto"},
-              effectOfStep(of, ignored.params_step.view().col(0)), diagnoses);
+  const DenseMatrix::View step = ignored.params_step.view();
+  of.add({.id = "bend_ignored",
+          .cause = is_one ? "the board is bent, but --board-shape flat ignores it"
+                          : "boards are bent, but --board-shape flat ignores it",
+          .evidence = join(bends, "; "),
+          .next_step = "use --board-shape auto"},
+         effectOfStep(of, {step.data(), static_cast<std::size_t>(step.size())}));
 }
 
-void bendUnknown(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void bendUnknown(Evidence& of) {
   for (std::size_t board = 0; board < of.choice.shapes.size(); ++board) {
     const ShapeReport& shape = of.choice.shapes[board];
     if (shape.is_determined || !shape.is_requested || numViews(of.fit, board) == 0) continue;
-    diagnoses.push_back({.id = "bend_unknown",
-                         .cause = "the views do not show whether the board" + boardSuffix(of.fit, board) +
-                                  " is bent; it is assumed flat",
-                         .next_step = "add views tilted in both directions"});
+    of.add({.id = "bend_unknown",
+            .cause = "the views do not show whether the board" + boardSuffix(of.fit, board) +
+                     " is bent; it is assumed flat",
+            .next_step = "add views tilted in both directions"});
   }
 }
 
 }  // namespace
 
-void diagnoseBoards(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  for (const auto& diagnose : {bentBoard, unevenBoard, bendIgnored, bendUnknown}) diagnose(of, diagnoses);
+void diagnoseBoards(Evidence& of) {
+  for (const auto& diagnose : {bentBoard, unevenBoard, bendIgnored, bendUnknown}) diagnose(of);
 }
 
 }  // namespace alidade::detail

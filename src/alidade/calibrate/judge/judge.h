@@ -1,16 +1,56 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
+#include <utility>
 #include <vector>
 
-#include "alidade/calibrate/judge/evidence.h"
+#include "alidade/adjust/board/fit.h"
+#include "alidade/calibrate/start/reports.h"
+#include "alidade/calibrate/uncertainty/uncertainty.h"
+#include "alidade/camera/any_camera.h"
+#include "alidade/core/diagnosis.h"
 
 namespace alidade::detail {
+
+/// Everything that a calibration is judged by, and its diagnoses so far.
+struct Evidence {
+  const Fit& fit;  ///< of one camera
+  const Dropped& dropped;
+  const Choice& choice;
+  const Uncertainty& uncertainty;
+  const DomainCertificate& domain;
+  AnyCamera camera;     ///< that of the fit
+  double tolerance_px;  ///< see CalibratorOptions
+  std::vector<Diagnosis> diagnoses = {};
+
+  void add(Diagnosis diagnosis) { diagnoses.push_back(std::move(diagnosis)); }
+  /// With the severity of its effect, at most `worst`.
+  void add(Diagnosis diagnosis, double effect_px, Severity worst = Severity::kFailure);
+};
+
+// Effects, px: the largest displacement of a far point over the covered pixels, after alignment by the best
+// rotation. NaN if nothing is covered.
+
+/// Of a change of the parameters, to first order.
+[[nodiscard]] double effectOfStep(const Evidence& of, std::span<const double> params_step);
+/// Of another camera in place of this one.
+[[nodiscard]] double effectOfCamera(const Evidence& of, const AnyCamera& other);
+/// Half the image diagonal, px.
+[[nodiscard]] double halfDiagonal(const Evidence& of);
+
+// Each adds the diagnoses for which there is a reason. A further diagnosis is a function in one of the files
+// X_diagnoses.cc, its name in the list at the end of the file, and a row of kDiagnosisKinds.
+
+void diagnoseLens(Evidence& of);
+/// Single views, errors that all views have in common, and what differs between views although it should not.
+void diagnoseViews(Evidence& of);
+void diagnoseBoards(Evidence& of);
 
 /// All problems found with a calibration, failures first; pure judgement, no estimation.
 ///
 /// A failure makes the answer wrong or meaningless whatever the tolerance. Every other diagnosis states its
 /// effect in pixels, from which its severity follows by severityOf().
-[[nodiscard]] std::vector<Diagnosis> judge(const Evidence& evidence);
+[[nodiscard]] std::vector<Diagnosis> judge(Evidence evidence);
 
 }  // namespace alidade::detail

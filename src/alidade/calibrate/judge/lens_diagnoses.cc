@@ -13,55 +13,120 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/lens_prior.h"
 #include "alidade/adjust/noise/model_soundness.h"
-#include "alidade/calibrate/judge/diagnoses.h"
+#include "alidade/calibrate/judge/judge.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
+#include "alidade/core/text.h"
 
 namespace alidade::detail {
 namespace {
+
+// Are the errors far larger than those of corners in sharp images?
+bool isMisfit(const Evidence& of) {
+  constexpr double kMisfit = 0.0005;  // of the image diagonal
+  // Weighted: corners that state a large standard deviation are no misfit.
+  return weightedRms(of.fit) > kMisfit * 2 * halfDiagonal(of);
+}
+
+void notConverged(Evidence& of) {
+  if (of.fit.summary.termination == Termination::kConverged) return;
+  of.add({.id = "not_converged",
+          .cause = "the solver stopped before it reached the optimum",
+          .evidence = of.fit.summary.reason,
+          .next_step = "check the images with the largest errors"});
+}
+
+void notSettled(Evidence& of) {
+  if (of.choice.is_settled) return;
+  of.add({.id = "not_settled",
+          .cause = "the views have no stable solution",
+          .evidence = "each fit changes which corners are outliers",
+          .next_step = "check the images with the largest errors"});
+}
+
+void parameterAtLimit(Evidence& of) {
+  for (const FitParam& param : of.fit.summary.at_limit) {
+    const auto i = static_cast<std::size_t>(param.index);
+    of.add({.id = "parameter_at_limit",
+            .cause = std::string(of.camera.parameterNames()[i]) + " is at the limit of its range",
+            .evidence = numberText("%g", of.camera.parameters()[i]),
+            .next_step = "use a model that suits the lens"});
+  }
+}
+
+void misfit(Evidence& of) {
+  if (!isMisfit(of)) return;
+  const double rms_px = weightedRms(of.fit);
+  of.add({.id = "misfit",
+          .cause = "the errors are far larger than corner noise: wrong board, wrong model, blur or motion",
+          .evidence = "RMS " + numberText("%.3g", rms_px) + " px",
+          .next_step = "check the board's size and flatness, and the images with the largest errors"},
+         1.73 * rms_px);  // 95 % of the errors of two coordinates
+}
+
+void modelTooLean(Evidence& of) {
+  if (!of.choice.better_model) return;
+  const BetterModel& better = *of.choice.better_model;
+  of.add({.id = "model_too_lean",
+          .cause = "the lens has distortion that " + std::string(of.camera.modelId()) + " lacks",
+          .evidence = better.id + " reduces the RMS from " + numberText("%.3g", better.lean_rms_px) + " to " +
+                      numberText("%.3g", better.rms_px) + " px",
+          .next_step = "use --model " + better.id},
+         effectOfCamera(of, AnyCamera::make(better.id, better.params)));
+}
+
+void lensDeviates(Evidence& of) {
+  if (!of.uncertainty.accuracy || of.choice.better_model || isMisfit(of)) return;
+  const double deviation_px = of.uncertainty.accuracy->deviation_px;
+  if (deviation_px == 0) return;
+  of.add({.id = "lens_deviates",
+          .cause = "the lens deviates from " + std::string(of.camera.modelId()) + " by up to " +
+                   numberText("%.2g", deviation_px) + " px",
+          .evidence = "included in the accuracy",
+          .next_step = of.choice.model ? "accept this error; no allowed model predicts corners better"
+                                       : "try --model auto"},
+         deviation_px);
+}
 
 double degrees(double radians) {
   return radians * 180 / std::numbers::pi;
 }
 
-void cornersOutsideDomain(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void cornersOutsideDomain(Evidence& of) {
   const std::size_t num_outside = numCornersOutside(of.fit, of.camera);
   if (num_outside > 0) {
-    diagnoses.push_back({.id = "corners_outside_domain",
-                         .cause = "corners lie outside the domain of the lens model",
-                         .evidence = std::to_string(num_outside) + " corners",
-                         .next_step = "use a model that suits the lens"});
+    of.add({.id = "corners_outside_domain",
+            .cause = "corners lie outside the domain of the lens model",
+            .evidence = std::to_string(num_outside) + " corners",
+            .next_step = "use a model that suits the lens"});
   }
 }
 
-void principalPointOutside(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void principalPointOutside(Evidence& of) {
   const auto params = of.camera.parameters();
   const ImageSize size = onlyCamera(of.fit).size;
   const bool is_centred = params[2] > 0 && params[2] < size.width && params[3] > 0 && params[3] < size.height;
   if (!is_centred) {
-    diagnoses.push_back(
-        {.id = "principal_point_outside",
-         .cause = "the principal point lies outside the image",
-         .evidence = "(" + numberText("%.0f", params[2]) + ", " + numberText("%.0f", params[3]) + ")",
-         .next_step = "check that the images are uncropped and from a single camera",
-         .is_undecided = true});
+    of.add({.id = "principal_point_outside",
+            .cause = "the principal point lies outside the image",
+            .evidence = "(" + numberText("%.0f", params[2]) + ", " + numberText("%.0f", params[3]) + ")",
+            .next_step = "check that the images are uncropped and from a single camera",
+            .is_undecided = true});
   }
 }
 
-void oddAspect(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void oddAspect(Evidence& of) {
   constexpr double kOddAspect = 1.03;
   const auto params = of.camera.parameters();
   const double aspect = params[0] / params[1];
   if (std::max(aspect, 1 / aspect) <= kOddAspect) return;
   // Some sensors have such pixels, so this is not a failure.
-  addByEffect(
-      of,
-      {.id = "odd_aspect",
-       .cause = "pixels are not square",
-       .evidence = "fx / fy = " + numberText("%.3f", aspect),
-       .next_step = "check that the images were not stretched and that the board's squares are square"},
-      0.5 * std::abs(aspect - 1) * halfDiagonal(of), diagnoses, Severity::kWarning);
+  of.add({.id = "odd_aspect",
+          .cause = "pixels are not square",
+          .evidence = "fx / fy = " + numberText("%.3f", aspect),
+          .next_step = "check that the images were not stretched and that the board's squares are square"},
+         0.5 * std::abs(aspect - 1) * halfDiagonal(of), Severity::kWarning);
 }
 
 // Even a perfect fit does not make the focal length certain; assume at least this much noise, px.
@@ -77,7 +142,7 @@ std::vector<double> tiltsDeg(const Fit& fit) {
     const double c = std::abs(cameraFromBoard(fit, view).rotation.matrix()(2, 2));
     return degrees(std::acos(std::min(1.0, c)));
   });
-  std::sort(tilts.begin(), tilts.end());
+  std::ranges::sort(tilts);
   return tilts;
 }
 
@@ -95,7 +160,7 @@ double relativeFocalStd(const Evidence& of) {
   return std::max(inflate * largest(*of.uncertainty.covariance), largest(of.uncertainty.statedCovariance()));
 }
 
-void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void undetermined(Evidence& of) {
   const double focal_std = relativeFocalStd(of);
   // With an unknown focal length, noise can tilt single views; the median is robust against this.
   const std::vector<double> tilts = tiltsDeg(of.fit);
@@ -104,30 +169,28 @@ void undetermined(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   const bool is_parallel = tilts[tilts.size() - 2] < kSmallTiltDeg;
   if ((is_unknown && tilt < kSmallTiltDeg) || is_parallel) {
     // A small standard deviation does not help: it assumes that the lens follows the model exactly.
-    diagnoses.push_back(
-        {.id = "fronto_parallel",
-         .severity = is_unknown ? Severity::kFailure : Severity::kWarning,
-         .cause =
-             "the board is nearly parallel to the image, which hardly separates focal length and distance",
-         .evidence = "median angle to the image plane " + numberText("%.1f", tilt) + " degrees" +
-                     (std::isfinite(focal_std)
-                          ? ", focal length known to " + numberText("%.2g", 100 * focal_std) + " %"
-                          : ""),
-         .next_step = "add views with the board tilted by 20 to 50 degrees about both of its axes",
-         .is_undecided = true});
+    of.add({.id = "fronto_parallel",
+            .severity = is_unknown ? Severity::kFailure : Severity::kWarning,
+            .cause =
+                "the board is nearly parallel to the image, which hardly separates focal length and distance",
+            .evidence = "median angle to the image plane " + numberText("%.1f", tilt) + " degrees" +
+                        (std::isfinite(focal_std)
+                             ? ", focal length known to " + numberText("%.2g", 100 * focal_std) + " %"
+                             : ""),
+            .next_step = "add views with the board tilted by 20 to 50 degrees about both of its axes",
+            .is_undecided = true});
   } else if (!of.uncertainty.covariance) {
-    diagnoses.push_back(
+    of.add(
         {.id = "unobservable",
          .cause = "the views do not determine all parameters",
          .evidence = "condition number " + numberText("%.1g", of.uncertainty.scaled_condition),
          .next_step = "add views with other tilts, distances and image positions, or use a smaller model"});
   } else if (is_unknown) {
-    diagnoses.push_back(
-        {.id = "focal_uncertain",
-         .cause = "the focal length is not known accurately",
-         .evidence = "standard deviation " + numberText("%.2g", 100 * focal_std) + " %",
-         .next_step = "add views with the board tilted by 20 to 50 degrees and filling the image",
-         .is_undecided = true});
+    of.add({.id = "focal_uncertain",
+            .cause = "the focal length is not known accurately",
+            .evidence = "standard deviation " + numberText("%.2g", 100 * focal_std) + " %",
+            .next_step = "add views with the board tilted by 20 to 50 degrees and filling the image",
+            .is_undecided = true});
   }
 }
 
@@ -138,57 +201,51 @@ bool isInaccurate(const Accuracy& accuracy, double tolerance_px) {
   return accuracy.coveredShareWithin(kHopelessFactor * tolerance_px) < 1 - kMostly;
 }
 
-void inaccurate(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void inaccurate(Evidence& of) {
   if (!of.uncertainty.accuracy) return;
   const Accuracy& accuracy = *of.uncertainty.accuracy;
   if (!isInaccurate(accuracy, of.tolerance_px)) return;
   const double limit = kHopelessFactor * of.tolerance_px;
   const double share = accuracy.coveredShareWithin(limit);
-  diagnoses.push_back({.id = "inaccurate",
-                       .cause = "the camera is inaccurate even where boards were seen",
-                       .evidence = "only " + percentText(share) + " of that region is known to within " +
-                                   numberText("%.3g", limit) + " px",
-                       .next_step = "take 15 to 30 sharp views, tilted by 20 to 50 degrees",
-                       .effect_px = accuracy.covered_px});
+  of.add({.id = "inaccurate",
+          .cause = "the camera is inaccurate even where boards were seen",
+          .evidence = "only " + percentText(share) + " of that region is known to within " +
+                      numberText("%.3g", limit) + " px",
+          .next_step = "take 15 to 30 sharp views, tilted by 20 to 50 degrees",
+          .effect_px = accuracy.covered_px});
 }
 
-// Reports a lens that no prior could constrain without contradicting the corners.
-void runaway(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+// The parameters that are unrealistic where no prior could hold the lens together without contradicting the
+// corners.
+std::vector<std::string> runaways(const Evidence& of) {
   const LensScale scale = lensScale(of.camera.modelId(), of.camera, onlyCamera(of.fit).size);
   const std::vector<int>& fixed = onlyCamera(of.fit).constraint.held;
   const auto params = of.camera.parameters();
-  std::string names;
+  std::vector<std::string> texts;
   for (std::size_t i = 0; i < params.size(); ++i) {
-    if (std::find(fixed.begin(), fixed.end(), static_cast<int>(i)) != fixed.end() ||
-        scale.distance(params, i) <= kRunawaySizes)
-      continue;
-    names += (names.empty() ? "" : ", ") + std::string(of.camera.parameterNames()[i]) + " " +
-             numberText("%.3g", params[i]);
+    const bool is_fixed = std::ranges::find(fixed, static_cast<int>(i)) != fixed.end();
+    if (is_fixed || scale.distance(params, i) <= kRunawaySizes) continue;
+    texts.push_back(std::string(of.camera.parameterNames()[i]) + " " + numberText("%.3g", params[i]));
   }
-  if (names.empty()) return;
-  diagnoses.push_back({.id = "ill_conditioned",
-                       .cause = "lens parameters compensate for each other and have unrealistic values",
-                       .evidence = names,
-                       .next_step = "use a smaller model, or add views that reach the image corners"});
+  return texts;
 }
 
-void illConditioned(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void illConditioned(Evidence& of) {
   const WeakPrior& held = onlyCamera(of.fit).weak_prior;
-  if (held.isNone()) {
-    runaway(of, diagnoses);
-    return;
-  }
-  std::string changes;
-  for (const int i : held.least_known) {
+  std::vector<std::string> texts;
+  if (held.isNone()) texts = runaways(of);
+  if (held.isNone() && texts.empty()) return;
+  for (const int i : held.isNone() ? std::vector<int>() : held.least_known) {
     const auto at = static_cast<std::size_t>(i);
-    changes += (changes.empty() ? "" : ", ") + std::string(of.camera.parameterNames()[at]) + " from " +
-               numberText("%.3g", held.free_params[at]) + " to " +
-               numberText("%.3g", of.camera.parameters()[at]);
+    texts.push_back(std::string(of.camera.parameterNames()[at]) + " from " +
+                    numberText("%.3g", held.free_params[at]) + " to " +
+                    numberText("%.3g", of.camera.parameters()[at]));
   }
-  diagnoses.push_back({.id = "ill_conditioned",
-                       .cause = "the views do not determine the lens; a weak prior regularises it",
-                       .evidence = changes,
-                       .next_step = "use a smaller model, or add views that reach the image corners"});
+  of.add({.id = "ill_conditioned",
+          .cause = held.isNone() ? "lens parameters compensate for each other and have unrealistic values"
+                                 : "the views do not determine the lens; a weak prior regularises it",
+          .evidence = join(texts, ", "),
+          .next_step = "use a smaller model, or add views that reach the image corners"});
 }
 
 std::string cameraText(const AnyCamera& camera, std::span<const double> params, double rms_px) {
@@ -199,17 +256,16 @@ std::string cameraText(const AnyCamera& camera, std::span<const double> params, 
   return text + " (RMS " + numberText("%.5g", rms_px) + " px)";
 }
 
-void ambiguousOptimum(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void ambiguousOptimum(Evidence& of) {
   if (of.uncertainty.other_optima.empty()) return;
   const OtherOptimum& other = of.uncertainty.other_optima.front();
   const double effect_px = effectOfCamera(of, AnyCamera::make(onlyCamera(of.fit).model, other.params));
-  addByEffect(of,
-              {.id = "ambiguous_optimum",
-               .cause = "two cameras explain the views equally well",
-               .evidence = cameraText(of.camera, of.camera.parameters(), weightedRms(of.fit)) + " and " +
-                           cameraText(of.camera, other.params, other.rms_px),
-               .next_step = "add closer, steeper views that reach the image border, or use a smaller model"},
-              effect_px, diagnoses);
+  of.add({.id = "ambiguous_optimum",
+          .cause = "two cameras explain the views equally well",
+          .evidence = cameraText(of.camera, of.camera.parameters(), weightedRms(of.fit)) + " and " +
+                      cameraText(of.camera, other.params, other.rms_px),
+          .next_step = "add closer, steeper views that reach the image border, or use a smaller model"},
+         effect_px);
 }
 
 std::string domainText(const DomainCertificate& domain) {
@@ -221,48 +277,45 @@ std::string domainText(const DomainCertificate& domain) {
   return text;
 }
 
-void foldsInImage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  if (of.domain.full_image || !foldsInsideImage(of.domain)) return;
-  diagnoses.push_back(
-      {.id = "folds_in_image",
-       .cause = "the distortion folds over inside the image",
-       .evidence = domainText(of.domain),
-       .next_step = "add views that reach the image corners, or use a model that suits the lens",
-       .is_undecided = true});
+void pixelsWithoutRay(Evidence& of) {
+  if (of.domain.full_image) return;
+  if (foldsInsideImage(of.domain)) {
+    of.add({.id = "folds_in_image",
+            .cause = "the distortion folds over inside the image",
+            .evidence = domainText(of.domain),
+            .next_step = "add views that reach the image corners, or use a model that suits the lens",
+            .is_undecided = true});
+    return;
+  }
+  // Wide lenses leave the image corners dark.
+  of.add({.id = "pixels_without_ray",
+          .cause = "some pixels have no ray",
+          .evidence = domainText(of.domain),
+          .next_step = "check that the lens leaves these pixels dark"});
 }
 
-// Wide lenses leave the image corners dark.
-void pixelsWithoutRay(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  if (of.domain.full_image || foldsInsideImage(of.domain)) return;
-  diagnoses.push_back({.id = "pixels_without_ray",
-                       .cause = "some pixels have no ray",
-                       .evidence = domainText(of.domain),
-                       .next_step = "check that the lens leaves these pixels dark"});
-}
-
-void poorCoverage(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void poorCoverage(Evidence& of) {
   constexpr double kMostOfImage = 0.9;
   if (!of.uncertainty.accuracy) return;
   const Accuracy& accuracy = *of.uncertainty.accuracy;
   const double share = accuracy.shareWithin(of.tolerance_px);
   // Coverage is worth reporting only if the accuracy is known.
   if (share >= kMostOfImage || isInaccurate(accuracy, of.tolerance_px)) return;
-  diagnoses.push_back(
-      {.id = "poor_coverage",
-       .cause = "only " + percentText(share) +
-                (of.domain.full_image ? " of the image is" : " of the pixels with a ray are") +
-                " known to within " + numberText("%.3g", of.tolerance_px) + " px",
-       .next_step = "take the suggested view",
-       .effect_px = accuracy.worst_px});
+  of.add({.id = "poor_coverage",
+          .cause = "only " + percentText(share) +
+                   (of.domain.full_image ? " of the image is" : " of the pixels with a ray are") +
+                   " known to within " + numberText("%.3g", of.tolerance_px) + " px",
+          .next_step = "take the suggested view",
+          .effect_px = accuracy.worst_px});
 }
 
 }  // namespace
 
-void diagnoseLens(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  for (const auto& diagnose :
-       {cornersOutsideDomain, principalPointOutside, oddAspect, undetermined, inaccurate, illConditioned,
-        ambiguousOptimum, foldsInImage, pixelsWithoutRay, poorCoverage})
-    diagnose(of, diagnoses);
+void diagnoseLens(Evidence& of) {
+  for (const auto& diagnose : {notConverged, notSettled, parameterAtLimit, misfit, modelTooLean, lensDeviates,
+                               cornersOutsideDomain, principalPointOutside, oddAspect, undetermined,
+                               inaccurate, illConditioned, ambiguousOptimum, pixelsWithoutRay, poorCoverage})
+    diagnose(of);
 }
 
 }  // namespace alidade::detail

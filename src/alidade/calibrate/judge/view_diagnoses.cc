@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <iterator>
+#include <limits>
 #include <string>
 #include <vector>
 
-#include "alidade/calibrate/judge/diagnoses.h"
+#include "alidade/calibrate/judge/judge.h"
 #include "alidade/core/number_text.h"
 
 namespace alidade::detail {
@@ -20,48 +24,52 @@ std::string nameOf(const Fit& fit, const FitView& view) {
   return view.image + boardSuffix(fit, boardIndex(fit, view));
 }
 
+// The stated accuracy where boards were seen, px; NaN if it is unknown.
+double coveredError(const Evidence& of) {
+  const auto& accuracy = of.uncertainty.accuracy;
+  return accuracy ? accuracy->covered_px : std::numeric_limits<double>::quiet_NaN();
+}
+
 // With few views nothing contradicts a mistake, so all results may be wrong.
-void fewViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void fewViews(Evidence& of) {
   constexpr std::size_t kFewViews = 8;
   const std::size_t num_places = of.uncertainty.num_places;
   if (num_places >= kFewViews) return;
-  addByEffect(of,
-              {.id = "few_views",
-               .cause = "too few board positions to reveal a mistake",
-               .evidence = std::to_string(num_places) + " in " + counted(of.fit.views.size(), "view"),
-               .next_step = "use at least 8, ideally 15 to 30, with the board in different places"},
-              coveredError(of), diagnoses, Severity::kWarning);
+  of.add({.id = "few_views",
+          .cause = "too few board positions to reveal a mistake",
+          .evidence = std::to_string(num_places) + " in " + counted(of.fit.views.size(), "view"),
+          .next_step = "use at least 8, ideally 15 to 30, with the board in different places"},
+         coveredError(of), Severity::kWarning);
 }
 
-void outliers(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void outliers(Evidence& of) {
   constexpr double kMany = 0.1;      // more than any good board lost in real photographs
   constexpr double kTooMany = 0.25;  // the remaining corners may fit only by coincidence
   if (of.dropped.outliers.empty()) return;
   const double share = of.dropped.outlierShare(of.fit);
-  diagnoses.push_back(
-      {.id = "outliers",
-       .severity = share > kTooMany ? Severity::kFailure
-                   : share > kMany  ? Severity::kWarning
-                                    : Severity::kNote,
-       .cause = "corners were left out as outliers",
-       .evidence = counted(of.dropped.outliers.size(), "corner") + " (" + percent(share) + ")",
-       .next_step = "check the images that --verbose lists"});
+  of.add({.id = "outliers",
+          .severity = share > kTooMany ? Severity::kFailure
+                      : share > kMany  ? Severity::kWarning
+                                       : Severity::kNote,
+          .cause = "corners were left out as outliers",
+          .evidence = counted(of.dropped.outliers.size(), "corner") + " (" + percent(share) + ")",
+          .next_step = "check the images that --verbose lists"});
 }
 
-void viewsLeftOut(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void viewsLeftOut(Evidence& of) {
   for (const ExcludedView& view : of.dropped.views) {
-    diagnoses.push_back({.id = "view_left_out",
-                         .cause = view.image + boardSuffix(of.fit, view.board),
-                         .evidence = view.reason,
-                         .next_step = "check the image; remove it, or correct its corners"});
+    of.add({.id = "view_left_out",
+            .cause = view.image + boardSuffix(of.fit, view.board),
+            .evidence = view.reason,
+            .next_step = "check the image; remove it, or correct its corners"});
   }
 }
 
-void viewsDisagree(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void viewsDisagree(Evidence& of) {
   const std::size_t num_given = of.fit.views.size() + of.dropped.views.size();
   const std::size_t num_misfits = of.dropped.numMisfits();
   if (num_misfits == 0 || 2 * num_misfits < num_given) return;
-  diagnoses.push_back(
+  of.add(
       {.id = "views_disagree",
        .cause = "the views contradict each other",
        .evidence = std::to_string(num_misfits) + " of " + counted(num_given, "view") +
@@ -70,57 +78,52 @@ void viewsDisagree(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
            "check the board's size, and that all images are from one camera with unchanged zoom and focus"});
 }
 
-void twoCamerasMixed(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void twoCamerasMixed(Evidence& of) {
   if (!of.uncertainty.two_cameras) return;
   const auto& [minority, step] = *of.uncertainty.two_cameras;
-  const auto num_params = static_cast<Eigen::Index>(step.size());
-  const double effect_px = effectOfStep(of, Eigen::Map<const Eigen::VectorXd>(step.data(), num_params));
-  addByEffect(of,
-              {.id = "two_cameras",
-               .cause = "the views fall into two groups: two cameras, or two settings of zoom or focus",
-               .evidence = std::to_string(minority.size()) + " of " + counted(of.fit.views.size(), "view") +
-                           ", including " + of.fit.views[minority.front()].image + " and " +
-                           of.fit.views[minority.back()].image + ", fit another camera",
-               .next_step = "calibrate each camera and setting separately"},
-              effect_px, diagnoses);
-  Diagnosis& added = diagnoses.back();
+  of.add({.id = "two_cameras",
+          .cause = "the views fall into two groups: two cameras, or two settings of zoom or focus",
+          .evidence = std::to_string(minority.size()) + " of " + counted(of.fit.views.size(), "view") +
+                      ", including " + of.fit.views[minority.front()].image + " and " +
+                      of.fit.views[minority.back()].image + ", fit another camera",
+          .next_step = "calibrate each camera and setting separately"},
+         effectOfStep(of, step));
+  Diagnosis& added = of.diagnoses.back();
   // One camera cannot be the mean of two.
   if (added.severity == Severity::kWarning) added.severity = Severity::kFailure;
 }
 
-void repeatedViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void repeatedViews(Evidence& of) {
   if (of.dropped.repeated.empty()) return;
   const RepeatedView& first = of.dropped.repeated.front();
   const std::size_t count = of.dropped.repeated.size();
-  diagnoses.push_back({.id = "repeated_views",
-                       .cause = "views of the same board position were averaged and count as one",
-                       .evidence = counted(count, "view") + (count == 1 ? ", " : ", for example ") +
-                                   first.image + boardSuffix(of.fit, first.board) + " (same as " +
-                                   first.same_as + ")",
-                       .next_step = "move the board or the camera between photographs"});
+  of.add({.id = "repeated_views",
+          .cause = "views of the same board position were averaged and count as one",
+          .evidence = counted(count, "view") + (count == 1 ? ", " : ", for example ") + first.image +
+                      boardSuffix(of.fit, first.board) + " (same as " + first.same_as + ")",
+          .next_step = "move the board or the camera between photographs"});
 }
 
 // Reports a view that fits only because it biased the camera. Without noise there is nothing to compare with.
-void influentialViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void influentialViews(Evidence& of) {
   constexpr double kSurprise = 5.1;  // standard deviations; of 400 clean sets no view exceeded 4
   constexpr double kMove = 1;        // standard deviations
   const std::vector<ViewInfluence>& influences = of.uncertainty.influences;
   for (std::size_t v = 0; v < influences.size(); ++v) {
     const auto [move_sigmas, surprise_sigmas] = influences[v];
     if (!(surprise_sigmas > kSurprise) || !(move_sigmas > kMove)) continue;
-    addByEffect(of,
-                {.id = "influential_view",
-                 .cause = nameOf(of.fit, of.fit.views[v]),
-                 .evidence = "contradicts the other views by " + numberText("%.0f", surprise_sigmas) +
-                             " standard deviations",
-                 .next_step = "check the image for motion, blur or a bent board, and calibrate without it"},
-                // Upper bound: no projection moves by more than this in its own standard deviations.
-                move_sigmas * coveredError(of) / kTwoSided95, diagnoses);
+    of.add({.id = "influential_view",
+            .cause = nameOf(of.fit, of.fit.views[v]),
+            .evidence = "contradicts the other views by " + numberText("%.0f", surprise_sigmas) +
+                        " standard deviations",
+            .next_step = "check the image for motion, blur or a bent board, and calibrate without it"},
+           // No projection moves by more of its own standard deviations.
+           move_sigmas * coveredError(of) / kTwoSided95);
   }
 }
 
 // From behind, a flat board looks like a mirrored one, and nothing else does.
-void mirroredViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
+void mirroredViews(Evidence& of) {
   std::vector<std::string> mirrored;
   for (const FitView& view : of.fit.views) {
     const SE3 pose = cameraFromBoard(of.fit, view);
@@ -128,19 +131,141 @@ void mirroredViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
   }
   if (mirrored.size() == of.fit.views.size()) mirrored = {"all views"};
   for (const std::string& which : mirrored) {
-    diagnoses.push_back({.id = "mirrored_view",
-                         .cause = which,
-                         .evidence = "the corners are numbered as in a mirror image",
-                         .next_step = "check whether images were flipped; if not, only the poses are wrong"});
+    of.add({.id = "mirrored_view",
+            .cause = which,
+            .evidence = "the corners are numbered as in a mirror image",
+            .next_step = "check whether images were flipped; if not, only the poses are wrong"});
   }
+}
+
+// Those that are significant, by cause: one a board at most, or one for all views.
+std::vector<CommonError> significantErrors(const Evidence& of) {
+  std::vector<CommonError> errors;
+  std::ranges::copy_if(of.uncertainty.common_errors, std::back_inserter(errors), &CommonError::isSignificant);
+  std::ranges::stable_sort(errors, {}, &CommonError::cause);
+  return errors;
+}
+
+double effectOf(const Evidence& of, const CommonError& error) {
+  // A wrong ratio of fx and fy: each is off by half of it.
+  if (error.cause == CommonCause::kStretch) return 0.5 * std::abs(error.value) * halfDiagonal(of);
+  return effectOfStep(of, error.params_step);
+}
+
+Diagnosis diagnosisOf(const Evidence& of, const CommonError& error) {
+  const double size = std::abs(error.value);
+  const std::string of_board = boardSuffix(of.fit, error.board);
+  switch (error.cause) {
+    case CommonCause::kStretch:
+      return {.id = "board_not_square",
+              .cause = "the board's squares are not square" + of_board,
+              .evidence = "width / height = " + numberText("%.4f", 1 + error.value) + " +- " +
+                          numberText("%.4f", error.sigma),
+              .next_step = "measure many squares in both directions; reprint if they are not square"};
+    case CommonCause::kGradingX:
+    case CommonCause::kGradingY:
+      return {.id = "board_graded",
+              .cause = std::string("the board's squares grow along its ") +
+                       (error.cause == CommonCause::kGradingX ? "rows" : "columns") + of_board,
+              .evidence = "by " + percent(4 * size) + " from edge to edge",
+              .next_step = "measure squares at both ends; reprint if they differ"};
+    case CommonCause::kTwist: {
+      const double height_m = size * of.fit.boards[error.board].target.middle().x();
+      return {.id = "board_twisted",
+              .cause = "the board is twisted" + of_board,
+              .evidence = "its corners are " + numberText("%.2g", 1e3 * height_m) + " mm out of its plane",
+              .next_step = "mount the board on something flat and rigid, and photograph it again"};
+    }
+    case CommonCause::kFocus:
+      return {.id = "focus_breathes",
+              .cause = "the focal length depends on the distance to the board, as with autofocus",
+              .evidence = "it changes by " + percent(size / of.uncertainty.board_distance_m) +
+                          " from the boards' distance to distant points",
+              .next_step = "lock the focus; if it is locked, use a larger board farther away"};
+    case CommonCause::kOutward:
+      return {.id = "corners_biased",
+              .cause = std::string("corners at the edges of the board appear too ") +
+                       (error.value > 0 ? "far out" : "far in"),
+              .evidence = "by " + numberText("%.2g", size) + " px",
+              .next_step = "light the board evenly, do not overexpose, and leave a wide margin"};
+    case CommonCause::kPupil:
+      break;
+  }
+  return {
+      .id = "centre_moves",
+      .cause = "the rays do not meet at one point, as behind glass or with a wide lens close to the board",
+      .evidence = "the point moves along the axis by " + numberText("%.2g", 1e3 * size) + " mm at 57 degrees",
+      .next_step = "photograph a larger board from farther away, without glass in front of the lens"};
+}
+
+// Of several errors that all views have in common the one with the largest effect is told; the others, which
+// may be gone with it, are notes.
+void commonErrors(Evidence& of) {
+  const std::vector<CommonError> significant = significantErrors(of);
+  for (const CommonError& error : significant) {
+    const double effect_px = effectOf(of, error);
+    const bool is_largest = std::ranges::none_of(
+        significant, [&](const CommonError& other) { return effectOf(of, other) > effect_px; });
+    of.add(diagnosisOf(of, error), effect_px, is_largest ? Severity::kFailure : Severity::kNote);
+  }
+}
+
+// One camera has one focal length. The focal length explains about half of the variation if images are
+// sheared at random, and all if focal lengths vary.
+bool isFocalChange(const ViewVariations& variations) {
+  constexpr double kFocalShare = 0.8;
+  return variations.focal_share > kFocalShare;
+}
+
+void focalChanged(Evidence& of) {
+  constexpr double kSigmas = 5;  // of F's deviation by chance
+  const ViewVariations& variations = of.uncertainty.variations;
+  const double spread = variations.focal_spread;
+  // Neighbouring corners that err alike, as boards and lenses that are not perfect make them, raise F. On
+  // good photographs F reaches 7, in units of that 3.6: not by the focal length, as its share says.
+  const double scale = of.uncertainty.smoothness * of.uncertainty.smoothness;
+  const double limit = 1 + kSigmas * std::sqrt(2.0 / static_cast<double>(of.uncertainty.num_places));
+  if (of.uncertainty.two_cameras || !isFocalChange(variations) || !(variations.focal_f > limit * scale))
+    return;
+  of.add({.id = "focal_changed",
+          .cause = "the focal length differs between views: zoom, focus, or several cameras",
+          .evidence = "standard deviation " + percent(spread),
+          .next_step = "fix zoom and focus (no autofocus), and calibrate each camera and setting separately"},
+         kTwoSided95 * spread * halfDiagonal(of));
+}
+
+// A board that stands still is not sheared.
+void rollingShutter(Evidence& of) {
+  constexpr double kRowsF = 20;
+  constexpr double kHarmless = 2e-3;  // of the image height
+  // Distortion that the model lacks looks different from each pose, and squares that are not square shear
+  // each view according to its roll.
+  const bool is_stretched = std::ranges::any_of(significantErrors(of), [&](const CommonError& error) {
+    return error.cause == CommonCause::kStretch &&
+           severityOf(effectOf(of, error), of.tolerance_px) >= Severity::kWarning;
+  });
+  if (of.choice.better_model || of.uncertainty.hasBias() || of.uncertainty.two_cameras || is_stretched)
+    return;
+  const ViewVariations& variations = of.uncertainty.variations;
+  const double spread = variations.rows_spread;
+  if (isFocalChange(variations) || !(variations.rows_f > kRowsF) || !(spread > kHarmless)) return;
+  // It differs from view to view, so the camera gets the mean of as many.
+  const double effect_px = kTwoSided95 * spread * onlyCamera(of.fit).size.height /
+                           std::sqrt(static_cast<double>(of.fit.views.size()));
+  of.add({.id = "rolling_shutter",
+          .cause = "images are sheared: the camera or the board moved during readout",
+          .evidence = "by " + percent(spread) + " of the image height",
+          .next_step = "keep camera and board still for each photograph"},
+         effect_px);
 }
 
 }  // namespace
 
-void diagnoseViews(const Evidence& of, std::vector<Diagnosis>& diagnoses) {
-  for (const auto& diagnose : {fewViews, outliers, viewsLeftOut, viewsDisagree, twoCamerasMixed,
-                               repeatedViews, influentialViews, mirroredViews})
-    diagnose(of, diagnoses);
+void diagnoseViews(Evidence& of) {
+  for (const auto& diagnose :
+       {fewViews, outliers, viewsLeftOut, viewsDisagree, twoCamerasMixed, repeatedViews, influentialViews,
+        mirroredViews, commonErrors, focalChanged, rollingShutter})
+    diagnose(of);
 }
 
 }  // namespace alidade::detail

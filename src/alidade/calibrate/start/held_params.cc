@@ -28,7 +28,7 @@ bool hasOwnValue(std::string_view model_id, int i) {
 }
 
 bool isHeld(const ParamConstraint& constraint, int i) {
-  return std::find(constraint.held.begin(), constraint.held.end(), i) != constraint.held.end();
+  return std::ranges::find(constraint.held, i) != constraint.held.end();
 }
 
 }  // namespace
@@ -55,7 +55,7 @@ ParamConstraint constraintOf(const CalibratorOptions& options) {
                           .expected = "a parameter of that model"});
       }
     }
-    const auto at = std::find(known.begin(), known.end(), name);
+    const auto at = std::ranges::find(known, name);
     if (at == known.end()) {
       const auto nearest = nearestName(name, known);
       throw usageError(
@@ -77,7 +77,7 @@ ParamConstraint constraintOf(const CalibratorOptions& options) {
     }
     if (!isHeld(constraint, i)) constraint.held.push_back(i);
   }
-  std::sort(constraint.held.begin(), constraint.held.end());
+  std::ranges::sort(constraint.held);
   return constraint;
 }
 

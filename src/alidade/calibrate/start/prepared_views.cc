@@ -21,52 +21,42 @@ namespace alidade {
 namespace {
 
 void checkView(std::span<const Board> boards, const View& view, ImageSize size) {
-  if (view.image.empty())
-    throw inputError({.where = "views", .found = "a view without a name", .expected = "View::image"});
+  const auto error = [&](const std::string& found, const std::string& expected,
+                         const std::string& next_step = "") {
+    return inputError({.where = view.image.empty() ? "views" : view.image,
+                       .found = found,
+                       .expected = expected,
+                       .next_step = next_step});
+  };
+  if (view.image.empty()) throw error("a view without a name", "View::image");
   if (view.board >= boards.size()) {
-    throw inputError({.where = view.image,
-                      .found = "a view of board " + std::to_string(view.board),
-                      .expected = "an index of the boards that are given, of which there are " +
-                                  std::to_string(boards.size())});
+    throw error("a view of board " + std::to_string(view.board),
+                "an index of the boards that are given, of which there are " + std::to_string(boards.size()));
   }
   const Board& board = boards[view.board];
-  if (view.size.width <= 0 || view.size.height <= 0) {
-    throw inputError({.where = view.image,
-                      .found = "an image of " + sizeText(view.size),
-                      .expected = "the size of the image in pixels"});
-  }
+  if (view.size.width <= 0 || view.size.height <= 0)
+    throw error("an image of " + sizeText(view.size), "the size of the image in pixels");
   if (view.size != size) {
-    throw inputError({.where = view.image,
-                      .found = "an image of " + sizeText(view.size),
-                      .expected = sizeText(size) + " as in the other views",
-                      .next_step = "calibrate images of one size at a time"});
+    throw error("an image of " + sizeText(view.size), sizeText(size) + " as in the other views",
+                "calibrate images of one size at a time");
   }
   for (const Corner& corner : view.corners) {
+    const auto id = [&] { return std::to_string(corner.id); };
     if (corner.id < 0 || corner.id >= board.numCorners()) {
-      throw inputError(
-          {.where = view.image,
-           .found = "corner id " + std::to_string(corner.id),
-           .expected = "0 to " + std::to_string(board.numCorners() - 1) + " on " + board.spec()});
+      throw error("corner id " + id(),
+                  "0 to " + std::to_string(board.numCorners() - 1) + " on " + board.spec());
     }
     if (corner.sigma_px < 0) {
-      throw inputError({.where = view.image,
-                        .found = "corner " + std::to_string(corner.id) + " with a negative sigma",
-                        .expected = "a standard deviation in pixels, or NaN where it is unknown"});
+      throw error("corner " + id() + " with a negative sigma",
+                  "a standard deviation in pixels, or NaN where it is unknown");
     }
-    if (!corner.pixel.allFinite()) {
-      throw inputError(
-          {.where = view.image,
-           .found = "corner " + std::to_string(corner.id) + " with a position that is not a number",
-           .expected = "finite pixel coordinates"});
-    }
+    if (!corner.pixel.allFinite())
+      throw error("corner " + id() + " with a position that is not a number", "finite pixel coordinates");
     if (isInOrNearImage(corner.pixel, view.size)) continue;
-    throw inputError(
-        {.where = view.image,
-         .found = "corner " + std::to_string(corner.id) + " at (" + numberText("%.1f", corner.pixel.x()) +
-                  ", " + numberText("%.1f", corner.pixel.y()) + "), outside the image of " +
-                  sizeText(view.size),
-         .expected = "a corner inside the image",
-         .next_step = "check the image size: width and height may be swapped, or those of another image"});
+    throw error("corner " + id() + " at (" + numberText("%.1f", corner.pixel.x()) + ", " +
+                    numberText("%.1f", corner.pixel.y()) + "), outside the image of " + sizeText(view.size),
+                "a corner inside the image",
+                "check the image size: width and height may be swapped, or those of another image");
   }
 }
 
@@ -86,8 +76,8 @@ void checkEnoughUsable(std::size_t num_usable, std::vector<std::string> reasons)
 
 std::vector<std::string> reasonsOf(const PreparedViews& given) {
   std::vector<std::string> reasons;
-  for (const ExcludedView& view : given.excluded) reasons.push_back(view.image + ": " + view.reason);
-  for (const RepeatedView& view : given.repeated)
+  for (const ExcludedView& view : given.dropped.views) reasons.push_back(view.image + ": " + view.reason);
+  for (const RepeatedView& view : given.dropped.repeated)
     reasons.push_back(view.image + ": shows the board at the same place as " + view.same_as);
   return reasons;
 }
@@ -122,23 +112,19 @@ std::vector<std::size_t> sortViews(std::span<const Board> boards, std::vector<Vi
   }
   std::vector<std::size_t> order(views.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return isBefore(views[a], views[b]); });
+  std::ranges::stable_sort(order, isBefore, [&](std::size_t v) -> const View& { return views[v]; });
   views = mapped(order, [&](std::size_t v) { return std::move(views[v]); });
   for (View& view : views) {
     checkView(boards, view, views.front().size);
-    std::sort(view.corners.begin(), view.corners.end(),
-              [](const Corner& a, const Corner& b) { return a.id < b.id; });
-    const auto same = std::adjacent_find(view.corners.begin(), view.corners.end(),
-                                         [](const Corner& a, const Corner& b) { return a.id == b.id; });
+    std::ranges::sort(view.corners, {}, &Corner::id);
+    const auto same = std::ranges::adjacent_find(view.corners, {}, &Corner::id);
     if (same == view.corners.end()) continue;
     throw inputError({.where = view.image,
                       .found = "corner " + std::to_string(same->id) + " twice",
                       .expected = "each corner once"});
   }
-  const auto twin = std::adjacent_find(views.begin(), views.end(), [](const View& a, const View& b) {
-    return a.image == b.image && a.board == b.board;
-  });
+  const auto twin = std::ranges::adjacent_find(
+      views, [](const View& a, const View& b) { return a.image == b.image && a.board == b.board; });
   if (twin == views.end()) return order;
   throw inputError({.where = twin->image,
                     .found = "two views with this name",
@@ -148,11 +134,6 @@ std::vector<std::size_t> sortViews(std::span<const Board> boards, std::vector<Vi
 constexpr double kFarPx = 10;            // px; noise of a corner that was found never moves it this far
 constexpr double kScatterPx = 1;         // px, median residual of displacements that noise alone leaves
 constexpr double kMinCommonShare = 0.5;  // of the view with more corners
-
-struct Displacements {
-  std::vector<Eigen::Vector2d> places;
-  std::vector<Eigen::Vector2d> moves;
-};
 
 // Calls f(corner of a, corner of b) for each corner that both views have, until f returns false.
 template <class F>
@@ -178,27 +159,24 @@ bool areFarApart(const View& a, const View& b) {
 bool repeats(const View& a, const View& b) {
   if (a.board != b.board) return false;
   if (areFarApart(a, b)) return false;
-  Displacements d;
+  std::size_t count = 0;
+  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> used;  // places and moves
   forEachCommon(a, b, [&](const Corner& x, const Corner& y) {
-    d.places.push_back(x.pixel);
-    d.moves.emplace_back(y.pixel - x.pixel);
+    ++count;
+    // A corner that one of the views has wrong says nothing of the pose.
+    const Eigen::Vector2d move = y.pixel - x.pixel;
+    if (move.norm() <= kFarPx) used.emplace_back(x.pixel, move);
     return true;
   });
   const std::size_t most = std::max(a.corners.size(), b.corners.size());
-  const auto count = static_cast<double>(d.moves.size());
-  if (d.moves.size() < kMinCornersPerView || count < kMinCommonShare * static_cast<double>(most))
+  if (count < kMinCornersPerView || static_cast<double>(count) < kMinCommonShare * static_cast<double>(most))
     return false;
-  // A corner that is wrong in one of the views says nothing about the pose.
-  std::vector<std::size_t> used;
-  for (std::size_t i = 0; i < d.moves.size(); ++i) {
-    if (d.moves[i].norm() <= kFarPx) used.push_back(i);
-  }
-  Eigen::MatrixXd basis(static_cast<Eigen::Index>(used.size()), 3);
+  Eigen::MatrixXd basis(std::ssize(used), 3);
   Eigen::MatrixXd moves(basis.rows(), 2);
   for (Eigen::Index row = 0; row < basis.rows(); ++row) {
-    const std::size_t i = used[static_cast<std::size_t>(row)];
-    basis.row(row) << 1, d.places[i].transpose();
-    moves.row(row) = d.moves[i].transpose();
+    const auto& [place, move] = used[static_cast<std::size_t>(row)];
+    basis.row(row) << 1, place.transpose();
+    moves.row(row) = move.transpose();
   }
   const Eigen::MatrixXd smooth = basis * leastSquares(basis, moves);
   std::vector<double> scatter;
@@ -217,23 +195,20 @@ double middleOf(std::vector<double> values) {
 
 // All corners that any of the views has, each at the median of its positions.
 std::vector<Corner> mergedCorners(const std::vector<View>& views, const std::vector<std::size_t>& group) {
-  struct Samples {
-    std::vector<double> u, v, sigma;
-  };
-  std::map<int, Samples> by_id;
+  std::map<int, std::vector<Corner>> by_id;
   for (const std::size_t i : group) {
-    for (const Corner& corner : views[i].corners) {
-      Samples& samples = by_id[corner.id];
-      samples.u.push_back(corner.pixel.x());
-      samples.v.push_back(corner.pixel.y());
-      if (!std::isnan(corner.sigma_px)) samples.sigma.push_back(corner.sigma_px);
-    }
+    for (const Corner& corner : views[i].corners) by_id[corner.id].push_back(corner);
   }
   std::vector<Corner> corners;
-  for (auto& [id, samples] : by_id) {
-    Corner corner{.id = id, .pixel = {middleOf(samples.u), middleOf(samples.v)}};
-    if (samples.sigma.size() == samples.u.size()) corner.sigma_px = middleOf(samples.sigma);
-    corners.push_back(corner);
+  for (const auto& [id, samples] : by_id) {
+    const auto middle = [&](const auto& value) { return middleOf(mapped(samples, value)); };
+    Corner& corner = corners.emplace_back();
+    corner.id = id;
+    corner.pixel = {middle([](const Corner& c) { return c.pixel.x(); }),
+                    middle([](const Corner& c) { return c.pixel.y(); })};
+    const bool are_stated =
+        std::ranges::none_of(samples, [](const Corner& c) { return std::isnan(c.sigma_px); });
+    if (are_stated) corner.sigma_px = middle(&Corner::sigma_px);
   }
   return corners;
 }
@@ -246,10 +221,10 @@ PreparedViews prepareViews(std::span<const Board> boards, std::vector<View> view
   for (std::size_t v = 0; v < views.size(); ++v) {
     View& view = views[v];
     if (view.corners.size() < kMinCornersPerView) {
-      given.excluded.push_back({.image = view.image,
-                                .board = view.board,
-                                .reason = std::to_string(view.corners.size()) + " corners; at least " +
-                                          std::to_string(kMinCornersPerView) + " are needed"});
+      given.dropped.views.push_back({.image = view.image,
+                                     .board = view.board,
+                                     .reason = std::to_string(view.corners.size()) + " corners; at least " +
+                                               std::to_string(kMinCornersPerView) + " are needed"});
     } else {
       given.views.push_back(std::move(view));
       given.sources.push_back(order[v]);
@@ -267,13 +242,8 @@ std::vector<std::vector<Observation>> cornersOf(const PreparedViews& given) {
 
 std::vector<std::size_t> viewsLeftOut(const PreparedViews& given, const Fit& fit) {
   std::vector<std::size_t> left_out;
-  auto at = fit.views.begin();
   for (std::size_t v = 0; v < given.views.size(); ++v) {
-    if (at != fit.views.end() && at->source == v) {
-      ++at;
-    } else {
-      left_out.push_back(v);
-    }
+    if (std::ranges::find(fit.views, v, &FitView::source) == fit.views.end()) left_out.push_back(v);
   }
   return left_out;
 }
@@ -290,9 +260,8 @@ void mergeRepeatedViews(PreparedViews& given) {
   // Each view joins the first group whose first view it repeats; order of names makes the result unique.
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t v = 0; v < views.size(); ++v) {
-    const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
-      return repeats(views[group.front()], views[v]);
-    });
+    const auto same = std::ranges::find_if(
+        groups, [&](const auto& group) { return repeats(views[group.front()], views[v]); });
     if (same == groups.end()) {
       groups.push_back({v});
     } else {
@@ -306,7 +275,8 @@ void mergeRepeatedViews(PreparedViews& given) {
     View view = views[group.front()];
     if (group.size() > 1) view.corners = mergedCorners(views, group);
     for (std::size_t i = 1; i < group.size(); ++i)
-      given.repeated.push_back({.image = views[group[i]].image, .board = view.board, .same_as = view.image});
+      given.dropped.repeated.push_back(
+          {.image = views[group[i]].image, .board = view.board, .same_as = view.image});
     merged.push_back(std::move(view));
     sources.push_back(given.sources[group.front()]);
   }

@@ -22,12 +22,11 @@ inline constexpr std::size_t kMinCornersPerView = 6;
 
 /// The input of a calibration, checked and in order.
 struct PreparedViews {
-  std::vector<Board> boards;                ///< View::board is an index into these
-  std::vector<View> views = {};             ///< in order of names and boards, corners in order of their ids;
-                                            ///< FitView::source is an index into these
-  std::vector<std::size_t> sources = {};    ///< of each view, its index among the given ones
-  std::vector<ExcludedView> excluded = {};  ///< with too few corners
-  std::vector<RepeatedView> repeated = {};
+  std::vector<Board> boards;              ///< View::board is an index into these
+  std::vector<View> views = {};           ///< in order of names and boards, corners in order of their ids;
+                                          ///< FitView::source is an index into these
+  std::vector<std::size_t> sources = {};  ///< of each, its index among those that were given
+  Dropped dropped = {};                   ///< views with too few corners and repeated ones
 };
 
 /// Checks and sorts the input, and leaves out views with too few corners and copies of others.
@@ -54,7 +53,7 @@ void requireViews(const PreparedViews& given, const Fit& fit);
 /// Two views of one board repeat each other if they have most corners in common, the affine part of the
 /// corners' displacements, which a change of pose causes, is within kSamePlacePx, and the remainder is no
 /// larger than noise.
-/// @param given  with views in order of their names; those that repeat others go to `repeated`
+/// @param given  with views in order of their names; those that repeat others go to `dropped`
 void mergeRepeatedViews(PreparedViews& given);
 
 /// Largest displacement of corners that still counts as the same pose, RMS over the corners, px.

@@ -104,14 +104,6 @@ struct ShapeReport {
   double flat_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< its weighted RMS
 };
 
-/// Result of the test whether the points of a board lie where the SPEC and the bend put them.
-struct UnevenReport {
-  /// Excess of held-out errors without offsets; nothing if not tested or if the errors of the fit settled it.
-  std::optional<HeldOutExcess> even_excess = {};
-  /// True if tested and no offsets stand out from noise.
-  bool is_undetermined = false;
-};
-
 /// A model considered for the choice.
 struct ModelCandidate {
   std::string id;
@@ -142,11 +134,15 @@ struct ModelChoice {
 /// Decisions made during a fit.
 struct Choice {
   StartReport start = {};
-  std::vector<ShapeReport> shapes = {};   ///< one for each board of the fit
-  UnevenReport points = {};               ///< of the boards
-  bool is_settled = false;                ///< noise estimate and outliers converged within the allowed rounds
-  std::optional<ModelChoice> model = {};  ///< if the model was not named
-  std::optional<BetterModel> better_model = {};  ///< if it was named
+  std::vector<ShapeReport> shapes = {};  ///< one for each board of the fit
+  /// By how much held-out errors are larger with the points of the boards in their places; nothing where a
+  /// glance at the errors was enough or it was not tested.
+  std::optional<HeldOutExcess> even_excess = {};
+  /// Offsets of the points were asked for, and the views show none that stand out from noise.
+  bool are_offsets_undetermined = false;
+  bool is_settled = false;  ///< noise estimate and set of outliers came to rest in the rounds allowed
+  std::optional<ModelChoice> model = {};         ///< where the model was not named
+  std::optional<BetterModel> better_model = {};  ///< where it was
 };
 
 }  // namespace alidade

@@ -11,6 +11,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/board/view_pose.h"
+#include "alidade/calibrate/start/held_params.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/core/mapped.h"
@@ -21,7 +22,9 @@ namespace {
 
 // A camera that may become the start.
 struct StartCandidate : PosedCamera {
-  double cost = 0;  ///< including a charge for views without a pose
+  double cost = 0;                    // with what is charged for views without a pose
+  std::optional<int> character = {};  // of one in the likeness of the leading model's solution, as LensShape
+  LensPrior prior = {};               // that it is first solved under
 };
 
 // With fewer posed views the result means nothing.
@@ -33,16 +36,189 @@ constexpr double kCoarseTolerance = 1e-3;
 constexpr int kMaxIterations = 100;
 constexpr double kFine = 1e-6;  // relative change of the cost; enough to separate optima
 
-// Solves candidates on some of the views. Thread-safe.
-class StartSolver {
+constexpr std::size_t kMaxViews = 20;  // enough to choose a start; the others join in the full solve
+constexpr std::size_t kMaxOptima = 3;  // compared on all views
+
+// Accuracy that solves with this tolerance reach. Optima of two shapes may have nearly identical projections.
+bool isSameLens(std::span<const double> a, std::span<const double> b) {
+  constexpr double kRelative = 1e-2;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (std::abs(a[i] - b[i]) > kRelative * std::max({std::abs(a[i]), std::abs(b[i]), 1.0})) return false;
+  }
+  return true;
+}
+
+bool isCheaper(const StartCandidate& a, const StartCandidate& b) {
+  return a.cost < b.cost;
+}
+
+std::vector<std::size_t> spreadOf(std::size_t num_views) {
+  std::vector<std::size_t> some;
+  const std::size_t count = std::min(kMaxViews, num_views);
+  for (std::size_t i = 0; i < count; ++i) some.push_back(i * num_views / count);
+  return some;
+}
+
+// The model whose solution the search begins with: the lead of the family, or the model itself if the lead
+// contains it.
+const ModelTraits& leadingModel(std::string_view model_id) {
+  const ModelTraits& model = modelTraits(model_id);
+  const ModelTraits& lead = leadTraits(model.family);
+  return lead.extends(model_id) ? model : lead;
+}
+
+// Pixels per radian on the axis for several fields of view across the longer side.
+std::vector<double> focalLengths(LensFamily family, ImageSize size) {
+  const double half_side = 0.5 * std::max(size.width, size.height);
+  const auto half = [](double fov_deg) { return 0.5 * fov_deg * std::numbers::pi / 180; };
+  std::vector<double> focals;
+  if (family == LensFamily::kWide) {
+    for (const double fov : {15.0, 25.0, 40.0, 60.0, 90.0, 120.0, 150.0, 180.0, 210.0})
+      focals.push_back(half_side / half(fov));
+  } else {
+    for (const double fov : {15.0, 25.0, 40.0, 60.0, 80.0, 100.0, 120.0})
+      focals.push_back(half_side / std::tan(half(fov)));
+  }
+  return focals;
+}
+
+// Extends the solved poses of the chosen views to poses of all views.
+void poseAll(std::string_view model_id, std::span<const std::vector<Observation>> views,
+             std::span<const std::size_t> chosen, HuberLoss loss, PosedCamera& posed) {
+  std::vector<std::optional<SE3>> poses(views.size());
+  for (std::size_t i = 0; i < chosen.size(); ++i) poses[chosen[i]] = posed.poses[i];
+  posed.poses = std::move(poses);
+  improvePoses(model_id, views, loss, posed);
+}
+
+// The search on a subset of the views.
+class Search {
  public:
   // @param views  the corners of each view
-  StartSolver(ImageSize size, std::vector<std::vector<Observation>> views, const CancelFlag* cancel)
-      : size_(size), views_(std::move(views)), loss_(startLoss(size)), cancel_(cancel) {}
+  Search(ImageSize size, std::vector<std::vector<Observation>> views, const CalibratorOptions& options)
+      : size_(size),
+        views_(std::move(views)),
+        loss_(startLoss(size)),
+        jobs_(resolveJobs(options.jobs)),
+        cancel_(options.cancel) {}
 
-  [[nodiscard]] std::span<const std::vector<Observation>> views() const { return views_; }
-  [[nodiscard]] ImageSize size() const { return size_; }
-  [[nodiscard]] const CancelFlag* cancel() const { return cancel_; }
+  std::optional<Start> run(std::string_view model_id) const {
+    const std::string_view leading_id = leadingModel(model_id).id;
+    std::vector<StartCandidate> candidates = hypotheses(leading_id);
+    Start start;
+    std::optional<StartCandidate> leading = solveBest(leading_id, candidates, start.report);
+    if (!leading) return std::nullopt;
+    if (leading_id == model_id) {
+      start.optima.push_back(*std::move(leading));
+      return start;
+    }
+    start.optima = reshape(leading_id, *leading, model_id);
+    if (start.optima.empty()) return std::nullopt;
+    start.report.num_optima = static_cast<int>(start.optima.size());
+    return start;
+  }
+
+ private:
+  // One camera per field of view that explains the views at all, the likeliest first.
+  std::vector<StartCandidate> hypotheses(std::string_view model_id) const {
+    std::vector<StartCandidate> candidates;
+    for (const double focal : focalLengths(modelTraits(model_id).family, size_))
+      candidates.push_back({{.params = startParameters(model_id, focal, size_), .poses = {}}});
+    keepThose(candidates, [&](StartCandidate& candidate) {
+      findPoses(model_id, candidate);
+      return std::isfinite(candidate.cost);
+    });
+    std::ranges::stable_sort(candidates, isCheaper);
+    return candidates;
+  }
+
+  // Solves candidates in order until two agree; returns the best. Spare threads solve later candidates
+  // speculatively; these do not count.
+  std::optional<StartCandidate> solveBest(std::string_view model_id, std::vector<StartCandidate>& candidates,
+                                          StartReport& report) const {
+    constexpr std::size_t kNeeded = 2;  // fewer cannot agree
+    std::vector<StartCandidate> solved;
+    std::size_t best = 0;
+    report = {.num_tried = static_cast<int>(candidates.size())};
+    std::size_t width = kNeeded;
+    for (std::size_t first = 0; first < candidates.size();
+         first += std::exchange(width, static_cast<std::size_t>(jobs_))) {
+      const auto at = candidates.begin() + static_cast<std::ptrdiff_t>(first);
+      const std::size_t count = std::min(width, candidates.size() - first);
+      std::vector<StartCandidate> wave(at, at + static_cast<std::ptrdiff_t>(count));
+      keepThose(wave, [&](StartCandidate& candidate) {
+        return solveLeanly(model_id, candidate) && solve(model_id, candidate);
+      });
+      for (std::size_t i = 0; i < wave.size() && report.num_agreed < 2; ++i) {
+        solved.push_back(std::move(wave[i]));
+        if (solved.back().cost < solved[best].cost) best = solved.size() - 1;
+        report.num_solved = static_cast<int>(solved.size());
+        report.num_agreed = static_cast<int>(std::ranges::count_if(
+            solved, [&](const auto& c) { return isSameOptimum(model_id, c, solved[best]); }));
+      }
+      if (report.num_agreed >= 2) break;
+    }
+    if (solved.empty()) return std::nullopt;
+    return std::move(solved[best]);
+  }
+
+  // Goes from the solution of the leading model to those of the requested model: the best one, and all
+  // distinct ones of about the same cost.
+  std::vector<PosedCamera> reshape(std::string_view leading_id, const StartCandidate& leading,
+                                   std::string_view model_id) const {
+    std::vector<Eigen::Vector2d> pixels;
+    for (const auto& view : views_) {
+      constexpr std::size_t kEvery = 7;  // not a divisor of usual column counts of boards
+      for (std::size_t i = 0; i < view.size(); i += kEvery) pixels.push_back(view[i].pixel);
+    }
+    const AnyCamera like = AnyCamera::make(leading_id, leading.params);
+    std::vector<StartCandidate> shapes;
+    const auto add = [&](std::vector<double> params) -> StartCandidate& {
+      StartCandidate& shape = shapes.emplace_back();
+      shape.params = std::move(params);
+      shape.poses = leading.poses;
+      return shape;
+    };
+    for (LensShape& shape : lensShapes(model_id, like, pixels))
+      add(std::move(shape.params)).character = shape.character;
+    // The model's own start, with a prior that keeps it nearby at first: where shapes merge into one another,
+    // the solver would drift from other starts to a pole or out of range.
+    const LensPrior prior = naturalPrior(model_id, like, leading);
+    StartCandidate& plain = add({prior.mean.begin(), prior.mean.end()});
+    std::copy_n(leading.params.begin() + 2, 2, plain.params.begin() + 2);
+    plain.prior = prior;
+    keepThose(shapes, [&](StartCandidate& shape) {
+      if (shape.character) return solve(model_id, shape, kCoarseTolerance, {*shape.character});
+      const bool is_near = shape.prior.isNone() || solve(model_id, shape, kCoarseTolerance, {}, shape.prior);
+      return is_near && solve(model_id, shape);
+    });
+    if (shapes.empty()) return {};
+    constexpr double kHopeless = 100;  // times the best cost; no shape recovers from there
+    const double bound = kHopeless * std::ranges::min_element(shapes, {}, &StartCandidate::cost)->cost;
+    std::erase_if(shapes, [&](const StartCandidate& shape) { return shape.cost > bound; });
+    keepThose(shapes, [&](StartCandidate& shape) { return !shape.character || solve(model_id, shape); });
+    std::ranges::stable_sort(shapes, isCheaper);
+    std::vector<PosedCamera> optima;
+    for (StartCandidate& shape : shapes) {
+      constexpr double kRival = 1.2;  // times the best cost; the remaining views may reverse the order
+      if (shape.cost > kRival * shapes.front().cost) break;
+      const bool is_known = std::ranges::any_of(
+          optima, [&](const PosedCamera& other) { return isSameLens(shape.params, other.params); });
+      if (!is_known) optima.push_back(std::move(shape));
+      if (optima.size() == kMaxOptima) break;
+    }
+    return optima;
+  }
+
+  // Works on each in a thread of its own, and leaves out those with which it does not go well.
+  template <class Work>
+  void keepThose(std::vector<StartCandidate>& candidates, Work&& work) const {
+    std::vector<char> is_good(candidates.size());
+    parallelFor(
+        candidates.size(), jobs_, [&](std::size_t i) { is_good[i] = work(candidates[i]) ? 1 : 0; }, cancel_);
+    std::size_t i = 0;
+    std::erase_if(candidates, [&](const StartCandidate&) { return is_good[i++] == 0; });
+  }
 
   // Computes poses from the corners' rays, and their cost; infinite if too few views can be posed.
   void findPoses(std::string_view model_id, StartCandidate& candidate) const {
@@ -123,7 +299,7 @@ class StartSolver {
     for (std::size_t v = 0; v < views_.size(); ++v)
       if (candidate.poses[v]) num_corners += views_[v].size();
     const double variance = candidate.cost / static_cast<double>(std::max<std::size_t>(1, num_corners));
-    return lensScale(model_id, like, size()).prior(1, variance);
+    return lensScale(model_id, like, size_).prior(1, variance);
   }
 
   // True if cost and projections of all corners agree.
@@ -147,7 +323,6 @@ class StartSolver {
     return sum_difference <= kSameErrors * kSameErrors * sum;
   }
 
- private:
   // Charge for a view without a pose: as if all its corners were far off. A bad start must not win by losing
   // views, and one bad view must not rule out every start.
   [[nodiscard]] double missingViewCost(std::size_t num_corners) const {
@@ -159,251 +334,44 @@ class StartSolver {
   ImageSize size_;
   std::vector<std::vector<Observation>> views_;
   HuberLoss loss_;
+  int jobs_;
   const CancelFlag* cancel_;
 };
 
-constexpr std::size_t kMaxViews = 20;  // enough to choose a start; the others join in the full solve
-constexpr std::size_t kMaxOptima = 3;  // compared on all views
-
-// Accuracy that solves with this tolerance reach. Optima of two shapes may have nearly identical projections.
-bool isSameLens(std::span<const double> a, std::span<const double> b) {
-  constexpr double kRelative = 1e-2;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    if (std::abs(a[i] - b[i]) > kRelative * std::max({std::abs(a[i]), std::abs(b[i]), 1.0})) return false;
-  }
-  return true;
+// At the initial camera.
+std::optional<Start> givenStart(std::span<const std::vector<Observation>> views, ImageSize size,
+                                const CalibratorOptions& options) {
+  PosedCamera camera{.params = initialParameters(options, size), .poses = {}};
+  camera.poses.resize(views.size());
+  improvePoses(options.model, views, startLoss(size), camera);
+  const auto num_posed =
+      std::ranges::count_if(camera.poses, [](const auto& pose) { return pose.has_value(); });
+  if (static_cast<std::size_t>(num_posed) < kMinPosedViews) return std::nullopt;
+  return Start{.optima = {std::move(camera)}};
 }
-
-bool isCheaper(const StartCandidate& a, const StartCandidate& b) {
-  return a.cost < b.cost;
-}
-
-std::vector<std::size_t> spreadOf(std::size_t num_views) {
-  std::vector<std::size_t> some;
-  const std::size_t count = std::min(kMaxViews, num_views);
-  for (std::size_t i = 0; i < count; ++i) some.push_back(i * num_views / count);
-  return some;
-}
-
-// The model whose solution the search begins with: the lead of the family, or the model itself if the lead
-// contains it.
-const ModelTraits& leadingModel(std::string_view model_id) {
-  const ModelTraits& model = modelTraits(model_id);
-  const ModelTraits& lead = leadTraits(model.family);
-  return lead.extends(model_id) ? model : lead;
-}
-
-// Pixels per radian on the axis for several fields of view across the longer side.
-std::vector<double> focalLengths(LensFamily family, ImageSize size) {
-  const double half_side = 0.5 * std::max(size.width, size.height);
-  const auto half = [](double fov_deg) { return 0.5 * fov_deg * std::numbers::pi / 180; };
-  std::vector<double> focals;
-  if (family == LensFamily::kWide) {
-    for (const double fov : {15.0, 25.0, 40.0, 60.0, 90.0, 120.0, 150.0, 180.0, 210.0})
-      focals.push_back(half_side / half(fov));
-  } else {
-    for (const double fov : {15.0, 25.0, 40.0, 60.0, 80.0, 100.0, 120.0})
-      focals.push_back(half_side / std::tan(half(fov)));
-  }
-  return focals;
-}
-
-// Extends the solved poses of the chosen views to poses of all views.
-void poseAll(std::string_view model_id, std::span<const std::vector<Observation>> views,
-             std::span<const std::size_t> chosen, HuberLoss loss, PosedCamera& posed) {
-  std::vector<std::optional<SE3>> poses(views.size());
-  for (std::size_t i = 0; i < chosen.size(); ++i) poses[chosen[i]] = posed.poses[i];
-  posed.poses = std::move(poses);
-  improvePoses(model_id, views, loss, posed);
-}
-
-// A camera of the requested model that approximates the leading model's solution.
-struct Reshaped : StartCandidate {
-  std::optional<int> character;  // see LensShape
-  LensPrior prior;               // for the first solve
-};
-
-double leastCost(std::span<const Reshaped> shapes) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const Reshaped& shape : shapes) least = std::min(least, shape.cost);
-  return least;
-}
-
-void eraseFailed(std::vector<Reshaped>& shapes, const std::vector<char>& is_good) {
-  std::size_t i = 0;
-  std::erase_if(shapes, [&](const Reshaped&) { return is_good[i++] == 0; });
-}
-
-// The search on a subset of the views.
-class Search {
- public:
-  Search(ImageSize size, std::vector<std::vector<Observation>> views, const StartOptions& options)
-      : solver_(size, std::move(views), options.cancel), jobs_(resolveJobs(options.jobs)) {}
-
-  std::optional<Start> run(std::string_view model_id) const {
-    const std::string_view leading_id = leadingModel(model_id).id;
-    std::vector<StartCandidate> candidates = hypotheses(leading_id);
-    Start start;
-    const std::optional<StartCandidate> leading = solveBest(leading_id, candidates, start.report);
-    if (!leading) return std::nullopt;
-    if (leading_id == model_id) {
-      start.camera = *leading;
-      return start;
-    }
-    std::vector<StartCandidate> optima = reshape(leading_id, *leading, model_id);
-    if (optima.empty()) return std::nullopt;
-    start.report.num_optima = static_cast<int>(optima.size());
-    start.camera = std::move(optima.front());
-    for (std::size_t i = 1; i < optima.size(); ++i) start.rivals.push_back(std::move(optima[i]));
-    return start;
-  }
-
- private:
-  // One camera per field of view that explains the views at all, the likeliest first.
-  std::vector<StartCandidate> hypotheses(std::string_view model_id) const {
-    std::vector<StartCandidate> candidates;
-    for (const double focal : focalLengths(modelTraits(model_id).family, solver_.size()))
-      candidates.push_back({{.params = startParameters(model_id, focal, solver_.size()), .poses = {}}});
-    forEach(candidates, [&](StartCandidate& candidate) {
-      solver_.findPoses(model_id, candidate);
-      return true;
-    });
-    std::erase_if(candidates, [](const StartCandidate& c) { return !std::isfinite(c.cost); });
-    std::stable_sort(candidates.begin(), candidates.end(), isCheaper);
-    return candidates;
-  }
-
-  // Solves candidates in order until two agree; returns the best. Spare threads solve later candidates
-  // speculatively; these do not count.
-  std::optional<StartCandidate> solveBest(std::string_view model_id, std::vector<StartCandidate>& candidates,
-                                          StartReport& report) const {
-    constexpr std::size_t kNeeded = 2;  // fewer cannot agree
-    std::vector<StartCandidate> solved;
-    std::size_t best = 0;
-    report = {.num_tried = static_cast<int>(candidates.size())};
-    std::size_t width = kNeeded;
-    for (std::size_t first = 0; first < candidates.size();
-         first += std::exchange(width, static_cast<std::size_t>(jobs_))) {
-      const std::span<StartCandidate> wave =
-          std::span(candidates).subspan(first, std::min(width, candidates.size() - first));
-      const std::vector<char> is_solved = forEach(wave, [&](StartCandidate& candidate) {
-        return solver_.solveLeanly(model_id, candidate) && solver_.solve(model_id, candidate);
-      });
-      for (std::size_t i = 0; i < wave.size() && report.num_agreed < 2; ++i) {
-        if (is_solved[i] == 0) continue;
-        solved.push_back(std::move(wave[i]));
-        if (solved.back().cost < solved[best].cost) best = solved.size() - 1;
-        report.num_solved = static_cast<int>(solved.size());
-        report.num_agreed = static_cast<int>(std::count_if(solved.begin(), solved.end(), [&](const auto& c) {
-          return solver_.isSameOptimum(model_id, c, solved[best]);
-        }));
-      }
-      if (report.num_agreed >= 2) break;
-    }
-    if (solved.empty()) return std::nullopt;
-    return std::move(solved[best]);
-  }
-
-  // Goes from the solution of the leading model to those of the requested model: the best one, and all
-  // distinct ones of about the same cost.
-  std::vector<StartCandidate> reshape(std::string_view leading_id, const StartCandidate& leading,
-                                      std::string_view model_id) const {
-    std::vector<Eigen::Vector2d> pixels;
-    for (const auto& view : solver_.views()) {
-      constexpr std::size_t kEvery = 7;  // not a divisor of usual column counts of boards
-      for (std::size_t i = 0; i < view.size(); i += kEvery) pixels.push_back(view[i].pixel);
-    }
-    const AnyCamera like = AnyCamera::make(leading_id, leading.params);
-    std::vector<Reshaped> shapes;
-    const auto add = [&](std::vector<double> params) -> Reshaped& {
-      Reshaped& shape = shapes.emplace_back();
-      shape.params = std::move(params);
-      shape.poses = leading.poses;
-      return shape;
-    };
-    for (LensShape& shape : lensShapes(model_id, like, pixels))
-      add(std::move(shape.params)).character = shape.character;
-    // The model's own start, with a prior that keeps it nearby at first: where shapes merge into one another,
-    // the solver would drift from other starts to a pole or out of range.
-    const LensPrior prior = solver_.naturalPrior(model_id, like, leading);
-    Reshaped& plain = add({prior.mean.begin(), prior.mean.end()});
-    std::copy_n(leading.params.begin() + 2, 2, plain.params.begin() + 2);
-    plain.prior = prior;
-    const std::vector<char> is_rough = forEach(shapes, [&](Reshaped& shape) {
-      if (shape.character) return solver_.solve(model_id, shape, kCoarseTolerance, {*shape.character});
-      const bool is_near =
-          shape.prior.isNone() || solver_.solve(model_id, shape, kCoarseTolerance, {}, shape.prior);
-      return is_near && solver_.solve(model_id, shape);
-    });
-    eraseFailed(shapes, is_rough);
-    constexpr double kHopeless = 100;  // times the best cost; no shape recovers from there
-    const double bound = kHopeless * leastCost(shapes);
-    std::erase_if(shapes, [&](const Reshaped& shape) { return shape.cost > bound; });
-    const std::vector<char> is_fine =
-        forEach(shapes, [&](Reshaped& shape) { return !shape.character || solver_.solve(model_id, shape); });
-    eraseFailed(shapes, is_fine);
-    std::stable_sort(shapes.begin(), shapes.end(), isCheaper);
-    std::vector<StartCandidate> optima;
-    for (Reshaped& shape : shapes) {
-      constexpr double kRival = 1.2;  // times the best cost; the remaining views may reverse the order
-      if (shape.cost > kRival * shapes.front().cost) break;
-      const bool is_known = std::any_of(optima.begin(), optima.end(), [&](const StartCandidate& other) {
-        return isSameLens(shape.params, other.params);
-      });
-      if (!is_known) optima.push_back(std::move(shape));
-      if (optima.size() == kMaxOptima) break;
-    }
-    return optima;
-  }
-
-  // Processes each item in its own thread; returns which succeeded.
-  template <class Candidates, class Work>
-  std::vector<char> forEach(Candidates&& candidates, Work&& work) const {
-    std::vector<char> is_good(candidates.size());
-    parallelFor(
-        candidates.size(), jobs_, [&](std::size_t i) { is_good[i] = work(candidates[i]) ? 1 : 0; },
-        solver_.cancel());
-    return is_good;
-  }
-
-  StartSolver solver_;
-  int jobs_;
-};
 
 }  // namespace
 
-std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params,
-                               std::span<const std::vector<Observation>> views, ImageSize size) {
-  Start start{.camera = {.params = std::move(params), .poses = {}}, .rivals = {}, .report = {}};
-  start.camera.poses.resize(views.size());
-  improvePoses(model_id, views, startLoss(size), start.camera);
-  const auto num_posed = std::count_if(start.camera.poses.begin(), start.camera.poses.end(),
-                                       [](const auto& pose) { return pose.has_value(); });
-  if (static_cast<std::size_t>(num_posed) < kMinPosedViews) return std::nullopt;
-  return start;
-}
-
-std::optional<Start> findStart(std::string_view model_id, std::span<const std::vector<Observation>> views,
-                               ImageSize size, const StartOptions& options) {
+std::optional<Start> findStart(std::span<const std::vector<Observation>> views, ImageSize size,
+                               const CalibratorOptions& options) {
+  if (options.initial) return givenStart(views, size, options);
   std::vector<std::size_t> chosen = spreadOf(views.size());
   const HuberLoss loss = startLoss(size);
   constexpr int kMaxRounds = 3;
   for (int round = 1;; ++round) {
     auto some = mapped(chosen, [&](std::size_t v) { return views[v]; });
-    auto start = Search(size, std::move(some), options).run(model_id);
+    auto start = Search(size, std::move(some), options).run(options.model);
     if (!start) return std::nullopt;
-    poseAll(model_id, views, chosen, loss, start->camera);
-    for (PosedCamera& rival : start->rivals) poseAll(model_id, views, chosen, loss, rival);
+    for (PosedCamera& camera : start->optima) poseAll(options.model, views, chosen, loss, camera);
     // A camera fitted to some views may fold where others have corners; those are added.
     std::vector<std::size_t> lacking;
     for (std::size_t v = 0; v < views.size(); ++v) {
-      if (!start->camera.poses[v] && !std::binary_search(chosen.begin(), chosen.end(), v))
-        lacking.push_back(v);
+      if (!start->optima.front().poses[v] && !std::ranges::binary_search(chosen, v)) lacking.push_back(v);
     }
     if (lacking.empty() || round == kMaxRounds) return start;
     lacking.resize(std::min(lacking.size(), kMaxViews));
     chosen.insert(chosen.end(), lacking.begin(), lacking.end());
-    std::sort(chosen.begin(), chosen.end());
+    std::ranges::sort(chosen);
   }
 }
 

@@ -3,34 +3,22 @@
 
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "alidade/adjust/board/pose_search.h"
+#include "alidade/calibrate/start/calibration_options.h"
 #include "alidade/calibrate/start/reports.h"
-#include "alidade/core/cancel.h"
 #include "alidade/core/image.h"
 
 namespace alidade {
 
+/// Cameras of the model that was asked for to start from, with a pose for each view that they explain.
 struct Start {
-  PosedCamera camera;  ///< of the requested model
-  /// Other optima of about the same cost, from other shapes of the lens; only all views can decide between
-  /// them.
-  std::vector<PosedCamera> rivals;
-  StartReport report;
+  /// The best first. The others are optima of about the same cost, by other shapes of the lens: only all
+  /// views can tell which is best.
+  std::vector<PosedCamera> optima;
+  StartReport report = {};
 };
-
-struct StartOptions {
-  int jobs = 1;  ///< threads, 0: one per processor; the start is bit-identical
-  const CancelFlag* cancel = nullptr;
-};
-
-/// A start from a given camera, with poses by the corners' rays. Nothing if it explains fewer than three
-/// views.
-/// @param views  the corners of each view
-[[nodiscard]] std::optional<Start> startFrom(std::string_view model_id, std::vector<double> params,
-                                             std::span<const std::vector<Observation>> views, ImageSize size);
 
 /// Finds a camera and poses to start from, without an initial guess, for lenses of 15 to 210 degrees.
 ///
@@ -40,9 +28,12 @@ struct StartOptions {
 /// from the corners' rays. Then all lenses of the model that resemble this one are solved in turn
 /// (lensShapes), and the one with the lowest robust cost wins. Corners count equally, whatever their sigma,
 /// because a start need not be precise. Nothing if no start explains the views.
-/// @param views  the corners of each view
-[[nodiscard]] std::optional<Start> findStart(std::string_view model_id,
-                                             std::span<const std::vector<Observation>> views, ImageSize size,
-                                             const StartOptions& options = {});
+///
+/// With an initial camera, that one and poses by the corners' rays; nothing if it explains fewer than three
+/// views.
+/// @param views    the corners of each view
+/// @param options  with a model that is named; the start is the same bit by bit with any number of threads
+[[nodiscard]] std::optional<Start> findStart(std::span<const std::vector<Observation>> views, ImageSize size,
+                                             const CalibratorOptions& options);
 
 }  // namespace alidade

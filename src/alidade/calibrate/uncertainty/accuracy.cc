@@ -11,33 +11,26 @@
 #include "alidade/adjust/board/lens_prior.h"
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
-#include "alidade/calibrate/uncertainty/covered_pixels.h"
-#include "alidade/calibrate/uncertainty/flexible_fit.h"
+#include "alidade/camera/model_fit.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/camera/projection_uncertainty.h"
+#include "alidade/core/mapped.h"
 
 namespace alidade {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// The same lens in the flexible model, with its covariance from the views and prior knowledge of lenses in
-// general only.
-struct Flexible {
-  AnyCamera camera;
-  Eigen::MatrixXd covariance;
-};
-
-std::optional<Flexible> flexibleOf(const Fit& fit, double variance) {
-  const auto flexible = flexibleFit(fit);
-  if (!flexible) return std::nullopt;
-  const FitCamera& of = onlyCamera(*flexible);
-  AnyCamera camera = AnyCamera::make(of.model, of.params);
-  Eigen::MatrixXd information = intrinsicsInformation(*flexible).information;
+// The covariance of a flexible fit that the views leave under no more than what is known of lenses in
+// general.
+std::optional<Eigen::MatrixXd> flexibleCovariance(const Fit& flexible, const Fit& fit, double variance) {
+  const FitCamera& of = onlyCamera(flexible);
+  Eigen::MatrixXd information = intrinsicsInformation(flexible).information;
   // Width for LensScale: the deviation of a lens from a stiff model in the corner of the image, 5 % of its
   // diagonal, or a tenth of that if the model has its own polynomial.
   const double deviation = modelTraits(onlyCamera(fit).model).is_polynomial ? 0.01 : 0.1;
-  const LensPrior prior = lensScale(of.model, camera, of.size).prior(deviation, variance);
+  const LensPrior prior =
+      lensScale(of.model, AnyCamera::make(of.model, of.params), of.size).prior(deviation, variance);
   for (std::size_t i = 0; i < prior.precision.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     information(at, at) += prior.precision[i];
@@ -48,10 +41,52 @@ std::optional<Flexible> flexibleOf(const Fit& fit, double variance) {
   }
   const ScaledInverse scaled = scaledInverse(information);
   if (!scaled.inverse) return std::nullopt;
-  return Flexible{.camera = camera, .covariance = variance * *scaled.inverse};
+  return variance * *scaled.inverse;
 }
 
-// As views for coveredPixels().
+using Polygon = std::vector<Eigen::Vector2d>;
+
+// Twice the area of the triangle, positive where c lies to the left of the way from a to b (y up).
+double turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+  const Eigen::Vector2d ab = b - a;
+  const Eigen::Vector2d ac = c - a;
+  return ab.x() * ac.y() - ab.y() * ac.x();
+}
+
+// One side of the hull of points in order of x: each that the next one passes on the wrong side goes.
+void addChain(const Polygon& points, Polygon& hull) {
+  const std::size_t first = hull.size();
+  for (const Eigen::Vector2d& point : points) {
+    while (hull.size() >= first + 2 && turn(hull[hull.size() - 2], hull.back(), point) <= 0) hull.pop_back();
+    hull.push_back(point);
+  }
+  hull.pop_back();  // where the other side begins
+}
+
+// Andrew 1979, Another efficient algorithm for convex hulls in two dimensions.
+Polygon hullOf(const View& view) {
+  Polygon points;
+  for (const Corner& corner : view.corners) points.push_back(corner.pixel);
+  std::ranges::sort(points, [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  });
+  Polygon hull;
+  if (points.size() < 3) return hull;
+  addChain(points, hull);
+  std::ranges::reverse(points);
+  addChain(points, hull);
+  return hull;
+}
+
+bool isInside(const Polygon& hull, const Eigen::Vector2d& pixel) {
+  if (hull.size() < 3) return false;
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    if (turn(hull[i], hull[(i + 1) % hull.size()], pixel) < 0) return false;
+  }
+  return true;
+}
+
+// As views for isCovered().
 std::vector<View> seenCorners(const Fit& fit) {
   std::vector<View> views;
   for (const FitView& view : fit.views) {
@@ -104,10 +139,7 @@ double displacedRadius95(double offset, double radius) {
 std::vector<double> largestDifferences(const AnyCamera& camera, std::span<const AnyCamera> alternatives,
                                        const std::vector<Eigen::Vector2d>& pixels,
                                        const std::vector<bool>& is_covered, double distance_m) {
-  std::vector<Eigen::Vector2d> covered;
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    if (is_covered[i]) covered.push_back(pixels[i]);
-  }
+  const std::vector<Eigen::Vector2d> covered = coveredPixels(pixels, is_covered);
   std::vector<double> largest(pixels.size(), 0.0);
   for (const AnyCamera& alternative : alternatives) {
     const std::vector<double> differences =
@@ -130,6 +162,36 @@ double radius95(const Eigen::Matrix2d& covariance) {
   return std::sqrt(large) * (1.960790 + c * (0.004071 + c * (0.114276 + c * 0.371625)));
 }
 
+std::vector<bool> isCovered(std::span<const Eigen::Vector2d> pixels, std::span<const View> views) {
+  const std::vector<Polygon> hulls = mapped(views, hullOf);
+  return mapped(pixels, [&](const Eigen::Vector2d& pixel) {
+    return std::ranges::any_of(hulls, [&](const Polygon& hull) { return isInside(hull, pixel); });
+  });
+}
+
+std::vector<Eigen::Vector2d> coveredPixels(std::span<const Eigen::Vector2d> pixels,
+                                           const std::vector<bool>& is_covered) {
+  std::vector<Eigen::Vector2d> covered;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (is_covered[i]) covered.push_back(pixels[i]);
+  }
+  return covered;
+}
+
+std::optional<Fit> flexibleFit(const Fit& fit) {
+  const FitCamera& camera = onlyCamera(fit);
+  const std::string_view flexible_id = modelTraits(camera.model).flexible_id;
+  if (flexible_id.empty()) return std::nullopt;
+  Fit flexible = fit;
+  FitCamera& of = onlyCamera(flexible);
+  of.model = flexible_id;
+  const AnyCamera same = fitModel(AnyCamera::make(camera.model, camera.params), camera.size, of.model).camera;
+  of.params.assign(same.parameters().begin(), same.parameters().end());
+  of.constraint = {};
+  of.weak_prior = {};
+  return flexible;
+}
+
 Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const AnyCamera> alternatives,
                     double distance_m) {
   const FitCamera& camera = onlyCamera(fit);
@@ -137,19 +199,21 @@ Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const An
   Accuracy accuracy{
       .distance_m = distance_m, .columns = grid.columns, .rows = grid.rows, .pixels = grid.pixels};
   accuracy.is_covered = isCovered(accuracy.pixels, seenCorners(fit));
-  const Alignment stated(AnyCamera::make(camera.model, camera.params), accuracy.pixels, accuracy.is_covered,
-                         distance_m);
+  const AnyCamera result = AnyCamera::make(camera.model, camera.params);
+  const Alignment stated(result, accuracy.pixels, accuracy.is_covered, distance_m);
   const Eigen::MatrixXd covariance = known.statedCovariance();
   double variance = known.coordinate_sigma_px * known.coordinate_sigma_px;
   if (known.isNoiseExceeded()) variance *= std::max(1.0, known.by_views->excess);
-  const std::optional<Flexible> flexible = flexibleOf(fit, variance);
+  const std::optional<Fit> flexible = flexibleFit(fit);
+  const auto flexible_covariance = flexible ? flexibleCovariance(*flexible, fit, variance) : std::nullopt;
   const bool is_stiff = modelTraits(camera.model).is_stiff;
   std::optional<Alignment> open;
-  if (flexible) open.emplace(flexible->camera, accuracy.pixels, accuracy.is_covered, distance_m);
-
+  if (flexible_covariance) {
+    open.emplace(AnyCamera::make(onlyCamera(*flexible).model, onlyCamera(*flexible).params), accuracy.pixels,
+                 accuracy.is_covered, distance_m);
+  }
   const std::vector<double> open_px =
-      largestDifferences(AnyCamera::make(camera.model, camera.params), alternatives, accuracy.pixels,
-                         accuracy.is_covered, distance_m);
+      largestDifferences(result, alternatives, accuracy.pixels, accuracy.is_covered, distance_m);
   // The 95 % radius of a deviation whose two coordinates are normally distributed over the image.
   constexpr double kPlanar95 = 2.4477;
   if (known.hasBias()) accuracy.deviation_px = kPlanar95 / std::sqrt(2.0) * known.image_bias.rms_px;
@@ -163,7 +227,7 @@ Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const An
     const bool is_covered = accuracy.is_covered[i];
     double other = open_px[i];
     if ((!is_covered || is_stiff) && open && open->hasRay(i)) {
-      const double flexible_px = open->error(i, flexible->covariance);
+      const double flexible_px = open->error(i, *flexible_covariance);
       // The flexible camera, from which a stiff one is known to differ, has its own uncertainty.
       other = is_covered ? displacedRadius95(other, flexible_px) : std::max(other, flexible_px);
     }

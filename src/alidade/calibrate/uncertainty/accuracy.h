@@ -2,18 +2,34 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include "alidade/adjust/board/fit.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/target/view.h"
 
 namespace alidade {
 
 /// The radius about the mean that a normal variable in the plane does not exceed with a probability of 95 %.
 [[nodiscard]] double radius95(const Eigen::Matrix2d& covariance);
+
+/// Whether each pixel lies within the convex hull of some view's corners.
+[[nodiscard]] std::vector<bool> isCovered(std::span<const Eigen::Vector2d> pixels,
+                                          std::span<const View> views);
+
+/// Those of the pixels that are covered.
+[[nodiscard]] std::vector<Eigen::Vector2d> coveredPixels(std::span<const Eigen::Vector2d> pixels,
+                                                         const std::vector<bool>& is_covered);
+
+/// The same lens in a model of its kind with room for what the given one cannot express (see
+/// ModelTraits::flexible_id), nothing held; nothing is solved again. Nothing where there is no such model.
+/// @param fit  of one camera
+[[nodiscard]] std::optional<Fit> flexibleFit(const Fit& fit);
 
 /// @param fit    of one camera, solved
 /// @param known  with a covariance and the image bias

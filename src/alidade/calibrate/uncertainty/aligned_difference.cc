@@ -69,4 +69,12 @@ std::vector<double> alignedDifferences(const AnyCamera& a, const AnyCamera& b,
   return differences;
 }
 
+double largestDifference(const AnyCamera& a, const AnyCamera& b, std::span<const Eigen::Vector2d> pixels,
+                         double distance_m) {
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  for (const double difference : alignedDifferences(a, b, pixels, pixels, distance_m))
+    largest = std::fmax(largest, difference);
+  return largest;
+}
+
 }  // namespace alidade

@@ -20,4 +20,9 @@ namespace alidade {
     const AnyCamera& a, const AnyCamera& b, std::span<const Eigen::Vector2d> pixels,
     std::span<const Eigen::Vector2d> anchors, double distance_m = std::numeric_limits<double>::infinity());
 
+/// The largest of them, the pixels being their own anchors; NaN where the two have none in common.
+[[nodiscard]] double largestDifference(const AnyCamera& a, const AnyCamera& b,
+                                       std::span<const Eigen::Vector2d> pixels,
+                                       double distance_m = std::numeric_limits<double>::infinity());
+
 }  // namespace alidade

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/uncertainty/image_bias.h"
+#include "alidade/calibrate/uncertainty/view_evidence.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include "alidade/adjust/board/reduced.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
@@ -47,24 +46,6 @@ class FieldGrid {
   int rows_;
 };
 
-// The views' equations for intrinsics and field, with their poses eliminated.
-struct Votes {
-  Eigen::MatrixXd information;  // of all views
-  Eigen::MatrixXd gradients;    // one column per view
-};
-
-Votes votesOf(const Fit& fit, const FieldGrid& grid) {
-  const auto size = static_cast<Eigen::Index>(onlyCamera(fit).params.size()) + grid.size();
-  Votes votes{.information = Eigen::MatrixXd::Zero(size, size),
-              .gradients = Eigen::MatrixXd::Zero(size, static_cast<Eigen::Index>(fit.views.size()))};
-  for (std::size_t v = 0; v < fit.views.size(); ++v) {
-    const Reduced view = reduced(fit, fit.views[v], LossWeights::kUse, grid);
-    votes.information += view.information;
-    votes.gradients.col(static_cast<Eigen::Index>(v)) = view.gradient;
-  }
-  return votes;
-}
-
 // Inverse in the directions that the views determine.
 Eigen::MatrixXd inverseOfDetermined(const Eigen::MatrixXd& matrix) {
   constexpr double kUndetermined = 1e-11;
@@ -84,18 +65,25 @@ Eigen::MatrixXd inverseOfDetermined(const Eigen::MatrixXd& matrix) {
 ImageBias imageBias(const Fit& fit) {
   const FitCamera& camera = onlyCamera(fit);
   const FieldGrid grid(camera.size);
-  const Votes votes = votesOf(fit, grid);
   const auto n = static_cast<Eigen::Index>(camera.params.size());
   const Eigen::Index m = grid.size();
+  // Of intrinsics and field, the views' poses following.
+  Eigen::MatrixXd votes = Eigen::MatrixXd::Zero(n + m, n + m);
+  Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(n + m, std::ssize(fit.views));  // a column a view
+  for (Eigen::Index v = 0; v < gradients.cols(); ++v) {
+    const Reduced view = reduced(fit, fit.views[static_cast<std::size_t>(v)], LossWeights::kUse, grid);
+    votes += view.information;
+    gradients.col(v) = view.gradient;
+  }
   // The intrinsics are eliminated as well.
   const Eigen::MatrixXd directions = freeDirections(static_cast<int>(n), camera.constraint);
-  const Eigen::MatrixXd coupling = directions.transpose() * votes.information.topRightCorner(n, m);
+  const Eigen::MatrixXd coupling = directions.transpose() * votes.topRightCorner(n, m);
   const Eigen::MatrixXd back =
       coupling.transpose() *
-      inverseOfDetermined(directions.transpose() * votes.information.topLeftCorner(n, n) * directions);
+      inverseOfDetermined(directions.transpose() * votes.topLeftCorner(n, n) * directions);
   const Eigen::MatrixXd scores =
-      votes.gradients.bottomRows(m) - back * (directions.transpose() * votes.gradients.topRows(n));
-  Eigen::MatrixXd information = votes.information.bottomRightCorner(m, m) - back * coupling;
+      gradients.bottomRows(m) - back * (directions.transpose() * gradients.topRows(n));
+  Eigen::MatrixXd information = votes.bottomRightCorner(m, m) - back * coupling;
   // The parts of the field that poses and intrinsics would absorb have hardly any information, which must not
   // be divided by.
   constexpr double kPrior = 0.05;  // of the mean information

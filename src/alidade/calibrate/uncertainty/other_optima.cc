@@ -13,7 +13,7 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/model_soundness.h"
 #include "alidade/adjust/noise/shape_information.h"
-#include "alidade/calibrate/bend/board_bend.h"
+#include "alidade/calibrate/bend/shape_fit.h"
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
 
 namespace alidade {
@@ -44,13 +44,6 @@ double largestSigmas(const Fit& fit, const Uncertainty& known, std::span<const d
   return largest;
 }
 
-double projectionDifference(const AnyCamera& a, const AnyCamera& b, std::span<const Eigen::Vector2d> pixels) {
-  double largest = std::numeric_limits<double>::quiet_NaN();
-  for (const double difference : alignedDifferences(a, b, pixels, pixels))
-    largest = std::fmax(largest, difference);
-  return largest;
-}
-
 std::optional<OtherOptimum> otherOptimum(const Fit& fit, const std::vector<double>& params,
                                          const Uncertainty& known, const CancelFlag* cancel) {
   // Poses from the corners' rays, because views may have been removed or added since the search.
@@ -69,8 +62,8 @@ std::optional<OtherOptimum> otherOptimum(const Fit& fit, const std::vector<doubl
                      .sigmas = largestSigmas(fit, known, camera.params)};
   if (!(other.excess_chi2 < kNoiseChi2) || !(other.sigmas > kBeyondSigmas)) return std::nullopt;
   other.projection_px =
-      projectionDifference(AnyCamera::make(camera.model, onlyCamera(fit).params),
-                           AnyCamera::make(camera.model, other.params), known.projection_far->pixels);
+      largestDifference(AnyCamera::make(camera.model, onlyCamera(fit).params),
+                        AnyCamera::make(camera.model, other.params), known.projection_far->pixels);
   return other;
 }
 
@@ -83,9 +76,7 @@ std::vector<OtherOptimum> otherOptima(const Fit& fit, const std::vector<std::vec
   for (const std::vector<double>& params : close_params) {
     if (auto other = otherOptimum(fit, params, known, cancel)) others.push_back(std::move(*other));
   }
-  std::stable_sort(others.begin(), others.end(), [](const OtherOptimum& a, const OtherOptimum& b) {
-    return a.excess_chi2 < b.excess_chi2;
-  });
+  std::ranges::stable_sort(others, {}, &OtherOptimum::excess_chi2);
   return others;
 }
 

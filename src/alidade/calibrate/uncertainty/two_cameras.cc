@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/uncertainty/two_cameras.h"
+#include "alidade/calibrate/uncertainty/view_evidence.h"
 
 #include <algorithm>
 #include <array>
@@ -29,14 +29,11 @@ Eigen::MatrixXd unitBasis(const Eigen::MatrixXd& information) {
          values.tail(num_known).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
-// Information of a place about an offset d of the intrinsics: twice its cost is d^T S d + 2 g^T d, in units
+// Twice the cost of an offset d of the intrinsics by the evidence of a place is d^T S d + 2 g^T d, in units
 // of the noise.
-struct Place {
-  Eigen::MatrixXd S;
-  Eigen::VectorXd g;
-
-  [[nodiscard]] double cost(const Eigen::VectorXd& d) const { return 0.5 * d.dot(S * d) + g.dot(d); }
-};
+double costOf(const Reduced& place, const Eigen::VectorXd& d) {
+  return 0.5 * d.dot(place.information * d) + place.gradient.dot(d);
+}
 
 struct Division {
   std::vector<int> group;  // 0 or 1 per place
@@ -45,26 +42,27 @@ struct Division {
 };
 
 bool isLargeEnough(const std::vector<int>& group) {
-  const auto ones = static_cast<std::size_t>(std::count(group.begin(), group.end(), 1));
+  const auto ones = static_cast<std::size_t>(std::ranges::count(group, 1));
   return ones >= kFewestPlaces && group.size() - ones >= kFewestPlaces;
 }
 
 // The offset with the lowest cost for a group. All places together have information 1 in each direction;
 // directions with less than a hundredth of that from the group hardly move.
-Eigen::VectorXd offsetOf(std::span<const Place> places, const std::vector<int>& group, int which) {
+Eigen::VectorXd offsetOf(std::span<const Reduced> places, const std::vector<int>& group, int which) {
   constexpr double kLittle = 0.01;
-  Eigen::MatrixXd S = kLittle * Eigen::MatrixXd::Identity(places[0].S.rows(), places[0].S.cols());
+  Eigen::MatrixXd S =
+      kLittle * Eigen::MatrixXd::Identity(places[0].information.rows(), places[0].information.cols());
   Eigen::VectorXd g = Eigen::VectorXd::Zero(S.rows());
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (group[i] != which) continue;
-    S += places[i].S;
-    g += places[i].g;
+    S += places[i].information;
+    g += places[i].gradient;
   }
   return -S.ldlt().solve(g);
 }
 
 // k-means, starting from a given assignment.
-std::optional<Division> divided(std::span<const Place> places, std::vector<int> group) {
+std::optional<Division> divided(std::span<const Reduced> places, std::vector<int> group) {
   constexpr int kMaxRounds = 30;
   Division division;
   for (int round = 0; round < kMaxRounds; ++round) {
@@ -73,8 +71,8 @@ std::optional<Division> divided(std::span<const Place> places, std::vector<int> 
     division.group = group;
     division.cost = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
-      const double first = places[i].cost(division.offset[0]);
-      const double second = places[i].cost(division.offset[1]);
+      const double first = costOf(places[i], division.offset[0]);
+      const double second = costOf(places[i], division.offset[1]);
       group[i] = second < first ? 1 : 0;
       division.cost += std::min(first, second);
     }
@@ -84,14 +82,15 @@ std::optional<Division> divided(std::span<const Place> places, std::vector<int> 
 }
 
 // Tries initial assignments by the sign of the pulls along each of the directions in which they are largest.
-std::optional<Division> bestDivision(std::span<const Place> places) {
-  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(places[0].S.rows(), places[0].S.cols());
-  for (const Place& place : places) squares += place.g * place.g.transpose();
+std::optional<Division> bestDivision(std::span<const Reduced> places) {
+  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(places[0].information.rows(), places[0].information.cols());
+  for (const Reduced& place : places) squares += place.gradient * place.gradient.transpose();
   const SymmetricEigen solver(squares);
   std::optional<Division> best;
   for (Eigen::Index k = 0; k < squares.cols(); ++k) {
     std::vector<int> group;
-    for (const Place& place : places) group.push_back(solver.eigenvectors().col(k).dot(place.g) > 0 ? 1 : 0);
+    for (const Reduced& place : places)
+      group.push_back(solver.eigenvectors().col(k).dot(place.gradient) > 0 ? 1 : 0);
     auto division = divided(places, std::move(group));
     if (division && (!best || division->cost < best->cost)) best = std::move(division);
   }
@@ -111,7 +110,7 @@ std::optional<std::vector<int>> groupsByName(const Fit& fit, std::span<const std
     for (const char c : name.substr(kind.size())) {
       if (c < '0' || c > '9') kind += c;
     }
-    auto at = std::find(kinds.begin(), kinds.end(), kind);
+    auto at = std::ranges::find(kinds, kind);
     if (at == kinds.end()) at = kinds.insert(kinds.end(), kind);
     group[place_of[v]] = static_cast<int>(at - kinds.begin());
   }
@@ -121,17 +120,18 @@ std::optional<std::vector<int>> groupsByName(const Fit& fit, std::span<const std
 
 // F statistic of a division that was chosen independently of the data: gain of two offsets per parameter,
 // over the remaining differences between places of a group.
-double statistic(std::span<const Place> places, const Division& division) {
+double statistic(std::span<const Reduced> places, const Division& division) {
   constexpr double kSilent = 1e-6;
   double gain = 0;
   double left = 0;
-  const auto num_free = static_cast<double>(places[0].g.size());
+  const auto num_free = static_cast<double>(places[0].gradient.size());
   double freedom = -2 * num_free;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Eigen::VectorXd& d = division.offset[static_cast<std::size_t>(division.group[i])];
-    gain -= 2 * places[i].cost(d);
-    const SymmetricEigen solver(places[i].S);
-    const Eigen::VectorXd pull = solver.eigenvectors().transpose() * (places[i].g + places[i].S * d);
+    gain -= 2 * costOf(places[i], d);
+    const SymmetricEigen solver(places[i].information);
+    const Eigen::VectorXd pull =
+        solver.eigenvectors().transpose() * (places[i].gradient + places[i].information * d);
     for (Eigen::Index k = 0; k < pull.size(); ++k) {
       if (!(solver.eigenvalues()(k) > kSilent)) continue;
       left += pull(k) * pull(k) / solver.eigenvalues()(k);
@@ -151,11 +151,11 @@ struct Estimate {
 // For each place, offsets are computed from the other places. Otherwise each of a few places would be near
 // the offset of its own group, for any grouping, since with this many parameters some line always separates
 // them.
-std::vector<Estimate> estimatesOf(std::span<const Place> places, const Division& division) {
+std::vector<Estimate> estimatesOf(std::span<const Reduced> places, const Division& division) {
   std::vector<Estimate> estimates;
   std::vector<int> group = division.group;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const Place& place = places[i];
+    const Reduced& place = places[i];
     constexpr int kLeftOut = -1;
     const int own = std::exchange(group[i], kLeftOut);
     const Eigen::VectorXd first = offsetOf(places, group, 0);
@@ -163,10 +163,10 @@ std::vector<Estimate> estimatesOf(std::span<const Place> places, const Division&
     group[i] = own;
     const Eigen::VectorXd apart = second - first;
     const Eigen::VectorXd middle = 0.5 * (first + second);
-    const double precision = apart.dot(place.S * apart);
+    const double precision = apart.dot(place.information * apart);
     if (!(precision > 0)) continue;
-    estimates.push_back(
-        {.value = -apart.dot(place.g + place.S * middle) / precision, .variance = 1 / precision});
+    estimates.push_back({.value = -apart.dot(place.gradient + place.information * middle) / precision,
+                         .variance = 1 / precision});
   }
   return estimates;
 }
@@ -252,7 +252,7 @@ bool areTwoGroups(std::span<const Estimate> estimates) {
 }
 
 // A division by names is tested first, because it does not depend on the data.
-std::optional<Division> significantDivision(std::span<const Place> places,
+std::optional<Division> significantDivision(std::span<const Reduced> places,
                                             const std::optional<std::vector<int>>& by_name) {
   constexpr double kNamedF = 4;  // at most 3 for halves of real sets if the model fits the lens
   if (by_name) {
@@ -277,14 +277,14 @@ std::optional<TwoCameras> twoCameras(const Fit& fit, double variance) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(directions.cols(), directions.cols());
   for (const Reduced& pull : pulls) information += directions.transpose() * pull.information * directions;
   const Eigen::MatrixXd basis = directions * unitBasis(information);
-  std::vector<Place> places;
+  std::vector<Reduced> places;
   for (const Reduced& pull : pulls) {
-    places.push_back({.S = basis.transpose() * pull.information * basis,
-                      .g = basis.transpose() * pull.gradient / std::sqrt(variance)});
+    places.push_back({.information = basis.transpose() * pull.information * basis,
+                      .gradient = basis.transpose() * pull.gradient / std::sqrt(variance)});
   }
   const auto division = significantDivision(places, groupsByName(fit, place_of, pulls.size()));
   if (!division) return std::nullopt;
-  const auto num_second = std::count(division->group.begin(), division->group.end(), 1);
+  const auto num_second = std::ranges::count(division->group, 1);
   const int minority = 2 * num_second > static_cast<std::ptrdiff_t>(places.size()) ? 0 : 1;
   TwoCameras result;
   for (std::size_t v = 0; v < fit.views.size(); ++v) {

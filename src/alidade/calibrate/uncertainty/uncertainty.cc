@@ -8,8 +8,16 @@
 namespace alidade {
 namespace {
 
-double share(std::size_t part, std::size_t all) {
-  return all == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(all);
+double shareOf(const Accuracy& accuracy, double tolerance_px, bool is_of_covered) {
+  std::size_t num_all = 0;
+  std::size_t num_within = 0;
+  for (std::size_t i = 0; i < accuracy.error_px.size(); ++i) {
+    const double error = accuracy.error_px[i];
+    if (std::isnan(error) || (is_of_covered && !accuracy.is_covered[i])) continue;
+    ++num_all;
+    num_within += error <= tolerance_px ? 1 : 0;
+  }
+  return num_all == 0 ? 0.0 : static_cast<double>(num_within) / static_cast<double>(num_all);
 }
 
 }  // namespace
@@ -71,24 +79,11 @@ bool Uncertainty::hasBias() const {
 }
 
 double Accuracy::shareWithin(double tolerance_px) const {
-  std::size_t num_rays = 0;
-  std::size_t num_within = 0;
-  for (const double error : error_px) {
-    num_rays += std::isnan(error) ? 0 : 1;
-    num_within += error <= tolerance_px ? 1 : 0;
-  }
-  return share(num_within, num_rays);
+  return shareOf(*this, tolerance_px, false);
 }
 
 double Accuracy::coveredShareWithin(double tolerance_px) const {
-  std::size_t num_covered = 0;
-  std::size_t num_within = 0;
-  for (std::size_t i = 0; i < error_px.size(); ++i) {
-    if (!is_covered[i] || std::isnan(error_px[i])) continue;
-    ++num_covered;
-    num_within += error_px[i] <= tolerance_px ? 1 : 0;
-  }
-  return share(num_within, num_covered);
+  return shareOf(*this, tolerance_px, true);
 }
 
 }  // namespace alidade

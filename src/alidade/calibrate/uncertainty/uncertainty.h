@@ -101,30 +101,6 @@ struct ParameterUncertainty {
   [[nodiscard]] std::optional<Correlation> strongestCorrelation() const;
 };
 
-/// Components of the corners' errors.
-struct CornerErrors {
-  /// tau of CornerNoise: the standard deviation per axis that detection noise does not explain. NaN if no
-  /// corner states its sigma.
-  double unexplained_sigma_px = std::numeric_limits<double>::quiet_NaN();
-  /// coordinate_sigma_px from differences between neighbouring corners only, in which errors that vary
-  /// smoothly over the board (a lens that does not follow the model, a bent board) cancel; NaN without
-  /// neighbours.
-  double local_sigma_px = 0;
-  /// Total errors over those that neighbouring corners do not share, at least 1: large if the lens or the
-  /// board deviates from its model.
-  double smoothness = 1;
-  std::size_t num_places = 0;  ///< of the boards, see placesOf()
-};
-
-/// Uncertainty of the pixels of scene points.
-struct ProjectedUncertainty {
-  /// Pixel uncertainty by statedCovariance(): for points at infinity after the best rotation, and for near
-  /// ones after the best pose. Nothing without a covariance.
-  std::optional<UncertaintyGrid> projection_far = {};
-  std::optional<UncertaintyGrid> projection_near = {};
-  double board_distance_m = 0;  ///< median distance of the boards' centres from the camera
-};
-
 /// Errors, the same in all views, that a calibration assumes to be absent. The first kNumBoardCauses are
 /// errors of a board: boards are printed and mounted individually, so each has its own.
 enum class CommonCause {
@@ -165,26 +141,23 @@ struct ViewInfluence {
   double surprise_sigmas = 0;
 };
 
-/// Variation between views of a quantity that a camera has only once.
-struct ViewVariation {
-  /// F statistic of one value per view against one value for all: about 1 if nothing varies. NaN with too few
-  /// views.
-  double f = std::numeric_limits<double>::quiet_NaN();
-  /// One standard deviation between views, as a share of the focal length or of the image's height, without
-  /// the contribution of noise (DerSimonian and Laird 1986, Meta-analysis in clinical trials, Controlled
-  /// Clinical Trials 7(3)).
-  double spread = 0;
-};
-
 /// Variation between single views, each with its own pose, with the camera fixed as estimated from all.
+///
+/// F is the statistic of one value a view against the same for all: about 1 where nothing varies, NaN with
+/// too few views. The spread is one standard deviation between views, without what noise adds to it
+/// (DerSimonian and Laird 1986, Meta-analysis in clinical trials, Controlled Clinical Trials 7(3)).
 struct ViewVariations {
-  /// Both focal lengths scaled by one factor: zoom, focus or crop changed between images.
-  ViewVariation focal;
+  /// Both focal lengths times the same factor: zoom, focus or crop changed between images. The spread is a
+  /// share of the focal length.
+  double focal_f = std::numeric_limits<double>::quiet_NaN();
+  double focal_spread = 0;
   /// The image sheared and stretched from row to row: the board or the camera moved while the rows were read
-  /// one after the other. With a free pose, a plane can disagree with a camera in only two ways, and these
-  /// are the two; so this also explains a varying focal length.
-  ViewVariation rows;
-  /// Share of the variation explained by `rows` that `focal` alone explains: near 1 if focal lengths vary,
+  /// one after the other. A plane seen from a free pose leaves two ways to disagree with a camera, and these
+  /// are the two; so this explains a varying focal length as well. The spread is a share of the image's
+  /// height.
+  double rows_f = std::numeric_limits<double>::quiet_NaN();
+  double rows_spread = 0;
+  /// Of what the rows explain, the share that the focal length explains alone: near 1 if focal lengths vary,
   /// about a half if images are sheared at random.
   double focal_share = 0;
 };
@@ -264,8 +237,24 @@ struct Accuracy {
   [[nodiscard]] double coveredShareWithin(double tolerance_px) const;
 };
 
-/// The accuracy with which a fit determines its camera: results of all stages of the estimate.
-struct Uncertainty : ParameterUncertainty, CornerErrors, ProjectedUncertainty, ViewEvidence {
+/// How accurately a fit determines its camera.
+struct Uncertainty : ParameterUncertainty, ViewEvidence {
+  /// tau of CornerNoise: the standard deviation per axis that detection noise does not explain. NaN if no
+  /// corner states its sigma.
+  double unexplained_sigma_px = std::numeric_limits<double>::quiet_NaN();
+  /// coordinate_sigma_px from differences between neighbouring corners only, in which errors that vary
+  /// smoothly over the board (a lens that does not follow the model, a bent board) cancel; NaN without
+  /// neighbours.
+  double local_sigma_px = 0;
+  /// Total errors over those that neighbouring corners do not share, at least 1: large if the lens or the
+  /// board deviates from its model.
+  double smoothness = 1;
+  std::size_t num_places = 0;  ///< of the boards, see placesOf()
+  /// Pixel uncertainty by statedCovariance(): for points at infinity after the best rotation, and for near
+  /// ones after the best pose. Nothing without a covariance.
+  std::optional<UncertaintyGrid> projection_far = {};
+  std::optional<UncertaintyGrid> projection_near = {};
+  double board_distance_m = 0;  ///< median distance of the boards' centres from the camera
   HoldoutReport holdout = {};
   ImageBias image_bias = {};
   std::vector<OtherOptimum> other_optima = {};  ///< not ruled out by the corners, the likeliest first

@@ -14,15 +14,10 @@
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/shape_information.h"
 #include "alidade/adjust/noise/weak_prior.h"
-#include "alidade/calibrate/bend/board_bend.h"
+#include "alidade/calibrate/bend/shape_fit.h"
 #include "alidade/calibrate/uncertainty/accuracy.h"
-#include "alidade/calibrate/uncertainty/flexible_fit.h"
-#include "alidade/calibrate/uncertainty/image_bias.h"
 #include "alidade/calibrate/uncertainty/other_optima.h"
-#include "alidade/calibrate/uncertainty/two_cameras.h"
-#include "alidade/calibrate/uncertainty/view_covariance.h"
-#include "alidade/calibrate/uncertainty/view_scores.h"
-#include "alidade/calibrate/uncertainty/view_variation.h"
+#include "alidade/calibrate/uncertainty/view_evidence.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
@@ -47,22 +42,14 @@ Eigen::MatrixXd precisionOn(const Eigen::MatrixXd& directions, const LensPrior& 
   return onto * Eigen::Map<const Eigen::VectorXd>(prior.precision.data(), onto.rows()).asDiagonal() * onto;
 }
 
-// Covariances of the parameters, by corners and by views.
-struct Known {
-  double variance = 0;               // of the coordinate of a corner of weight 1
-  Eigen::MatrixXd information = {};  // by the corners, with all other unknowns free
-  std::optional<Eigen::MatrixXd> covariance = {};
-  std::optional<ViewCovariance> by_views = {};
-};
-
-// The same with the camera's prior.
-void applyPrior(const FitCamera& camera, Known& known) {
+// Replaces the covariances by those under the camera's prior.
+void applyPrior(const FitCamera& camera, double variance, ParameterUncertainty& known) {
   if (camera.weak_prior.isNone()) return;
-  known.covariance = heldCovariance(known.information, camera, known.variance);
+  known.covariance = heldCovariance(known.information, camera, variance);
   if (!known.covariance) known.by_views.reset();
   if (!known.by_views) return;
   for (DenseMatrix* by_views : {&known.by_views->covariance, &known.by_views->larger})
-    *by_views = *heldCovariance(known.information, camera, known.variance, *by_views);
+    *by_views = *heldCovariance(known.information, camera, variance, *by_views);
 }
 
 // Values of a fit that several stages use.
@@ -86,47 +73,43 @@ struct Residuals {
 
 // Adds the effect of the uncertainty of the boards' offsets, see offsetShare().
 // @param prior  information in the covariance besides that of the corners
-void addOffsets(const Eigen::MatrixXd& share, const Eigen::MatrixXd& directions, const Eigen::MatrixXd& prior,
-                Known& known) {
+void addOffsets(const Eigen::MatrixXd& share, double variance, const Eigen::MatrixXd& directions,
+                const Eigen::MatrixXd& prior, ParameterUncertainty& known) {
   if (share.isZero(0) || !known.covariance) return;
-  *known.covariance += known.variance * share;
-  known.information = informationOf(*known.covariance / known.variance, directions) - prior;
+  known.covariance = known.covariance->view() + variance * share;
+  known.information = informationOf(known.covariance->view() / variance, directions) - prior;
   if (!known.by_views) return;
   // If views disagree, they know the offsets equally poorly.
-  const Eigen::MatrixXd by_views = known.variance * std::max(1.0, known.by_views->excess) * share;
+  const Eigen::MatrixXd by_views = variance * std::max(1.0, known.by_views->excess) * share;
   known.by_views->covariance = known.by_views->covariance.view() + by_views;
   known.by_views->larger = known.by_views->larger.view() + by_views;
 }
 
 // Covariances with the boards' shapes held.
-Known withShapeGiven(const Fit& fit, const Residuals& residuals, const IntrinsicsInformation& information,
-                     const Eigen::MatrixXd& share) {
+void setShapeGiven(const Fit& fit, const Residuals& residuals, const IntrinsicsInformation& information,
+                   const Eigen::MatrixXd& share, ParameterUncertainty& known) {
   const Eigen::MatrixXd& directions = residuals.directions;
-  Known known{.variance = residuals.variance, .information = information.information};
   if (information.inverse) {
-    known.covariance = known.variance * *information.inverse;
+    known.covariance = residuals.variance * *information.inverse;
     known.by_views = viewCovariance(reducedByPlace(fit, LossWeights::kLeaveOut), directions,
-                                    static_cast<int>(directions.rows()), known.variance, residuals.slope);
+                                    static_cast<int>(directions.rows()), residuals.variance, residuals.slope);
   }
-  addOffsets(share, directions, Eigen::MatrixXd::Zero(share.rows(), share.cols()), known);
-  applyPrior(onlyCamera(fit), known);
-  return known;
+  addOffsets(share, residuals.variance, directions, Eigen::MatrixXd::Zero(share.rows(), share.cols()), known);
+  applyPrior(onlyCamera(fit), residuals.variance, known);
 }
 
 // Covariances with the bends free.
-Known withShapeFree(const Fit& fit, const Residuals& residuals, double variance, const ShapeInformation& bent,
-                    const Eigen::MatrixXd& share) {
+void setShapeFree(const Fit& fit, const Residuals& residuals, double variance, const ShapeInformation& bent,
+                  const Eigen::MatrixXd& share, ParameterUncertainty& known) {
   const FitCamera& camera = onlyCamera(fit);
   const Eigen::MatrixXd& directions = residuals.directions;
-  Known known{.variance = variance,
-              .information = informationOf(bent.params_inverse, directions) -
-                             precisionOn(directions, camera.weak_prior.prior),
-              .covariance = variance * bent.params_inverse};
+  const Eigen::MatrixXd prior = precisionOn(directions, camera.weak_prior.prior);
+  known.information = informationOf(bent.params_inverse, directions) - prior;
+  known.covariance = variance * bent.params_inverse;
   known.by_views = viewCovariance(bent.pulls, withBends(directions, bent.step_m.size()),
                                   static_cast<int>(directions.rows()), variance, residuals.slope);
-  addOffsets(share, directions, precisionOn(directions, camera.weak_prior.prior), known);
-  applyPrior(camera, known);
-  return known;
+  addOffsets(share, variance, directions, prior, known);
+  applyPrior(camera, variance, known);
 }
 
 // The sigmas of estimated bends: by the disagreement of the views if that is larger.
@@ -169,18 +152,18 @@ ParameterUncertainty parameterUncertainty(const Fit& fit, const Residuals& resid
   if (!of_all) return result;
   const Eigen::Index num_params = residuals.directions.rows();
   const Eigen::MatrixXd share = of_all->topLeftCorner(num_params, num_params);
-  Known known = is_estimated ? withShapeFree(fit, residuals, residuals.variance, *bent, share)
-                             : withShapeGiven(fit, residuals, information, share);
-  result.information = known.information;
-  result.covariance = std::move(known.covariance);
-  result.by_views = std::move(known.by_views);
-  if (is_estimated) setBendStd(fit, residuals, *bent, result);
+  if (is_estimated) {
+    setShapeFree(fit, residuals, residuals.variance, *bent, share, result);
+    setBendStd(fit, residuals, *bent, result);
+  } else {
+    setShapeGiven(fit, residuals, information, share, result);
+  }
   if (!result.ignored_bend || !bent || !result.covariance) return result;
   // If the views show bends that the user wants ignored, the error is known: the camera with the bends has
   // its stated uncertainty, and the one without differs from it by a known step.
   IgnoredBend& ignored = *result.ignored_bend;
-  const Known with_bend =
-      withShapeFree(fit, residuals, residuals.variance * ignored.cost_share, *bent, share);
+  ParameterUncertainty with_bend;
+  setShapeFree(fit, residuals, residuals.variance * ignored.cost_share, *bent, share, with_bend);
   ignored.covariance = with_bend.covariance;
   result.by_views = with_bend.by_views;
   if (result.by_views) result.by_views->common_error = ignored.params_step;
@@ -196,28 +179,15 @@ double unexplainedSigma(const Fit& fit, double variance) {
   return std::sqrt(std::max(0.0, variance - stated));
 }
 
-CornerErrors cornerErrors(const Fit& fit, double variance) {
-  const double local_sigma_px = localSigma(fit);
-  return {.unexplained_sigma_px = unexplainedSigma(fit, variance),
-          .local_sigma_px = local_sigma_px,
-          .smoothness = std::fmax(1.0, weightedRms(fit) / std::sqrt(2.0) / local_sigma_px),
-          .num_places = numPlaces(fit)};
-}
-
-ProjectedUncertainty projectedUncertainty(const Fit& fit, const ParameterUncertainty& known) {
-  ProjectedUncertainty result{
-      .board_distance_m = medianOf(mapped(fit.views, [&](const FitView& view) {
-        return (cameraFromBoard(fit, view) * boardOf(fit, view).target.middle()).norm();
-      }))};
-  if (!known.covariance) return result;
+// @pre there is a covariance
+void setProjected(const Fit& fit, Uncertainty& known) {
   const AnyCamera camera = AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
   const Eigen::MatrixXd stated = known.statedCovariance();
   const auto grid = [&](double distance_m) {
     return ProjectionUncertainty(camera, onlyCamera(fit).size, distance_m).grid(stated);
   };
-  result.projection_far = grid(std::numeric_limits<double>::infinity());
-  result.projection_near = grid(result.board_distance_m);
-  return result;
+  known.projection_far = grid(std::numeric_limits<double>::infinity());
+  known.projection_near = grid(known.board_distance_m);
 }
 
 ViewEvidence viewEvidence(const Fit& fit, const Residuals& residuals, double smoothness) {
@@ -238,13 +208,19 @@ Uncertainty uncertaintyOf(const ModelSolution& solution, const CalibratorOptions
   const Fit& fit = solution.fit;
   const Residuals residuals(fit);
   const bool is_flat = options.board_shape == BoardShapeMode::kFlat;
-  ParameterUncertainty params =
-      parameterUncertainty(fit, residuals, is_flat ? ignoredBend(fit) : std::nullopt,
-                           mapped(solution.choice.shapes, &ShapeReport::std_m));
-  ProjectedUncertainty projected = projectedUncertainty(fit, params);
-  const CornerErrors errors = cornerErrors(fit, residuals.variance);
-  Uncertainty result{std::move(params), errors, std::move(projected),
-                     viewEvidence(fit, residuals, errors.smoothness)};
+  const double local_sigma_px = localSigma(fit);
+  const double smoothness = std::fmax(1.0, weightedRms(fit) / std::sqrt(2.0) / local_sigma_px);
+  Uncertainty result{parameterUncertainty(fit, residuals, is_flat ? ignoredBend(fit) : std::nullopt,
+                                          mapped(solution.choice.shapes, &ShapeReport::std_m)),
+                     viewEvidence(fit, residuals, smoothness)};
+  result.unexplained_sigma_px = unexplainedSigma(fit, residuals.variance);
+  result.local_sigma_px = local_sigma_px;
+  result.smoothness = smoothness;
+  result.num_places = numPlaces(fit);
+  result.board_distance_m = medianOf(mapped(fit.views, [&](const FitView& view) {
+    return (cameraFromBoard(fit, view) * boardOf(fit, view).target.middle()).norm();
+  }));
+  if (result.covariance) setProjected(fit, result);
   result.other_optima = otherOptima(fit, solution.close_params, result, options.cancel);
   result.holdout = holdoutReport(heldOutErrors(fit, options.cancel));
   result.image_bias = imageBias(fit);

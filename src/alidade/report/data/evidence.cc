@@ -220,7 +220,7 @@ json boardShapeJson(const Calibration& result, std::size_t board) {
                    {"bend_y_std_m", std_m.y()},
                    {"flat_rms_px", shape.flat_rms_px},
                    {"flat_parameters", shape.flat_params}});
-  if (const auto& even = result.choice.points.even_excess) {
+  if (const auto& even = result.choice.even_excess) {
     document["even_excess"] = even->share;
     document["even_excess_std"] = even->std;
   }
@@ -370,10 +370,10 @@ json documentOf(const Calibration& result, const GivenImages& given, std::span<c
       {"repeated_views", withBoards(result, result.dropped.repeated)},
       {"common_errors", commonErrorsJson(result)},
       {"variations",
-       {{"focal_f", known.variations.focal.f},
-        {"focal_spread", known.variations.focal.spread},
-        {"rows_f", known.variations.rows.f},
-        {"rows_spread", known.variations.rows.spread},
+       {{"focal_f", known.variations.focal_f},
+        {"focal_spread", known.variations.focal_spread},
+        {"rows_f", known.variations.rows_f},
+        {"rows_spread", known.variations.rows_spread},
         {"focal_share", known.variations.focal_share}}},
       {"views", viewsJson(result)},
       {"notes", given.notes},

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "alidade/core/cancel.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/core/image.h"
 #include "alidade/footage/check/camera_check.h"
 #include "alidade/footage/follow/tracks.h"
@@ -60,5 +61,16 @@ struct FootageJudgement {
 [[nodiscard]] std::string editWords(const ConversionRequest& edit);
 /// Flags of `alidade convert` for this edit: "--crop 0,60,640,360 --resize 320x180".
 [[nodiscard]] std::string editFlags(const ConversionRequest& edit);
+
+/// The verdict of footage on a camera file, as checks: `footage` (a failure if it is inconsistent, a warning
+/// if footage cannot tell), and notes: `footage_fit` (another camera fits better, by less than counts) and
+/// `footage_shutter` (a rolling shutter).
+/// @param file  the camera file's name, for commands
+[[nodiscard]] std::vector<Diagnosis> footageFindings(const FootageJudgement& judgement,
+                                                     const CameraRecord& camera, const std::string& file);
+
+/// The likely cause of a change, in plain words, and what to do.
+/// @param file  the camera as the file has it
+[[nodiscard]] std::string likelyCause(const CameraChange& change, const AnyCamera& file);
 
 }  // namespace alidade

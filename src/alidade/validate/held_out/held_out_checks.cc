@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/validate/held_out/held_out_checks.h"
+#include "alidade/validate/held_out/held_out_images.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,17 +19,17 @@ double beyond(double rms_px, double explained_px) {
 }
 
 std::string worstViewText(const HeldOutJudgement& judgement) {
-  const auto worst = std::max_element(judgement.views.begin(), judgement.views.end(),
-                                      [](const HeldOutView& a, const HeldOutView& b) {
-                                        return !(b.rms_px <= a.rms_px) && std::isfinite(b.rms_px);
-                                      });
+  const auto worst =
+      std::ranges::max_element(judgement.views, [](const HeldOutView& a, const HeldOutView& b) {
+        return !(b.rms_px <= a.rms_px) && std::isfinite(b.rms_px);
+      });
   return fmt::format("the worst view is {} with {:.3g} px", worst->image, worst->rms_px);
 }
 
 // True if the calibration from the images alone failed for a reason other than views that miss part of the
 // image: its covariance already contains all that they do not determine.
 bool isFreedWrong(const Calibration& freed) {
-  return std::any_of(freed.diagnoses.begin(), freed.diagnoses.end(), [](const Diagnosis& diagnosis) {
+  return std::ranges::any_of(freed.diagnoses, [](const Diagnosis& diagnosis) {
     return diagnosis.severity == Severity::kFailure && !diagnosis.is_undecided;
   });
 }
@@ -88,7 +88,7 @@ Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_
 }
 
 std::string textOf(const NeededChange& change) {
-  const StepEstimate& estimate = change.refined ? change.refined->estimate : change.estimate;
+  const StepEstimate& estimate = change.refined ? *change.refined : change.estimate;
   return fmt::format("{} ({:.1f} sigma)",
                      complaintOf(change.change, estimate.amount, estimate.effectiveStd()), estimate.sigmas);
 }
@@ -105,7 +105,7 @@ const NeededChange* otherPixelOrigin(const std::vector<NeededChange>& changes) {
   const double size = std::abs(surest.estimate.amount);
   const double half = std::copysign(kHalf, surest.estimate.amount);
   const auto isHalf = [&](CameraChangeKind coordinate) {
-    return std::any_of(changes.begin(), changes.end(), [&](const NeededChange& c) {
+    return std::ranges::any_of(changes, [&](const NeededChange& c) {
       return c.change == coordinate && std::abs(c.estimate.amount - half) <= 2 * c.estimate.effectiveStd();
     });
   };
@@ -230,8 +230,8 @@ class ImagesAgree {
   }
 
   [[nodiscard]] bool isAnyNeeded() const {
-    return std::any_of(judgement_.changes.begin(), judgement_.changes.end(),
-                       [&](const NeededChange& change) { return isNeeded(change); });
+    return std::ranges::any_of(judgement_.changes,
+                               [&](const NeededChange& change) { return isNeeded(change); });
   }
 
   // True if errors of this size, px, are about as small as with all parameters free. If the remainder is
@@ -402,9 +402,8 @@ Diagnosis ownImagesCheck(std::span<const Eigen::Vector2d> recorded, std::span<co
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     for (const Corner& corner : view.corners) sum += corner.pixel;
     const Eigen::Vector2d center = sum / static_cast<double>(view.corners.size());
-    const bool is_own = std::any_of(recorded.begin(), recorded.end(), [&](const Eigen::Vector2d& other) {
-      return (center - other).norm() < kSamePx;
-    });
+    const bool is_own = std::ranges::any_of(
+        recorded, [&](const Eigen::Vector2d& other) { return (center - other).norm() < kSamePx; });
     if (is_own) own.push_back(view.image);
   }
   const bool is_clean = own.empty();

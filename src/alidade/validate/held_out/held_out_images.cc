@@ -2,7 +2,6 @@
 #include "alidade/validate/held_out/held_out_images.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -14,7 +13,7 @@
 #include "alidade/adjust/board/view_pose.h"
 #include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/calibrate/calibrator.h"
-#include "alidade/calibrate/uncertainty/covered_pixels.h"
+#include "alidade/calibrate/uncertainty/accuracy.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -76,8 +75,18 @@ std::optional<SE3> poseOf(const AnyCamera& camera, const Board& board, std::span
                           HuberLoss loss) {
   const auto start = poseFromCorners(camera, corners);
   if (!start) return std::nullopt;
+  std::optional<SE3> best;
+  double best_cost = std::numeric_limits<double>::infinity();
   // From afar two tilts look alike, and only the cost decides between them.
-  return bestPose(camera, corners, loss, std::array{*start, mirroredTilt(*start, board.middle())});
+  for (const SE3& from : {*start, mirroredTilt(*start, board.middle())}) {
+    const auto pose = refitPose(camera.modelId(), camera.parameters(), corners, loss, from);
+    const double cost = pose ? viewCost(camera.modelId(), camera.parameters(), *pose, corners, loss)
+                             : std::numeric_limits<double>::quiet_NaN();
+    if (!(cost < best_cost)) continue;
+    best_cost = cost;
+    best = pose;
+  }
+  return best;
 }
 
 // Weight of a view; blurred or moved views count less. The inverse of the variance of its corners in the
@@ -230,9 +239,9 @@ void testAsItIs(const ComparedCamera& tested, const PosedViews& held, const Pose
     const auto estimate = direction.size() > 0 ? scores->along(direction) : std::nullopt;
     if (estimate) judgement.changes.push_back(measured(change, *estimate, tested, freed, variance, covered));
   }
-  std::stable_sort(
-      judgement.changes.begin(), judgement.changes.end(),
-      [](const NeededChange& a, const NeededChange& b) { return a.estimate.sigmas > b.estimate.sigmas; });
+  std::ranges::stable_sort(judgement.changes, [](const NeededChange& a, const NeededChange& b) {
+    return a.estimate.sigmas > b.estimate.sigmas;
+  });
 }
 
 }  // namespace
@@ -273,7 +282,7 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, std::span<const Boa
                    "file; if the images were rotated, use alidade convert --rotate 90 or 270"
                  : "use images of this size, or adapt the camera with alidade convert --resize or --crop"});
   }
-  std::sort(views.begin(), views.end(), [](const View& a, const View& b) {
+  std::ranges::sort(views, [](const View& a, const View& b) {
     return a.image == b.image ? a.board < b.board : naturalLess(a.image, b.image);
   });
   HeldOutJudgement judgement;
@@ -294,7 +303,7 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, std::span<const Boa
   const PosedViews* const freed = posed_by_freed ? &*posed_by_freed : nullptr;
   predictCorners(held, freed, loss, judgement);
   const MatchedGrid grid = matchedGrid(camera.size, camera.size, matchImages(camera.size, camera.size, 0));
-  const std::vector<Eigen::Vector2d> covered = coveredPixels(grid.pixels, used);
+  const std::vector<Eigen::Vector2d> covered = coveredPixels(grid.pixels, isCovered(grid.pixels, used));
   judgement.covered_share = static_cast<double>(covered.size()) / static_cast<double>(grid.pixels.size());
   // Variance of the freed parameters from disagreement between views over that from corner noise: errors
   // common to the corners of one view (blur, the shape of the board) make views agree less than noise would.

@@ -3,18 +3,19 @@
 
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/compare/projection_difference.h"
 #include "alidade/core/cancel.h"
+#include "alidade/core/diagnosis.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/target/board.h"
 #include "alidade/target/corner_error.h"
 #include "alidade/target/view.h"
 #include "alidade/validate/held_out/held_scores.h"
-#include "alidade/validate/held_out/slips.h"
 
 namespace alidade {
 
@@ -52,7 +53,7 @@ struct NeededChange {
   double p95_px = std::numeric_limits<double>::quiet_NaN();
   /// The change iterated to convergence, if it is a hint; `estimate` is only its first step. Nothing if it
   /// does not converge.
-  std::optional<ChangeRefit> refined = std::nullopt;
+  std::optional<StepEstimate> refined = std::nullopt;
 
   /// True if worth mentioning: beyond two standard deviations.
   [[nodiscard]] bool isHint() const { return estimate.sigmas > 2; }
@@ -116,5 +117,32 @@ struct HeldOutJudgement {
                                              std::vector<View> views, const HeldOutOptions& options = {});
 [[nodiscard]] HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Board& board,
                                              std::vector<View> views, const HeldOutOptions& options = {});
+
+/// By how much a camera may be off before it is called wrong, px: see docs/comparing.md for where it comes
+/// from.
+inline constexpr double kDefaultTolerancePx = 0.2;
+
+/// What held-out images say as checks: `held_out_error`, whether the camera predicts corners, and
+/// `images_agree`, whether it is the camera that the images show. A camera fails where it is off by more than
+/// chance and, as far as the images tell, by more than the tolerance; where they cannot tell, that is a
+/// warning.
+[[nodiscard]] std::vector<Diagnosis> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px);
+
+/// The slip that `images_agree` names; nothing if it names none.
+[[nodiscard]] const Slip* namedSlip(const HeldOutJudgement& judgement, double tolerance_px);
+
+/// The check `stated_accuracy`: whether the camera is as near to the one that the images show as its file
+/// states. A note where the images cannot tell.
+[[nodiscard]] Diagnosis statedAccuracyCheck(double accuracy_px, const HeldOutJudgement& judgement);
+
+/// The check `against`: the difference to another camera, the rotation taken out.
+[[nodiscard]] Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other,
+                                     double tolerance_px);
+
+/// The check `own_images`: whether the camera was calibrated from these images. It is assumed of an image
+/// whose mean of the corners lies within 0.5 px of a recorded one.
+/// @param recorded  see CalibrationRecord::view_centers
+[[nodiscard]] Diagnosis ownImagesCheck(std::span<const Eigen::Vector2d> recorded,
+                                       std::span<const View> views);
 
 }  // namespace alidade

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -32,12 +31,16 @@ std::vector<Reduced> weightedPulls(const PosedViews& posed) {
   return pulls;
 }
 
-// True if no direction has a negative variance, apart from rounding. Held parameters have none.
+// The inverse roots of the variances; 0 for held parameters, which have none.
+Eigen::VectorXd scaleOf(const Eigen::MatrixXd& matrix) {
+  return matrix.diagonal().unaryExpr([](double x) { return x > 0 ? 1 / std::sqrt(x) : 0.0; });
+}
+
+// Tells whether no direction has a negative variance, rounding aside.
 bool isCovariance(const Eigen::MatrixXd& matrix) {
   constexpr double kRounding = 1e-9;
   if (!matrix.allFinite() || !(matrix.diagonal().minCoeff() >= 0)) return false;
-  const Eigen::VectorXd scale =
-      matrix.diagonal().unaryExpr([](double x) { return x > 0 ? 1 / std::sqrt(x) : 0.0; });
+  const Eigen::VectorXd scale = scaleOf(matrix);
   const SymmetricEigen solver(scale.asDiagonal() * matrix * scale.asDiagonal());
   return solver.eigenvalues()(0) >= -kRounding * static_cast<double>(matrix.rows());
 }
@@ -70,8 +73,7 @@ std::optional<ViewShares> sharesOf(const std::vector<Reduced>& pulls, const Eige
 // The directions that the information determines beyond rounding, one per column.
 Eigen::MatrixXd determinedDirections(const Eigen::MatrixXd& information) {
   constexpr double kLeast = 1e-10;  // after scaling the parameters alike
-  const Eigen::VectorXd scale =
-      information.diagonal().unaryExpr([](double x) { return x > 0 ? 1 / std::sqrt(x) : 0.0; });
+  const Eigen::VectorXd scale = scaleOf(information);
   const SymmetricEigen solver(scale.asDiagonal() * information * scale.asDiagonal());
   Eigen::Index first = 0;
   while (first < scale.size() && !(solver.eigenvalues()(first) > kLeast)) ++first;
@@ -82,7 +84,7 @@ Eigen::MatrixXd determinedDirections(const Eigen::MatrixXd& information) {
 double squaresOf(const PosedViews& posed) {
   double squares = 0;
   for (const FitView& view : posed.fit.views) {
-    for (const Eigen::Vector2d& error : viewErrors(posed.fit, view)) squares += error.squaredNorm();
+    for (const Eigen::Vector2d& error : view.errors) squares += error.squaredNorm();
   }
   return squares;
 }
@@ -93,11 +95,6 @@ std::string figure(double value) {
 }
 
 }  // namespace
-
-double misfitPx(const PosedViews& posed) {
-  const std::size_t count = numCorners(posed.fit);
-  return count > 0 ? std::sqrt(squaresOf(posed) / static_cast<double>(count)) : 0;
-}
 
 double misfitSigmas(const PosedViews& held, const PosedViews& freed) {
   constexpr double kNumbersPerView = 2;
@@ -118,29 +115,15 @@ double misfitSigmas(const PosedViews& held, const PosedViews& freed) {
   return f > 0 ? normalOfF(f, above, below) : 0.0;
 }
 
-std::optional<SE3> bestPose(const AnyCamera& camera, std::span<const Observation> corners, HuberLoss loss,
-                            std::span<const SE3> starts) {
-  std::optional<SE3> best;
-  double best_cost = std::numeric_limits<double>::infinity();
-  for (const SE3& start : starts) {
-    const auto pose = refitPose(camera.modelId(), camera.parameters(), corners, loss, start);
-    if (!pose) continue;
-    const double cost = viewCost(camera.modelId(), camera.parameters(), *pose, corners, loss);
-    if (!(cost < best_cost)) continue;
-    best_cost = cost;
-    best = pose;
-  }
-  return best;
-}
-
 std::optional<PosedViews> posedFor(const AnyCamera& camera, PosedViews views) {
   Fit& fit = views.fit;
   onlyCamera(fit).params.assign(camera.parameters().begin(), camera.parameters().end());
-  for (const FitView& view : fit.views) {
+  for (FitView& view : fit.views) {
     const auto pose = refitPose(camera.modelId(), camera.parameters(), cornersOnShape(fit, view), kNoLoss,
                                 cameraFromBoard(fit, view));
     if (!pose) return std::nullopt;
     setCameraFromBoard(fit, view, *pose);
+    view.errors = viewErrors(fit, view);
   }
   return views;
 }
@@ -318,9 +301,9 @@ Eigen::VectorXd amountsToFreed(const AnyCamera& camera, const Eigen::MatrixXd& o
   return (open.transpose() * information * open).ldlt().solve(open.transpose() * information * way);
 }
 
-std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChangeKind change,
-                                       const PosedViews& freed, double noise_variance,
-                                       const std::optional<DenseMatrix>& covariance) {
+std::optional<StepEstimate> refitChange(const AnyCamera& tested, CameraChangeKind change,
+                                        const PosedViews& freed, double noise_variance,
+                                        const std::optional<DenseMatrix>& covariance) {
   const Eigen::VectorXd direction = directionOf(change, tested);
   if (direction.size() == 0) return std::nullopt;
   const double amount = amountsToFreed(tested, direction, freed)(0);
@@ -332,7 +315,8 @@ std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChangeKind
   if (!estimate) return std::nullopt;
   estimate->amount += amount;
   estimate->sigmas = normalOfStudentT(std::abs(estimate->amount) / estimate->std, estimate->freedom);
-  return ChangeRefit{*estimate, misfitPx(*posed)};
+  estimate->rms_px = rms(posed->fit);
+  return estimate;
 }
 
 }  // namespace alidade

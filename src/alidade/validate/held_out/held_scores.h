@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,7 +19,7 @@
 
 namespace alidade {
 
-/// Views with poses for a camera.
+/// Views, posed for a camera, with their errors.
 struct PosedViews {
   Fit fit;  ///< of one camera, without a loss
   /// Weight of each view, ideally the inverse of the variance of its corners. Empty: all equal.
@@ -27,10 +29,6 @@ struct PosedViews {
 /// Errors of this size per axis, px, count as chance even without corner noise: the remainder is rounding,
 /// and comparing a change with rounding means nothing.
 inline constexpr double kFinestPx = 1e-3;
-
-/// Deviation of the views from the camera's predictions at their poses: sqrt(mean of dx^2 + dy^2) over all
-/// corners.
-[[nodiscard]] double misfitPx(const PosedViews& posed);
 
 /// Evidence that a camera is off by so much that refitted poses cannot hide it: how improbable the ratio of
 /// its squared errors to those of the freed camera would be for the right camera, as a normal variable.
@@ -44,11 +42,6 @@ inline constexpr double kFinestPx = 1e-3;
 /// @param freed  the same views, posed with the camera calibrated from them
 [[nodiscard]] double misfitSigmas(const PosedViews& held, const PosedViews& freed);
 
-/// The best of the poses of a view to which refits from several starts converge; nothing if none does.
-/// @param corners  on the bent board
-[[nodiscard]] std::optional<SE3> bestPose(const AnyCamera& camera, std::span<const Observation> corners,
-                                          HuberLoss loss, std::span<const SE3> starts);
-
 /// The views refitted to a different camera from their current poses; nothing if it does not see one of them.
 [[nodiscard]] std::optional<PosedViews> posedFor(const AnyCamera& camera, PosedViews views);
 
@@ -60,6 +53,8 @@ struct StepEstimate {
   /// The normal variable, not negative, that is as improbable as an amount of this size and either sign for
   /// the right camera.
   double sigmas = 0;
+  /// sqrt(mean of dx^2 + dy^2) over all corners, poses refitted; NaN where the change was not made.
+  double rms_px = std::numeric_limits<double>::quiet_NaN();
 
   [[nodiscard]] bool isSignificant() const;
   /// Half the width of the 95 % interval over 1.96: one standard deviation that can be used like one of a
@@ -144,18 +139,28 @@ inline constexpr std::array kIntrinsicsChanges = {CameraChangeKind::kFocalLength
 [[nodiscard]] Eigen::VectorXd amountsToFreed(const AnyCamera& camera, const Eigen::MatrixXd& open,
                                              const PosedViews& freed);
 
-/// One type of change, iterated until nothing more is gained. A score test takes only the first step, which
-/// is far too short if the camera is far off.
-struct ChangeRefit {
-  StepEstimate estimate;  ///< of the total change; its uncertainty is that at convergence
-  double rms_px = 0;      ///< sqrt(mean of dx^2 + dy^2) over all corners, poses refitted
-};
-
-/// The other parameters are as in HeldScores::make().
+/// One way to change a camera, taken until nothing more is gained by it: the first step alone, which a score
+/// test takes, falls far short where the camera is far off. The estimate is of the change in all, its
+/// uncertainty that where it has come to rest. The other parameters are as in HeldScores::make().
 /// @returns nothing if the views do not constrain the change, or if it leads to an invalid camera or one that
 /// does not see the boards
-[[nodiscard]] std::optional<ChangeRefit> refitChange(const AnyCamera& tested, CameraChangeKind change,
-                                                     const PosedViews& freed, double noise_variance,
-                                                     const std::optional<DenseMatrix>& covariance);
+[[nodiscard]] std::optional<StepEstimate> refitChange(const AnyCamera& tested, CameraChangeKind change,
+                                                      const PosedViews& freed, double noise_variance,
+                                                      const std::optional<DenseMatrix>& covariance);
+
+/// A slip that a camera file may contain, and the camera without it.
+struct Slip {
+  std::string_view id;  ///< stable, for scripts: "k1_sign"
+  std::string text;     ///< with the numbers: "k1 has the wrong sign: k1 -0.28 instead of 0.28"
+  AnyCamera mended;
+  int num_free = 0;   ///< numbers of the mended camera that were taken from the images
+  double rms_px = 0;  ///< sqrt(mean of dx^2 + dy^2) over all corners, poses refitted to the mended camera
+};
+
+/// Mends each slip of the list that the numbers of a camera allow. Numbers that the slip leaves open, such as
+/// a wrong fy, come from the freed camera; nothing else is fitted but poses.
+/// @param freed  posed for the camera that the views give
+/// @returns those with which all corners can be seen
+[[nodiscard]] std::vector<Slip> mendedSlips(const AnyCamera& tested, const PosedViews& freed);
 
 }  // namespace alidade

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/validate/held_out/slips.h"
+#include "alidade/validate/held_out/held_scores.h"
 
 #include <algorithm>
 #include <array>
@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/adjust/board/errors.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 
@@ -124,7 +125,7 @@ std::vector<Slip> mendedSlips(const AnyCamera& tested, const PosedViews& freed) 
                      .text = textOf(kind, *camera, tested),
                      .mended = *camera,
                      .num_free = kind.numOpen(),
-                     .rms_px = misfitPx(*posed)});
+                     .rms_px = rms(posed->fit)});
   }
   return slips;
 }

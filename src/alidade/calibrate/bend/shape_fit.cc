@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/calibrate/bend/board_bend.h"
+#include "alidade/calibrate/bend/shape_fit.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include <Eigen/LU>
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/board_offsets.h"
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/larger_model.h"
 #include "alidade/adjust/noise/view_shares.h"
@@ -17,7 +19,7 @@
 namespace alidade {
 namespace {
 
-// For the last board of `information`.
+// For the board at the end of those of the information.
 std::optional<BendByViews> byViews(const Fit& fit, const ShapeInformation& info) {
   const FitCamera& camera = onlyCamera(fit);
   const BoardShape& shape = fit.boards[info.boards.back()].shape;
@@ -27,8 +29,8 @@ std::optional<BendByViews> byViews(const Fit& fit, const ShapeInformation& info)
                      meanSlope(weightedErrors(fit), fit.loss), info.boards.size() - 1);
 }
 
-// Variance of a coordinate after freeing the bends of this many boards: twice the remaining cost over the
-// remaining degrees of freedom.
+// Twice the cost by the degrees of freedom that are left with so many boards' bends free: the variance of a
+// coordinate.
 double varianceLeft(const Fit& fit, double drop, std::size_t num_bent) {
   const auto num_corners = static_cast<double>(numCorners(fit));
   const double freedom = 2.0 * num_corners - static_cast<double>(onlyCamera(fit).params.size()) -
@@ -49,8 +51,8 @@ std::vector<std::size_t> endingWith(std::vector<std::size_t> boards, std::size_t
   return boards;
 }
 
-// Sigmas and agreement between views for a board, given the bends already estimated; nothing if the views do
-// not determine it. The board is the last one of `information`.
+// Sigmas and agreement of the views for a board, beside the bends that are estimated; nothing where the views
+// do not determine it. The board is the last one of the information.
 std::optional<ShapeInformation> describeBend(const Fit& fit, std::size_t board, ShapeReport& report) {
   auto info = shapeInformation(fit, endingWith(estimatedShapes(fit), board));
   report.is_determined = info.has_value();
@@ -61,7 +63,7 @@ std::optional<ShapeInformation> describeBend(const Fit& fit, std::size_t board, 
   return info;
 }
 
-// Refits the same corners with this board flat.
+// On the same corners.
 Fit flattened(Fit fit, std::size_t board, const std::vector<double>& params) {
   FitBoard& flat = fit.boards[board];
   flat.shape = {.offsets_m = std::move(flat.shape.offsets_m)};
@@ -70,45 +72,39 @@ Fit flattened(Fit fit, std::size_t board, const std::vector<double>& params) {
   return fit;
 }
 
-// A bend that is not in the fit yet, and its first estimate.
-struct FurtherBend {
-  std::size_t board = 0;
-  double f = 0;
-  Eigen::Vector2d step_m;
-};
-
-// Describes the boards that are still open, and of those that count as bent returns the one whose bend is
-// most significant.
-std::optional<FurtherBend> mostBent(BentFit& bent, const std::vector<bool>& is_open, BoardShapeMode mode) {
-  const Fit& fit = bent.settled.fit;
-  std::optional<FurtherBend> most;
+// Describes the boards that are still open, and of those that count as bent returns the first estimate of the
+// most significant bend, which is that of its last board.
+std::optional<ShapeInformation> mostBent(const Fit& fit, const std::vector<bool>& is_open,
+                                         BoardShapeMode mode, std::vector<ShapeReport>& reports) {
+  std::optional<ShapeInformation> most;
   for (std::size_t b = 0; b < is_open.size(); ++b) {
     if (!is_open[b]) continue;
-    ShapeReport& report = bent.reports[b];
-    const auto info = describeBend(fit, b, report);
+    ShapeReport& report = reports[b];
+    auto info = describeBend(fit, b, report);
     if (!info) continue;
     report.f = info->drop / kNumBends / varianceLeft(fit, *info);
     if (mode != BoardShapeMode::kWarp && !isBent(report.f, report.by_views)) continue;
-    if (!most || report.f > most->f) most = {.board = b, .f = report.f, .step_m = info->step_m.tail<2>()};
+    if (!most || report.f > reports[most->boards.back()].f) most = std::move(info);
   }
   return most;
 }
 
 // Solves with a further bend, unless a larger lens model explains more.
-void bend(BentFit& bent, const FurtherBend& further, BoardShapeMode mode, const CancelFlag* cancel) {
-  SettledFit& now = bent.settled;
-  ShapeReport& report = bent.reports[further.board];
+void bend(SettledFit& now, const ShapeInformation& further, BoardShapeMode mode, const CancelFlag* cancel,
+          ShapeReport& report) {
+  const std::size_t at = further.boards.back();
   const auto larger = mode != BoardShapeMode::kWarp ? betterModel(now.fit, cancel) : std::nullopt;
   const Fit before = now.fit;
-  FitBoard& board = now.fit.boards[further.board];
+  FitBoard& board = now.fit.boards[at];
+  const Eigen::Vector2d step_m = further.step_m.tail<kNumBends>();
   board.is_shape_fixed = false;
-  board.shape.bend_x_m = further.step_m.x();
-  board.shape.bend_y_m = further.step_m.y();
+  board.shape.bend_x_m = step_m.x();
+  board.shape.bend_y_m = step_m.y();
   now.fit = solve(std::move(now.fit), {.cancel = cancel});
-  // Part of the apparent noise was the bend, so settle weights and loss again.
+  // A part of the apparent noise was the bend: weights and loss are settled again.
   now = settledWeights(std::move(now.fit), cancel);
-  const bool is_determined = describeBend(now.fit, further.board, report).has_value();
-  // A bend absorbs part of what the model lacks. If a larger model explains more, the model is at fault.
+  const bool is_determined = describeBend(now.fit, at, report).has_value();
+  // A bend takes up some of what a model lacks. If the larger model explains more than the bend, it is that.
   if (is_determined && !(larger && larger->rms_px < weightedRms(now.fit))) {
     report.flat_params = onlyCamera(before).params;
     return;
@@ -120,11 +116,10 @@ void bend(BentFit& bent, const FurtherBend& further, BoardShapeMode mode, const 
   now = settledWeights(std::move(now.fit), cancel);
 }
 
-// See bendTestedAgain(). False if the board is taken as flat.
-bool isStillBent(BentFit& bent, std::size_t board, BoardShapeMode mode, const CancelFlag* cancel) {
-  constexpr double kFlatTolerance = 1e-9;  // of the cost, far below any difference that matters
-  Fit& fit = bent.settled.fit;
-  ShapeReport& report = bent.reports[board];
+// See testBendsAgain(); false where the board is taken as flat.
+bool isStillBent(Fit& fit, std::size_t board, BoardShapeMode mode, const CancelFlag* cancel,
+                 ShapeReport& report) {
+  constexpr double kFlatTolerance = 1e-9;  // of the cost: far below a difference that counts
   const bool is_determined = describeBend(fit, board, report).has_value();
   Fit flat = solve(flattened(fit, board, report.flat_params),
                    {.function_tolerance = kFlatTolerance, .cancel = cancel});
@@ -133,14 +128,14 @@ bool isStillBent(BentFit& bent, std::size_t board, BoardShapeMode mode, const Ca
   report.flat_params = onlyCamera(flat).params;
   report.flat_rms_px = weightedRms(flat);
   if (is_determined && (mode == BoardShapeMode::kWarp || isBent(report.f, report.by_views))) return true;
-  // Outliers caused the apparent bend.
+  // The apparent bend was outliers.
   report.flat_params.clear();
   report.flat_rms_px = std::numeric_limits<double>::quiet_NaN();
   fit = solve(std::move(flat), {.cancel = cancel});
   return false;
 }
 
-// Effect of one more bend in addition to others, in a fit in which all boards are flat.
+// Effect of one more bend beside others, in a fit in which all boards are flat.
 std::optional<ShapeInformation> furtherBend(const Fit& fit, const std::vector<std::size_t>& others,
                                             double drop_by_others) {
   std::optional<ShapeInformation> most;
@@ -157,12 +152,47 @@ std::optional<ShapeInformation> furtherBend(const Fit& fit, const std::vector<st
   return most;
 }
 
+constexpr double kWorthwhile = 0.05;  // of the held-out RMS
+
+// As many as have points few enough together.
+std::vector<std::size_t> testableBoards(const Fit& fit) {
+  constexpr int kMostPoints = 400;
+  int num_points = 0;
+  std::vector<std::size_t> boards;
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    const int own = fit.boards[b].target.numCorners();
+    if (numViews(fit, b) == 0 || num_points + own > kMostPoints) continue;
+    num_points += own;
+    boards.push_back(b);
+  }
+  return boards;
+}
+
+// The fit with offsets if the views bear them out.
+std::optional<Fit> ifBorneOut(const Fit& even, Choice& choice, const CancelFlag* cancel) {
+  const Fit started = startedUneven(even, testableBoards(even));
+  // A gain in held-out errors shows in the errors in use as well.
+  if (!isAnyUneven(started) || varianceLeftByOffsets(started) > (1 - kWorthwhile) * (1 - kWorthwhile))
+    return std::nullopt;
+  auto fit = withOffsets(started, OffsetScatter::kEstimate, cancel);
+  if (!fit || !isAnyUneven(*fit)) return std::nullopt;
+  const auto larger = betterModel(even, cancel);
+  if (larger && larger->rms_px < weightedRms(*fit)) return std::nullopt;
+  const auto of_even = heldOutErrors(even, cancel);
+  const auto of_uneven = heldOutErrors(*fit, cancel);
+  if (!of_even || !of_uneven) return std::nullopt;
+  choice.even_excess = excessOf(scoreOf(*of_even, even), scoreOf(*of_uneven, *fit));
+  if (!choice.even_excess->is_significant || !(choice.even_excess->proven_share > kWorthwhile))
+    return std::nullopt;
+  return fit;
+}
+
 }  // namespace
 
 std::optional<BendByViews> bendByViews(const ShapeInformation& information, const Eigen::Vector2d& bend_m,
                                        const Eigen::MatrixXd& directions, double mean_slope,
                                        std::size_t which) {
-  constexpr double kFewest = 2;  // degrees of freedom; with fewer, not even a strong bend is significant
+  constexpr double kFewest = 2;  // degrees of freedom; below, not even a strong bend would be significant
   const Eigen::Index num_params = directions.rows();
   const Eigen::Index num_bends = information.pulls.front().gradient.size() - num_params;
   const auto shares =
@@ -178,14 +208,14 @@ std::optional<BendByViews> bendByViews(const ShapeInformation& information, cons
   const double t2 = bend_m.dot(covariance.inverse() * bend_m);
   const double n = result.freedom;
   result.f = (n - 1) / (2 * n) * t2;
-  result.chance = std::pow(1 + t2 / n, -0.5 * (n - 1));  // tail of F(2, n - 1) in closed form
+  result.chance = std::pow(1 + t2 / n, -0.5 * (n - 1));  // F with 2 degrees above has it in closed form
   for (int i = 0; i < kNumBends; ++i)
     result.std_m(i) = std::sqrt(covariance(i, i)) * studentT95(freedoms(i)) / kNormal95;
   return result;
 }
 
 bool isBent(double f, const std::optional<BendByViews>& by_views) {
-  constexpr double kChance = 0.05;  // in addition to kBendF, which a flat board hardly ever exceeds
+  constexpr double kChance = 0.05;  // it comes on top of kBendF, which a flat board hardly ever exceeds
   return f > kBendF && !(by_views && by_views->chance > kChance);
 }
 
@@ -201,28 +231,23 @@ bool isShapeEstimated(const Fit& fit) {
   return !estimatedShapes(fit).empty();
 }
 
-BentFit bent(SettledFit flat, BoardShapeMode mode, const CancelFlag* cancel) {
-  const std::size_t num_boards = flat.fit.boards.size();
-  BentFit result{.settled = std::move(flat), .reports = std::vector<ShapeReport>(num_boards)};
-  if (mode == BoardShapeMode::kFlat) return result;
-  for (ShapeReport& report : result.reports) report.is_requested = mode == BoardShapeMode::kWarp;
-  std::vector<bool> is_open(num_boards, true);
-  while (const auto further = mostBent(result, is_open, mode)) {
-    is_open[further->board] = false;
-    bend(result, *further, mode, cancel);
+std::vector<ShapeReport> estimateBends(SettledFit& now, BoardShapeMode mode, const CancelFlag* cancel) {
+  std::vector<ShapeReport> reports(now.fit.boards.size());
+  if (mode == BoardShapeMode::kFlat) return reports;
+  for (ShapeReport& report : reports) report.is_requested = mode == BoardShapeMode::kWarp;
+  std::vector<bool> is_open(reports.size(), true);
+  while (const auto further = mostBent(now.fit, is_open, mode, reports)) {
+    is_open[further->boards.back()] = false;
+    bend(now, *further, mode, cancel, reports[further->boards.back()]);
   }
-  return result;
+  return reports;
 }
 
-BentFit bendTestedAgain(BentFit bent, BoardShapeMode mode, const CancelFlag* cancel) {
-  // Removing a false bend changes how the others look.
-  const auto isAllBent = [&] {
-    const std::vector<std::size_t> boards = estimatedShapes(bent.settled.fit);
-    return std::ranges::all_of(boards,
-                               [&](std::size_t board) { return isStillBent(bent, board, mode, cancel); });
-  };
-  while (!isAllBent()) continue;
-  return bent;
+void testBendsAgain(SettledFit& now, std::vector<ShapeReport>& reports, BoardShapeMode mode,
+                    const CancelFlag* cancel) {
+  // Without a bend that was none the others look different.
+  const auto isStill = [&](std::size_t b) { return isStillBent(now.fit, b, mode, cancel, reports[b]); };
+  while (!std::ranges::all_of(estimatedShapes(now.fit), isStill)) continue;
 }
 
 std::optional<IgnoredBend> ignoredBend(const Fit& fit) {
@@ -236,6 +261,31 @@ std::optional<IgnoredBend> ignoredBend(const Fit& fit) {
   for (Eigen::Index i = 0; i < info->step_m.size(); i += kNumBends)
     ignored.shapes.push_back({.bend_x_m = info->step_m(i), .bend_y_m = info->step_m(i + 1)});
   return ignored;
+}
+
+void estimateOffsets(SettledFit& now, BoardShapeMode mode, const CancelFlag* cancel, Choice& choice) {
+  std::optional<Fit> fit;
+  if (mode == BoardShapeMode::kAuto) fit = ifBorneOut(now.fit, choice, cancel);
+  if (mode == BoardShapeMode::kUneven) {
+    std::vector<std::size_t> all(now.fit.boards.size());
+    std::iota(all.begin(), all.end(), 0);
+    fit = withOffsets(startedUneven(now.fit, all), OffsetScatter::kEstimate, cancel);
+    choice.are_offsets_undetermined = !fit || !isAnyUneven(*fit);
+  }
+  if (!fit) return;
+  // A part of the apparent noise was the board.
+  now = settledWeights(*std::move(fit), cancel);
+  estimateOffsetsAgain(now, cancel);
+}
+
+void estimateOffsetsAgain(SettledFit& now, const CancelFlag* cancel) {
+  if (auto fit = withOffsets(now.fit, OffsetScatter::kEstimate, cancel)) {
+    now.fit = *std::move(fit);
+    return;
+  }
+  // Offsets that do not come to rest are none.
+  for (FitBoard& board : now.fit.boards) makeEven(board);
+  now.fit = solve(std::move(now.fit), {.cancel = cancel});
 }
 
 }  // namespace alidade

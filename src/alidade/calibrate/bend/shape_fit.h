@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "alidade/adjust/noise/robust_weighting.h"
+#include "alidade/adjust/noise/shape_information.h"
+#include "alidade/calibrate/start/calibration_options.h"
+#include "alidade/calibrate/start/reports.h"
+
+namespace alidade {
+
+/// Hotelling's T^2 of the bend (1931, The generalization of Student's ratio) with its covariance by views,
+/// the intrinsics and the poses following, and with degrees of freedom for views that do not say equally
+/// much: Pustejovsky and Tipton 2018, Small-sample methods for cluster-robust variance estimation and
+/// hypothesis testing in fixed effects models, Journal of Business and Economic Statistics 36(4),
+/// section 3.2; here those of the one of bend_x and bend_y that has fewer.
+/// @param bend_m      bend_x and bend_y of the board where `information` says what is left to pull
+/// @param directions  see freeDirections()
+/// @param mean_slope  see meanSlope()
+/// @param which       index of the board among those of `information`
+/// @returns nothing where the views are too few to say
+[[nodiscard]] std::optional<BendByViews> bendByViews(const ShapeInformation& information,
+                                                     const Eigen::Vector2d& bend_m,
+                                                     const Eigen::MatrixXd& directions, double mean_slope,
+                                                     std::size_t which = 0);
+
+/// F statistic from which a board counts as bent by the corners' noise. A flat one exceeds it once in a
+/// thousand times where there is nothing else.
+inline constexpr double kBendF = 6.9;
+
+/// Whether a board is bent: both tests must say so, or that by noise where the views are too few.
+/// @param f  F statistic by the corners' noise
+[[nodiscard]] bool isBent(double f, const std::optional<BendByViews>& by_views);
+
+/// The boards whose shapes are estimated with everything else, indices into Fit::boards.
+[[nodiscard]] std::vector<std::size_t> estimatedShapes(const Fit& fit);
+/// Whether there is any.
+[[nodiscard]] bool isShapeEstimated(const Fit& fit);
+
+/// Estimates the bends of the boards together with everything else, from the solution for flat ones, if it is
+/// asked for and, when that is left open, the tests say that a board is bent, see isBent(). Boards are tested
+/// one by one, each beside those that are estimated already, and the most significant bend goes first: a
+/// board whose bend is not in the fit makes others look bent.
+/// @returns one for each board of the fit
+[[nodiscard]] std::vector<ShapeReport> estimateBends(SettledFit& now, BoardShapeMode mode,
+                                                     const CancelFlag* cancel);
+
+/// Looks at each bend that is estimated again, on the corners now in use, and compares with a flat board on
+/// the same corners. Where those speak of a bend no more, the board is taken as flat, and what is an outlier
+/// must be judged again.
+void testBendsAgain(SettledFit& now, std::vector<ShapeReport>& reports, BoardShapeMode mode,
+                    const CancelFlag* cancel);
+
+/// Where the user asks for flat boards: those that are bent nevertheless, and the effect on the parameters.
+[[nodiscard]] std::optional<IgnoredBend> ignoredBend(const Fit& fit);
+
+/// Estimates the offsets of the boards' points (withOffsets()), of all boards, if asked to, or if that is
+/// left open and they lower the held-out RMS significantly, by more than 5 %: an offset that corners of other
+/// views predict is the board's, whatever noise or a lens beyond its model make of it. A larger lens model
+/// that leaves smaller errors goes first, and offsets that are mostly a stretch, a grading or a twist of the
+/// board as a whole are left to the tests of these (CommonError). Boards of more than 400 points are not
+/// tested: the equations grow with the cube.
+/// @param now     with the bends estimated
+/// @param choice  gets the result of the test
+void estimateOffsets(SettledFit& now, BoardShapeMode mode, const CancelFlag* cancel, Choice& choice);
+
+/// On the corners now in use.
+void estimateOffsetsAgain(SettledFit& now, const CancelFlag* cancel);
+
+}  // namespace alidade
