@@ -12,8 +12,10 @@ namespace {
 
 constexpr double kMaxLevel = 255;
 
-// Options may come from a scene file. @throws Error (kInput) naming the option if `value` is not in [low,
-// high]
+}  // namespace
+
+namespace detail {
+
 void checkOption(const char* name, double value, double low, double high) {
   if (value >= low && value <= high) return;
   throw inputError({.where = name,
@@ -21,7 +23,7 @@ void checkOption(const char* name, double value, double low, double high) {
                     .expected = "a number from " + exactText(low) + " to " + exactText(high)});
 }
 
-}  // namespace
+}  // namespace detail
 
 void RandomViewOptions::validate() const {
   constexpr double kMaxTiltDeg = 89;  // edge-on, a board has no image

@@ -13,6 +13,7 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/rig_file.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/geometry/rotation_conversions.h"
 #include "alidade/record/conversion.h"

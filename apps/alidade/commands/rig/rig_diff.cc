@@ -194,7 +194,7 @@ int diffRigs(const CameraSource& a, const CameraSource& b, const DifferenceOptio
   const bool is_by_name = matchCameras(rig_a, rig_b, a.path, b.path);
   requireSameSizes(rig_a, rig_b, b.path);
   std::vector<LensComparison> pairs;
-  for (std::size_t i = 0; i < in_a.size(); ++i)
+  for (std::size_t i = 0; i < rig_a.cameras.size(); ++i)
     pairs.push_back(compareLenses(rig_a.cameras[i].camera, rig_b.cameras[i].camera, of_cameras));
   const RigDifference difference =
       rigDifference(rig_a.cameras, rig_b.cameras, distance_m.value_or(usualDistance(rig_a.cameras)));
