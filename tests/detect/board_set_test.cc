@@ -236,8 +236,7 @@ TEST(BoardSet, IsSurveyedTogether) {
     EXPECT_EQ(survey.views()[0].board, b);
     EXPECT_EQ(survey.views()[0].image, "a.png");
     for (const Diagnosis& note : survey.notes)
-      EXPECT_NE(note.id, "other_board")
-          << "the other one is among those that were asked for";
+      EXPECT_NE(note.id, "other_board") << "the other one is among those that were asked for";
   }
   EXPECT_EQ(surveys[0].notes.size(), 1U) << "the sizes are noted once";
 }

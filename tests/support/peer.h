@@ -7,7 +7,8 @@
 #include <gtest/gtest.h>
 
 /// Skips a test against another program that is not installed: `path` is a file of it, `package` Debian's.
-/// scripts/test --full installs the packages and asks for all peers by ALIDADE_REQUIRE_PEERS; the test fails then.
+/// scripts/test --full installs the packages and asks for all peers by ALIDADE_REQUIRE_PEERS; the test fails
+/// then.
 #define ALIDADE_NEED_PEER(path, package)                                                                 \
   if (!std::filesystem::exists(path)) {                                                                  \
     if (std::getenv("ALIDADE_REQUIRE_PEERS") != nullptr)                                                 \

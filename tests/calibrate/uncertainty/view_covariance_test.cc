@@ -131,8 +131,7 @@ TEST(ViewCovariance, IsZeroForWhatIsHeld) {
 
 TEST(ViewCovariance, HasTheBendAmongTheFree) {
   const RobustFit fit = fitViews(20);
-  const auto pulls =
-      reduced(fit.fit, LossWeights::kLeaveOut, bendColumns(&fit.fit.boards.front().target));
+  const auto pulls = reduced(fit.fit, LossWeights::kLeaveOut, bendColumns(&fit.fit.boards.front().target));
   const auto without = reduced(fit.fit, LossWeights::kLeaveOut);
   ASSERT_EQ(pulls.size(), without.size());
   for (std::size_t v = 0; v < pulls.size(); ++v) {
