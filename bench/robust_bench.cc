@@ -145,7 +145,8 @@ void viewTable(const Models& models, int num_sets) {
             for (const Diagnosis& f : result.diagnoses) {
               const auto at = f.message().find(": ");
               const bool is_view = f.message().starts_with("view_") && at != std::string::npos;
-              ++reasons[f.id + (is_view ? " " + withoutNumbers(f.message().substr(at + 2)) : "")];
+              ++reasons[std::string(f.id) +
+                        (is_view ? " " + withoutNumbers(f.message().substr(at + 2)) : "")];
             }
           } catch (const Error& error) {
             ++num_errors;

@@ -42,7 +42,7 @@ struct Tally {
 
 void printMiss(const alidade::SweepCell& cell, int number, const alidade::SweepOutcome& outcome) {
   std::string ids;
-  for (const auto& finding : outcome.result.diagnoses) ids += " " + finding.id;
+  for (const auto& finding : outcome.result.diagnoses) ids += " " + std::string(finding.id);
   if (!outcome.error.empty()) ids = " error: " + outcome.error;
   std::printf(
       "  missed%s: %s %g set %d, %zu views, cost / true cost - 1 = %.2g, used %zu, outliers %zu, %s;%s\n",

@@ -86,7 +86,8 @@ Row runRow(const Case& c, Wrong wrong, int num_trials, double tolerance_px) {
     if (std::getenv("ALIDADE_VERBOSE") != nullptr) {
       for (const Diagnosis& check : checks) {
         if (check.severity != Severity::kPass)
-          std::printf("  %d %s: %s; %s\n", i, check.id.c_str(), check.evidence.c_str(), check.cause.c_str());
+          std::printf("  %d %s: %s; %s\n", i, std::string(check.id).c_str(), check.evidence.c_str(),
+                      check.cause.c_str());
       }
     }
   }

@@ -43,7 +43,7 @@ Row runRow(Flaw flaw, const std::string& model, int num_sets) {
       bool is_named = false;
       for (const Diagnosis& f : result.diagnoses) {
         if (f.severity == Severity::kNote && !is_harmless) continue;
-        ++row.ids[f.id];
+        ++row.ids[std::string(f.id)];
         is_named = is_named || std::find(expected.begin(), expected.end(), f.id) != expected.end();
       }
       if (expected.empty()) is_named = result.verdict() == Verdict::kTrustworthy;
