@@ -424,7 +424,7 @@ PictureSource picturesOf(const std::vector<std::string>& names, const std::optio
     try {
       return set->read(found->second).decode().image;
     } catch (const Error&) {
-      return std::nullopt;  // the page shows the corners in its place
+      return std::nullopt;  // the page shows the corners instead
     }
   };
   if (passing == nullptr) return source;

@@ -28,7 +28,7 @@ class Command {
   using Answer = std::function<std::string()>;
   /// Prints the document with --json, or else the text unless --quiet.
   void answer(const Answer& document, const Answer& text);
-  /// The complaint about a command line without something that the command needs.
+  /// The error for a command line that lacks something required.
   [[nodiscard]] Error missing(const std::string& found, const std::string& expected) const;
   /// The complaint about flags and inputs that do not go together.
   [[nodiscard]] Error misuse(const std::string& found, const std::string& expected,
@@ -44,7 +44,7 @@ class Command {
 
 /// A command as the program lists it.
 struct CommandEntry {
-  const char* name;  ///< "detect"; with its group "rig calibrate"
+  const char* name;  ///< "detect"; including its group: "rig calibrate"
   const char* summary;
   std::unique_ptr<Command> (*make)();
 };

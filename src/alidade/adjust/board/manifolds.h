@@ -75,7 +75,7 @@ class SE3Manifold final : public ceres::Manifold {
   }
 };
 
-/// The Jacobian of the tangent at a pose by the seven numbers of its block.
+/// Derivative of the tangent at a pose by the seven numbers of its block.
 [[nodiscard]] inline Eigen::Matrix<double, 6, 7, Eigen::RowMajor> tangentByBlock(const double* pose) {
   Eigen::Matrix<double, 6, 7, Eigen::RowMajor> J;
   SE3Manifold().MinusJacobian(pose, J.data());

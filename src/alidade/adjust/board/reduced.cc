@@ -80,7 +80,7 @@ detail::ViewGram detail::gramOf(std::string_view model_id, std::span<const doubl
   for (std::size_t i = 0; i < view.size(); ++i) {
     constexpr Eigen::Index kCx = 6 + 2;
     const auto from = static_cast<Eigen::Index>(2 * i);
-    const double root_weight = dense(from, kCx);  // as the pixel moves with the centre
+    const double root_weight = dense(from, kCx);  // as the pixel moves with the principal point
     if (!(root_weight > 0)) continue;
     if (num_rows != from) dense.middleRows<2>(num_rows) = dense.middleRows<2>(from);
     const double* u = dense.row(num_rows).data();

@@ -29,17 +29,17 @@ struct Evidence {
   void add(Diagnosis diagnosis, double effect_px, Severity worst = Severity::kFailure);
 };
 
-// Effects, px: the largest displacement of a far point over the covered pixels, after alignment by the best
+// Effects, px: the largest displacement of a far point over the covered pixels after alignment by the best
 // rotation. NaN if nothing is covered.
 
-/// Of a change of the parameters, to first order.
+/// Effect of a change of the parameters, to first order.
 [[nodiscard]] double effectOfStep(const Evidence& of, std::span<const double> params_step);
-/// Of another camera in place of this one.
+/// Effect of replacing the camera by a different one.
 [[nodiscard]] double effectOfCamera(const Evidence& of, const AnyCamera& other);
 /// Half the image diagonal, px.
 [[nodiscard]] double halfDiagonal(const Evidence& of);
 
-// Each adds the diagnoses for which there is a reason. A further diagnosis is a function in one of the files
+// Each function adds the diagnoses that apply. A further diagnosis is a function in one of the files
 // X_diagnoses.cc, its name in the list at the end of the file, and a row of kDiagnosisKinds.
 
 void diagnoseLens(Evidence& of);

@@ -22,10 +22,10 @@
 namespace alidade::detail {
 namespace {
 
-// Are the errors far larger than those of corners in sharp images?
+// True if the errors are far larger than those of corners in sharp images.
 bool isMisfit(const Evidence& of) {
   constexpr double kMisfit = 0.0005;  // of the image diagonal
-  // Weighted: corners that state a large standard deviation are no misfit.
+  // Weighted, because corners with a large stated standard deviation are no misfit.
   return weightedRms(of.fit) > kMisfit * 2 * halfDiagonal(of);
 }
 

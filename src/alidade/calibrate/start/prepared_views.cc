@@ -163,7 +163,7 @@ bool repeats(const View& a, const View& b) {
   std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> used;  // places and moves
   forEachCommon(a, b, [&](const Corner& x, const Corner& y) {
     ++count;
-    // A corner that one of the views has wrong says nothing of the pose.
+    // A corner that is wrong in one of the views says nothing about the pose.
     const Eigen::Vector2d move = y.pixel - x.pixel;
     if (move.norm() <= kFarPx) used.emplace_back(x.pixel, move);
     return true;

@@ -140,9 +140,9 @@ struct Choice {
   std::optional<HeldOutExcess> even_excess = {};
   /// Offsets of the points were asked for, and the views show none that stand out from noise.
   bool are_offsets_undetermined = false;
-  bool is_settled = false;  ///< noise estimate and set of outliers came to rest in the rounds allowed
-  std::optional<ModelChoice> model = {};         ///< where the model was not named
-  std::optional<BetterModel> better_model = {};  ///< where it was
+  bool is_settled = false;                ///< noise estimate and outliers converged within the allowed rounds
+  std::optional<ModelChoice> model = {};  ///< if the model was not named
+  std::optional<BetterModel> better_model = {};  ///< if it was named
 };
 
 }  // namespace alidade

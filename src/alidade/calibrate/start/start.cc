@@ -22,9 +22,9 @@ namespace {
 
 // A camera that may become the start.
 struct StartCandidate : PosedCamera {
-  double cost = 0;                    // with what is charged for views without a pose
+  double cost = 0;                    // including a charge for views without a pose
   std::optional<int> character = {};  // of one in the likeness of the leading model's solution, as LensShape
-  LensPrior prior = {};               // that it is first solved under
+  LensPrior prior = {};               // for the first solve
 };
 
 // With fewer posed views the result means nothing.

@@ -69,7 +69,7 @@ ImageBias imageBias(const Fit& fit) {
   const Eigen::Index m = grid.size();
   // Of intrinsics and field, the views' poses following.
   Eigen::MatrixXd votes = Eigen::MatrixXd::Zero(n + m, n + m);
-  Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(n + m, std::ssize(fit.views));  // a column a view
+  Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(n + m, std::ssize(fit.views));  // one column per view
   for (Eigen::Index v = 0; v < gradients.cols(); ++v) {
     const Reduced view = reduced(fit, fit.views[static_cast<std::size_t>(v)], LossWeights::kUse, grid);
     votes += view.information;

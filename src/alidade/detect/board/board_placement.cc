@@ -12,8 +12,8 @@ using Eigen::Vector2d;
 struct OuterSquare {
   bool is_seen = false;     // with its colour
   bool is_outside = false;  // what lies beyond it is outside of the image
-  bool is_dark = false;     // as the mesh's colours have it
-  // What lies beyond is like the margin; a dark square also ends a step from the line, give or take.
+  bool is_dark = false;     // by the colours of the mesh
+  // The part beyond looks like the margin; a dark square must also end about one step from the line.
   bool closes = false;
   bool continues = false;  // the part beyond looks like a square of the other colour
 };

@@ -29,7 +29,7 @@ struct EdgeSolverOptions {
 
 struct EdgeSolution {
   EdgeModel model;
-  EdgeSums sums;  ///< at the model
+  EdgeSums sums;  ///< at `model`
   bool converged = false;
 };
 

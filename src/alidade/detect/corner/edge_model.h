@@ -109,7 +109,7 @@ struct NormalEquations {
   /// True if a step is shorter than this share of the estimate's standard deviation, by what Gauss-Newton
   /// expects to gain.
   [[nodiscard]] bool isShort(const Vector& step, double share, std::size_t num_pixels) const {
-    // Images are stored in whole grey levels: no residuals are smaller than their rounding.
+    // Images are stored in whole grey levels, so residuals cannot be smaller than rounding.
     constexpr double kLeastVariance = 1.0 / 12;
     const double variance = std::fmax(kLeastVariance, cost / static_cast<double>(num_pixels));
     return step.dot(gradient) <= share * share * variance;

@@ -44,9 +44,9 @@ struct PageContent {
   std::string subtitle = {};
   std::string headline = {};  ///< the verdict in words
   Verdict verdict = Verdict::kNo;
-  std::string sentence = {};             ///< what can be expected; behind the reason of a rejection
+  std::string sentence = {};             ///< expected performance, after the reason if rejected
   std::vector<Diagnosis> findings = {};  ///< see asSentences()
-  std::string next_text = {};            ///< the photograph to take next; empty: none
+  std::string next_text = {};            ///< the photograph to take next; empty if none
   std::vector<PageNumber> numbers = {};
   std::vector<PageSection> sections = {};
   std::string details = {};  ///< HTML
