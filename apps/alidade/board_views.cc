@@ -181,7 +181,7 @@ ImageSet openInputs(const BoardInputs& inputs, const CommonOptions& options, con
                                     .cache = cache});
 }
 
-// What a survey of each board found.
+// The results of one survey per board.
 GivenViews foundIn(std::vector<BoardSurvey> surveys) {
   GivenViews given;
   for (const BoardSurvey& survey : surveys) {

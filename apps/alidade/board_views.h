@@ -50,7 +50,7 @@ struct GivenViews : GivenImages {
   std::vector<Board> boards = {};
   std::vector<std::string> measures = {};  ///< measures of each board's images, if known
   std::vector<View> views = {};            ///< of one image size
-  std::vector<BoardSurvey> surveys = {};   ///< one for each board; none for corners files, as what follows
+  std::vector<BoardSurvey> surveys = {};   ///< one per board; empty for corners files, like the rest
   std::vector<std::string> images = {};    ///< all that were searched for boards
   std::vector<std::string> paths = {};     ///< of these images
   std::optional<ImageSet> image_set = {};  ///< these images, for reading them again
@@ -76,7 +76,7 @@ void requireBoards(const GivenViews& found, const BoardInputs& given, const Comm
 /// @throws Error (kInput) if there is no board, (kUsage) for images without a board SPEC; Cancelled
 [[nodiscard]] GivenViews readViews(const BoardInputs& inputs, const CommonOptions& options);
 
-/// Images by the names that the evidence has for them, in which bytes that are not UTF-8 are replaced. An
+/// Pictures of images by their names in the evidence, in which bytes that are not UTF-8 are replaced. An
 /// image that cannot be read has no picture.
 /// @param names    of the images of the set, which may be none
 /// @param passing  pictures made while these images were searched, which outlive the source; may be null

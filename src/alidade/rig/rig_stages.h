@@ -18,7 +18,7 @@
 
 namespace alidade {
 
-// What the calibration of a rig finds out once the joint fit is solved.
+// Stages of the calibration of a rig after the joint fit.
 
 /// The covariance of a solved rig: by corner noise, or by frames if these disagree by more than noise.
 /// @param given  the cameras whose lenses were kept, or nothing for each that was calibrated; may be empty

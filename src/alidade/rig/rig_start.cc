@@ -209,7 +209,7 @@ bool isToldApart(const Frames& frames, const Frames& of_camera) {
   return std::ranges::count_if(frames, [&](std::size_t frame) { return of_camera.contains(frame); }) > 1;
 }
 
-// Of each board, of each frame: the first of those frames that are one for it, as the board stood still.
+// For each board and frame: the first of the frames that count as one because the board did not move.
 std::vector<std::vector<std::size_t>> firstFrames(const RigFrames& frames, std::span<const RigViews> given,
                                                   std::span<const Calibration> alone) {
   std::vector<std::vector<std::size_t>> all(alone.front().fit.boards.size(),

@@ -35,7 +35,7 @@ std::set<std::string> viewNames(const json& evidence) {
   return names;
 }
 
-// The images of an evidence document among images and videos that are given again.
+// The pictures of an evidence document, from images and videos that are given again.
 PictureSource picturesFrom(const json& evidence, const std::vector<std::string>& paths) {
   const std::vector<std::string> short_names = shortNames(paths);
   std::map<std::string, std::string> path_of;

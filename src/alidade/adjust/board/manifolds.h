@@ -82,8 +82,8 @@ class SE3Manifold final : public ceres::Manifold {
   return J;
 }
 
-/// One residual a parameter: (parameter - mean) / deviation.
-/// @param inverse_deviations  0 for a parameter of which nothing is known
+/// One residual per parameter: (parameter - mean) / deviation.
+/// @param inverse_deviations  0 for a parameter without prior knowledge
 [[nodiscard]] inline ceres::CostFunction* priorBlock(const Eigen::VectorXd& inverse_deviations,
                                                      const Eigen::VectorXd& mean) {
   return new ceres::NormalPrior(inverse_deviations.asDiagonal(), mean);

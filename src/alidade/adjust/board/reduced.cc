@@ -59,7 +59,8 @@ ExtraColumns offsetColumns(const Board& board) {
   columns.size = kNumBends + 3 * board.numCorners();
   columns.addElements = [&board](const CornerRows& rows, int axis, Elements& to) {
     addBends(board, 0, rows, axis, to);
-    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];  // same as a shift of the
+    // A shift of the point acts like a translation of the pose.
+    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];
     for (int i = 0; i < 3; ++i) to.emplace_back(kNumBends + 3 * rows.corner.id + i, J_px_point[i]);
   };
   return columns;

@@ -58,8 +58,8 @@ Eigen::Vector2d discError(const ViewKernel& kernel, const double* params, const 
   return centroidWithin(seen).at - Eigen::Vector2d(group.u[lane], group.v[lane]);
 }
 
-// The rows of u and v as ViewKernel::rows() has them, but without the corner's weight; zero, and false,
-// where a point of the rim does not project.
+// The rows of u and v as in ViewKernel::rows(), but without the corner's weight; zero, and false, if a point
+// of the rim does not project.
 bool writeDisc(const ViewKernel& kernel, const double* params, const SE3& camera_from_board,
                const CornerGroup& group, std::size_t lane, double* rows) {
   constexpr auto kRows = static_cast<int>(2 * kRimPoints);

@@ -72,8 +72,8 @@ Fit flattened(Fit fit, std::size_t board, const std::vector<double>& params) {
   return fit;
 }
 
-// Describes the boards that are still open, and of those that count as bent returns the first estimate of the
-// most significant bend, which is that of its last board.
+// Describes the boards that are still to be tested, and returns the first estimate of the most significant
+// bend, that of its last board; nothing if no board counts as bent.
 std::optional<ShapeInformation> mostBent(const Fit& fit, const std::vector<bool>& is_open,
                                          BoardShapeMode mode, std::vector<ShapeReport>& reports) {
   std::optional<ShapeInformation> most;
@@ -116,7 +116,7 @@ void bend(SettledFit& now, const ShapeInformation& further, BoardShapeMode mode,
   now = settledWeights(std::move(now.fit), cancel);
 }
 
-// See testBendsAgain(); false where the board is taken as flat.
+// See testBendsAgain(). False if the board is taken as flat.
 bool isStillBent(Fit& fit, std::size_t board, BoardShapeMode mode, const CancelFlag* cancel,
                  ShapeReport& report) {
   constexpr double kFlatTolerance = 1e-9;  // of the cost, far below any difference that matters

@@ -42,10 +42,10 @@ inline constexpr double kBendF = 6.9;
 /// True if any board's shape is estimated.
 [[nodiscard]] bool isShapeEstimated(const Fit& fit);
 
-/// Estimates the bends of the boards together with everything else, from the solution for flat ones, if it is
-/// asked for and, when that is left open, the tests say that a board is bent, see isBent(). Boards are tested
-/// one by one, each beside those that are estimated already, and the most significant bend goes first: a
-/// board whose bend is not in the fit makes others look bent.
+/// Estimates the bends of the boards together with everything else, starting from the solution for flat
+/// boards, if requested or, in automatic mode, if the tests detect a bend; see isBent(). Boards are tested
+/// one at a time, given the bends already estimated. The most significant bend is added first, because a bend
+/// that is missing from the fit makes other boards look bent.
 /// @returns one for each board of the fit
 [[nodiscard]] std::vector<ShapeReport> estimateBends(SettledFit& now, BoardShapeMode mode,
                                                      const CancelFlag* cancel);
@@ -59,12 +59,12 @@ void testBendsAgain(SettledFit& now, std::vector<ShapeReport>& reports, BoardSha
 /// the parameters.
 [[nodiscard]] std::optional<IgnoredBend> ignoredBend(const Fit& fit);
 
-/// Estimates the offsets of the boards' points (withOffsets()), of all boards, if asked to, or if that is
-/// left open and they lower the held-out RMS significantly, by more than 5 %: an offset that corners of other
-/// views predict is the board's, whatever noise or a lens beyond its model make of it. A larger lens model
-/// that leaves smaller errors goes first, and offsets that are mostly a stretch, a grading or a twist of the
-/// board as a whole are left to the tests of these (CommonError). Boards of more than 400 points are not
-/// tested: the equations grow with the cube.
+/// Estimates the offsets of the points of all boards (withOffsets()) if requested or, in automatic mode, if
+/// they lower the held-out RMS significantly and by more than 5 %: an offset that predicts the corners of
+/// other views belongs to the board and not to noise or to a lens beyond its model. A larger lens model that
+/// leaves smaller errors takes precedence, and offsets that are mainly a stretch, grading or twist of the
+/// whole board are left to the tests for these (CommonError). Boards of more than 400 points are not tested,
+/// because the cost of the equations grows with the cube.
 /// @param now     with the bends estimated
 /// @param choice  gets the result of the test
 void estimateOffsets(SettledFit& now, BoardShapeMode mode, const CancelFlag* cancel, Choice& choice);

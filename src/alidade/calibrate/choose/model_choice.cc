@@ -33,26 +33,26 @@
 namespace alidade {
 namespace {
 
-// A model on the way to a choice. Its verdict and reason are empty as long as it is in question.
+// A model considered for the choice. Its verdict and reason are empty until they are known.
 struct Candidate : ModelCandidate {
   explicit Candidate(std::string_view model_id)
       : ModelCandidate{.id = std::string(model_id),
                        .num_params = static_cast<int>(parameterNames(model_id).size()),
                        .verdict = {},
                        .reason = {}} {}
-  // It is no camera to recommend.
+  // Marks the model as one that must not be recommended.
   void ruleOut(const Unsoundness& why) {
     verdict = why.id;
     reason = why.text;
     folds = why.folds;
   }
 
-  // As fittedPlainly() leaves it. None: ruled out, or without a verdict the model needs no search of its
-  // own.
+  // The result of fittedPlainly(). Nothing if the model is ruled out or, without a verdict, needs no search
+  // of its own.
   std::optional<ModelSolution> solution;
   ParamConstraint constraint;
   std::exception_ptr error;  // why no camera of the model explains the views
-  bool folds = false;        // it was ruled out for no other reason, see Unsoundness
+  bool folds = false;        // the only reason to rule it out, see Unsoundness
 
   // Results on the common corners.
   std::vector<double> params;
@@ -61,7 +61,7 @@ struct Candidate : ModelCandidate {
 
 using Candidates = std::vector<Candidate>;
 
-// The options with a model that is named.
+// The options with this model.
 CalibratorOptions withModel(std::string_view model_id, CalibratorOptions options) {
   options.model = model_id;
   return options;
@@ -236,7 +236,7 @@ Candidate& fittest(Candidates& candidates, const PreparedViews& given) {
   return *found;
 }
 
-// Fits the models that come into question, by number of parameters.
+// Fits the models under consideration, by number of parameters.
 // @param are_all_lenses  false: fisheye models only for wide lenses, because radtan and rational are what all
 //                        programs read
 // @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views

@@ -53,9 +53,9 @@ inline constexpr double kOutlierSigmas = 8.0;
 /// True if the view does not fit although others do: its misfit stands out and is more than noise.
 [[nodiscard]] bool isForeign(const Fit& fit, const ViewFit& view, double stand_out_ratio);
 
-/// The mistakes in numbering a board that no pose makes up for, each with what it is ("column by column
-/// instead of row by row") and the view's corners as they would be. Numbering from another end, turned or
-/// mirrored, is not among them: a pose makes up for it.
+/// Mistakes in numbering a board that no pose compensates for, each with its description ("column by column
+/// instead of row by row") and the view renumbered. Numbering from a different end, turned or mirrored, is
+/// not included because a pose compensates for it.
 [[nodiscard]] std::vector<std::pair<std::string, View>> renumberings(const Board& board, const View& view);
 
 /// The numbering with which all corners of a view fit the camera; nothing if none helps.

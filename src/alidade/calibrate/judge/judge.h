@@ -25,7 +25,7 @@ struct Evidence {
   std::vector<Diagnosis> diagnoses = {};
 
   void add(Diagnosis diagnosis) { diagnoses.push_back(std::move(diagnosis)); }
-  /// With the severity of its effect, at most `worst`.
+  /// Adds it with the severity of its effect, at most `worst`.
   void add(Diagnosis diagnosis, double effect_px, Severity worst = Severity::kFailure);
 };
 
@@ -43,7 +43,7 @@ struct Evidence {
 // X_diagnoses.cc, its name in the list at the end of the file, and a row of kDiagnosisKinds.
 
 void diagnoseLens(Evidence& of);
-/// Single views, errors that all views have in common, and what differs between views although it should not.
+/// Diagnoses single views, errors common to all views, and unexpected differences between views.
 void diagnoseViews(Evidence& of);
 void diagnoseBoards(Evidence& of);
 

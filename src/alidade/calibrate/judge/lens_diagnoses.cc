@@ -215,8 +215,7 @@ void inaccurate(Evidence& of) {
           .effect_px = accuracy.covered_px});
 }
 
-// The parameters that are unrealistic where no prior could hold the lens together without contradicting the
-// corners.
+// Parameters with unrealistic values that no prior could limit without contradicting the corners.
 std::vector<std::string> runaways(const Evidence& of) {
   const LensScale scale = lensScale(of.camera.modelId(), of.camera, onlyCamera(of.fit).size);
   const std::vector<int>& fixed = onlyCamera(of.fit).constraint.held;

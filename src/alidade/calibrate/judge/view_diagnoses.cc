@@ -24,7 +24,7 @@ std::string nameOf(const Fit& fit, const FitView& view) {
   return view.image + boardSuffix(fit, boardIndex(fit, view));
 }
 
-// The stated accuracy where boards were seen, px; NaN if it is unknown.
+// The stated accuracy in the area that boards covered, px; NaN if it is unknown.
 double coveredError(const Evidence& of) {
   const auto& accuracy = of.uncertainty.accuracy;
   return accuracy ? accuracy->covered_px : std::numeric_limits<double>::quiet_NaN();
@@ -138,7 +138,7 @@ void mirroredViews(Evidence& of) {
   }
 }
 
-// Those that are significant, by cause: one a board at most, or one for all views.
+// The significant common errors, by cause: at most one per board, or one for all views.
 std::vector<CommonError> significantErrors(const Evidence& of) {
   std::vector<CommonError> errors;
   std::ranges::copy_if(of.uncertainty.common_errors, std::back_inserter(errors), &CommonError::isSignificant);
@@ -198,8 +198,8 @@ Diagnosis diagnosisOf(const Evidence& of, const CommonError& error) {
       .next_step = "photograph a larger board from farther away, without glass in front of the lens"};
 }
 
-// Of several common errors, the one with the largest effect is reported at full severity. The others, which
-// may disappear with it, are notes.
+// The common error with the largest effect is reported at full severity. The others, which may disappear with
+// it, are notes.
 void commonErrors(Evidence& of) {
   const std::vector<CommonError> significant = significantErrors(of);
   for (const CommonError& error : significant) {

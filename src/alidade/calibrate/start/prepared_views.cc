@@ -160,7 +160,7 @@ bool repeats(const View& a, const View& b) {
   if (a.board != b.board) return false;
   if (areFarApart(a, b)) return false;
   std::size_t count = 0;
-  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> used;  // places and moves
+  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> used;  // pixels and their displacements
   forEachCommon(a, b, [&](const Corner& x, const Corner& y) {
     ++count;
     // A corner that is wrong in one of the views says nothing about the pose.

@@ -21,8 +21,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// The covariance of a flexible fit that the views leave under no more than what is known of lenses in
-// general.
+// The covariance of a flexible fit from its views and only a general prior on lenses.
 std::optional<Eigen::MatrixXd> flexibleCovariance(const Fit& flexible, const Fit& fit, double variance) {
   const FitCamera& of = onlyCamera(flexible);
   Eigen::MatrixXd information = intrinsicsInformation(flexible).information;
@@ -87,7 +86,7 @@ bool isInside(const Polygon& hull, const Eigen::Vector2d& pixel) {
   return true;
 }
 
-// As views for isCovered().
+// The corners of a fit as views, for isCovered().
 std::vector<View> seenCorners(const Fit& fit) {
   std::vector<View> views;
   for (const FitView& view : fit.views) {

@@ -244,7 +244,7 @@ struct WayColumns {
   }
 };
 
-// By how much sums of squares fall if views may differ, and in how many ways they can.
+// Decrease of the sums of squares if views may differ, and the degrees of freedom of these differences.
 struct Drop {
   double squares = 0;
   int freedom = 0;
@@ -274,7 +274,7 @@ void addDropByRows(const Reduced& view, Drop& all) {
   all.freedom += drop.freedom;
 }
 
-// The variance of one way between views without what noise adds, see ViewVariations.
+// The variance of one way between views without the contribution of noise, see ViewVariations.
 double varianceOf(int way, std::span<const Reduced> views, double noise_variance) {
   double weights = 0;
   double squared_weights = 0;
@@ -425,8 +425,8 @@ ViewVariations viewVariations(const Fit& fit) {
     addDropByRows(view, by_rows);
   }
   if (freedom <= 2 * static_cast<int>(views.size())) return variations;
-  // F statistics of the drops against what they leave; nothing is free but poses and, in all, as many values
-  // as the camera has parameters.
+  // F statistics of the drops against the remaining squares. Only poses are free and, in total, as many
+  // values as the camera has parameters.
   const double focal_variance = (squares - by_focal.squares) / (freedom - by_focal.freedom);
   const double rows_variance = (squares - by_rows.squares) / (freedom - by_rows.freedom);
   variations.focal_share = by_rows.squares > 0 ? std::min(1.0, by_focal.squares / by_rows.squares) : 0.0;

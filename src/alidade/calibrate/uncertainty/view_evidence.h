@@ -78,7 +78,7 @@ namespace alidade {
 /// @returns std::nullopt without evidence for two groups of at least three places each
 [[nodiscard]] std::optional<TwoCameras> twoCameras(const Fit& fit, double variance);
 
-/// What differs from view to view although it should not.
+/// Variation between views that one camera should not show.
 /// @param fit  of one camera, solved
 [[nodiscard]] ViewVariations viewVariations(const Fit& fit);
 

@@ -28,7 +28,7 @@ using Eigen::Vector2d;
 // The proportions of a grid from the shapes of its discs, which no perspective changes.
 struct SeenProportions {
   double diameter_m = 0;  // if the spacing of the board is as stated
-  double rows_apart = 1;  // as a multiple of what the board says, beside the distance of columns
+  double rows_apart = 1;  // distance of rows over that of columns, relative to the board
   double diameter_px = 0;
 };
 

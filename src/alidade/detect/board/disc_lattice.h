@@ -57,8 +57,7 @@ struct GridPlacement {
 /// of the grid's points; integer matrices relate them.
 [[nodiscard]] std::vector<GridPlacement> gridPlacementsOf(const DiscLattice& lattice);
 
-/// Of several placements, the one whose columns point most to the right, or downwards if steeper; null if
-/// there is none.
+/// The placement whose columns point most to the right, or downwards if steeper; null if there is none.
 [[nodiscard]] const GridPlacement* chosenPlacement(const std::vector<GridPlacement>& placements,
                                                    const CircleCounts& asked);
 

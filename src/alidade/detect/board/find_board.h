@@ -35,7 +35,7 @@ namespace alidade {
 /// A grid of circles of unknown size.
 struct SeenCircles {
   CircleCounts counts;
-  std::optional<double> diameter;  ///< as a share of the board's spacing; nothing if too few circles tell
+  std::optional<double> diameter;  ///< share of the board's spacing; nothing if too few circles were measured
 };
 
 /// The largest grid of circles in an image if all of it is visible and its rows have the spacing of a board

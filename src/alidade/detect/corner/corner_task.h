@@ -69,7 +69,7 @@ struct EdgeWindow {
 struct CornerTask {
   const GrayImage& image;
   const CornerGuess& guess;
-  Eigen::Vector2i origin;           // the pixel that positions of models and of EdgePixels count from
+  Eigen::Vector2i origin;           // origin of positions in models and EdgePixels
   double spacing = 0;               // length of the shorter step, px
   double crossing_sine = 0;         // sine of the angle between the steps
   std::array<bool, 4> is_cut = {};  // along +u, +v, -u, -v: a margin cuts the squares

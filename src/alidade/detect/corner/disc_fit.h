@@ -21,7 +21,7 @@ struct DiscGuess {
 struct DiscFit {
   Eigen::Vector2d pixel;  ///< its centre
   Eigen::Matrix2d shape;  ///< see DiscGuess
-  double sigma_px = 0;    ///< of the middle, one standard deviation an axis: sqrt(trace(covariance) / 2)
+  double sigma_px = 0;    ///< of the centre, one standard deviation per axis: sqrt(trace(covariance) / 2)
   double blur_px = 0;     ///< one standard deviation of the edge's blur, including the pixel's own width
   double contrast = 0;    ///< grey levels outside minus inside
 };

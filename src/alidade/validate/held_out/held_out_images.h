@@ -40,7 +40,7 @@ struct HeldOutView {
   double fixed_rms_px = std::numeric_limits<double>::quiet_NaN();
   double freed_rms_px = std::numeric_limits<double>::quiet_NaN();
   SE3 camera_from_board = {};  ///< fitted to all corners, for the unchanged camera
-  /// With an error, in ascending order of id; none had a part in the pose by which it is predicted.
+  /// Corners with an error, in ascending order of id; none was used for the pose that predicts it.
   std::vector<CornerError> corners = {};
 };
 
