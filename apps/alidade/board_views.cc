@@ -181,7 +181,7 @@ ImageSet openInputs(const BoardInputs& inputs, const CommonOptions& options, con
                                     .cache = cache});
 }
 
-// What a survey of each board found.
+// The results of one survey per board.
 GivenViews foundIn(std::vector<BoardSurvey> surveys) {
   GivenViews given;
   for (const BoardSurvey& survey : surveys) {
@@ -424,7 +424,7 @@ PictureSource picturesOf(const std::vector<std::string>& names, const std::optio
     try {
       return set->read(found->second).decode().image;
     } catch (const Error&) {
-      return std::nullopt;  // the page shows the corners in its place
+      return std::nullopt;  // the page shows the corners instead
     }
   };
   if (passing == nullptr) return source;

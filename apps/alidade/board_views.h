@@ -27,9 +27,9 @@ struct BoardInputs {
   std::string cache = {};                ///< folder for results of detection; empty: none
   /// Folder for images with the detections drawn on them; empty: none.
   std::string debug_folder = {};
-  bool has_debug_flag = false;               ///< of the command
+  bool has_debug_flag = false;               ///< the command has --debug
   std::optional<ImageSize> image_size = {};  ///< for .vnl files, which do not state it
-  PassingPictures* pictures = nullptr;       ///< to be filled while the images are searched, by their paths
+  PassingPictures* pictures = nullptr;       ///< filled during the search for boards, by path
 
   /// The flag --board, which may be repeated. A wrong SPEC is reported where it was given, on the command
   /// line or in a settings file.
@@ -48,12 +48,12 @@ inline const Values kBoardShapes = oneOf({"flat", "warp", "uneven", "auto"});
 /// The views given to a command, with the information that its reports need.
 struct GivenViews : GivenImages {
   std::vector<Board> boards = {};
-  std::vector<std::string> measures = {};  ///< how the images show each board, as far as that is known
+  std::vector<std::string> measures = {};  ///< measures of each board's images, if known
   std::vector<View> views = {};            ///< of one image size
-  std::vector<BoardSurvey> surveys = {};   ///< one for each board; none for corners files, as what follows
+  std::vector<BoardSurvey> surveys = {};   ///< one per board; empty for corners files, like the rest
   std::vector<std::string> images = {};    ///< all that were searched for boards
   std::vector<std::string> paths = {};     ///< of these images
-  std::optional<ImageSet> image_set = {};  ///< these images, to be read again
+  std::optional<ImageSet> image_set = {};  ///< these images, for reading them again
 };
 
 /// Finds the boards in all images of the inputs, with progress on a terminal, and sets aside those that must
@@ -76,7 +76,7 @@ void requireBoards(const GivenViews& found, const BoardInputs& given, const Comm
 /// @throws Error (kInput) if there is no board, (kUsage) for images without a board SPEC; Cancelled
 [[nodiscard]] GivenViews readViews(const BoardInputs& inputs, const CommonOptions& options);
 
-/// Images by the names that the evidence has for them, in which bytes that are not UTF-8 are replaced. An
+/// Pictures of images by their names in the evidence, in which bytes that are not UTF-8 are replaced. An
 /// image that cannot be read has no picture.
 /// @param names    of the images of the set, which may be none
 /// @param passing  pictures made while these images were searched, which outlive the source; may be null

@@ -9,7 +9,7 @@
 
 namespace alidade {
 
-/// The flags --image-size and --read-as for what a camera file of another tool may leave open.
+/// The flags --image-size and --read-as, for properties that camera files of other tools may omit.
 void addReadOptions(Flags& flags, ReadOptions& options);
 
 /// Reads the only camera of a file of any format. Prints what was skipped or assumed in the file, unless

@@ -28,12 +28,12 @@ class Command {
   using Answer = std::function<std::string()>;
   /// Prints the document with --json, or else the text unless --quiet.
   void answer(const Answer& document, const Answer& text);
-  /// The complaint about a command line without something that the command needs.
+  /// The error for a command line that lacks something required.
   [[nodiscard]] Error missing(const std::string& found, const std::string& expected) const;
-  /// The complaint about flags and inputs that do not go together.
+  /// The error for flags and inputs that cannot be combined.
   [[nodiscard]] Error misuse(const std::string& found, const std::string& expected,
                              const std::string& next_step = "") const;
-  /// What made a file: "alidade 0.1.0 undistort".
+  /// The origin that files state: "alidade 0.1.0 undistort".
   [[nodiscard]] std::string maker() const;
 
   CommonOptions common_;
@@ -42,9 +42,9 @@ class Command {
   bool has_answered_ = false;
 };
 
-/// A command as the program lists it.
+/// A command in the program's list.
 struct CommandEntry {
-  const char* name;  ///< "detect"; with its group "rig calibrate"
+  const char* name;  ///< "detect"; including its group: "rig calibrate"
   const char* summary;
   std::unique_ptr<Command> (*make)();
 };
@@ -72,7 +72,7 @@ extern const CommandEntry kBoardCommand;
 extern const CommandEntry kSimulateCommand;
 extern const CommandEntry kHelpCommand;
 
-/// The complaint about a flag, or a flag and its value, that cannot be used as it was given.
+/// The error for a flag, or a flag and its value, that cannot be used as given.
 [[nodiscard]] Error flagError(const std::string& flag, const std::string& found, const std::string& expected,
                               const std::string& next_step = "");
 

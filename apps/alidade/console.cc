@@ -85,7 +85,7 @@ std::string printable(std::string_view text) {
   while (!text.empty()) {
     const char* next = text.data();
     const auto point = Utf8::decode(next, text.data() + text.size());
-    // Besides control characters, two code points that XML does not have.
+    // Includes two code points that XML does not allow.
     const bool is_control =
         point < 0x20 || (point >= 0x7f && point < 0xa0) || point == 0xfffe || point == 0xffff;
     const bool is_good = boost::locale::utf::is_valid_codepoint(point) && !is_control;

@@ -53,7 +53,7 @@ class ProgressBar {
 
   /// Draws at most ten times a second. Not thread-safe.
   void update(std::size_t done, std::size_t total);
-  /// update() as functions that report their progress take it; not to outlive the bar.
+  /// update() as a callback for functions that report progress; must not outlive the bar.
   [[nodiscard]] auto reporter() {
     return [this](std::size_t done, std::size_t total) { update(done, total); };
   }

@@ -88,7 +88,7 @@ std::string flagAdvice(const std::vector<std::string>& words, const std::vector<
   return "\n  next: " + help;
 }
 
-// The complaint about a word that is no command of a program or group.
+// The error for a word that is no command of a program or group.
 std::string explainUnknownCommand(const CLI::App& app, const std::string& word) {
   const std::vector<std::string> known = commandsOf(app);
   const std::string help = callOf(app) + " --help";
@@ -97,7 +97,7 @@ std::string explainUnknownCommand(const CLI::App& app, const std::string& word) 
          "\n  next: " + didYouMean(word, known, help);
 }
 
-// The complaint about a command line that names no command of a program or group.
+// The error for a command line that names no command of a program or group.
 std::string explainNoCommand(const CLI::App& app, std::vector<std::string> words) {
   const std::string prefix = prefixOf(app);
   const std::string help = callOf(app) + " --help";

@@ -15,10 +15,10 @@ namespace alidade {
 /// description after a tab; or ":file" or ":folder".
 [[nodiscard]] std::string completions(const CLI::App& program, std::vector<std::string> words);
 
-/// The complaint about a command line that the parser of `app` refused, with the nearest thing it accepts.
+/// The error for a command line that the parser of `app` refused, with the nearest valid word.
 [[nodiscard]] std::string explainRefusal(const CLI::Error& error, CLI::App& app, int argc, char** argv);
 
-/// The parser of the command that was named, or of the group or the whole program where no command was.
+/// The parser of the named command, or of the group or program if no command was named.
 [[nodiscard]] CLI::App& chosenParser(CLI::App& app);
 
 }  // namespace alidade

@@ -105,7 +105,7 @@ int runCommand(int argc, char** argv) {
       "alidade");
   const auto formatter = std::make_shared<CLI::Formatter>();
   formatter->column_width(34);
-  // The parser's own puts two empty lines between groups of flags.
+  // The parser's own formatter puts two empty lines between groups of flags.
   app.formatter_fn([formatter](const CLI::App* topic, std::string name, CLI::AppFormatMode mode) {
     std::string text = formatter->make_help(topic, std::move(name), mode);
     for (std::size_t i = 0; (i = text.find("\n\n\n")) != std::string::npos;) text.erase(i, 1);

@@ -28,7 +28,7 @@ inline constexpr std::size_t kMaxBoardLines = 3;  ///< see boardLines()
 /// Wraps words at kMaxColumns; the first line has the label, the others an indent.
 [[nodiscard]] Lines wrapped(std::string_view label, const std::string& text);
 
-/// Adds such lines of a formatted text.
+/// Formats a text and adds its wrapped lines.
 template <class... Args>
 void addLines(Lines& lines, std::string_view label, fmt::format_string<Args...> format, Args&&... args) {
   const Lines more = wrapped(label, fmt::format(format, std::forward<Args>(args)...));
@@ -49,8 +49,8 @@ void addLines(Lines& lines, std::string_view label, fmt::format_string<Args...> 
 /// "3 more warnings, 2 notes: see --verbose"; empty if there are none.
 [[nodiscard]] Lines moreLines(std::size_t num_warnings, std::size_t num_notes);
 
-/// Adds the diagnoses for which there is room, so many lines, behind `lines`.
-/// @param lines_of  the lines for a diagnosis where so many are left; none: it is only counted
+/// Appends to `lines` the diagnoses that fit in `room` lines.
+/// @param lines_of  the lines for a diagnosis if this many remain; empty if it is only counted
 /// @returns moreLines() of the others
 [[nodiscard]] Lines addDiagnoses(Lines& lines, std::span<const Diagnosis> diagnoses, std::size_t room,
                                  const std::function<Lines(const Diagnosis&, std::size_t)>& lines_of);

@@ -15,7 +15,7 @@ struct ViewOptions {
   std::string projection = "rectilinear";
   double fov_deg = 0;
   std::string keep;               ///< all, valid or empty
-  std::optional<ImageSize> size;  ///< none: of the input
+  std::optional<ImageSize> size;  ///< nothing: that of the input
   std::string interpolation = "linear";
   bool may_overwrite = false;
 
@@ -25,7 +25,7 @@ struct ViewOptions {
   void addOptions(Flags& flags, const std::string& projection_help, const std::string& size_help);
   /// @throws Error (kUsage) for flags that exclude each other
   void checkUsage(const Flags& flags) const;
-  /// What the flags of all commands ask for.
+  /// The view that the flags of all commands request.
   [[nodiscard]] ViewRequest request(const Flags& flags) const {
     return {.projection = projectionOf(projection),
             .extent = extent(flags),

@@ -33,7 +33,7 @@ void useOneThreadPerImage();
 /// Reads and searches images in parallel; a thread holds one image at a time. The result is one list of
 /// outcomes for each board, in the order of `images`, regardless of the number of threads. An image that
 /// cannot be read (Error) becomes an outcome with reason kUnreadable; the others are still processed. An
-/// image is not decoded if all outcomes are in the cache, unless there is `inspect`.
+/// image is not decoded if all outcomes are in the cache, unless `inspect` is set.
 /// @throws Cancelled
 [[nodiscard]] std::vector<std::vector<ImageOutcome>> detectInImages(const ImageSet& images,
                                                                     std::span<const Board> boards,

@@ -79,7 +79,7 @@ ImageOutcome outcomeOf(const json& entry, const Board& board) {
     throw foreignEntry("an unknown orientation");
   Detection& detection = outcome.detection;
   const std::string code = entry.at("reason").get<std::string>();
-  // Those that a search gives come first.
+  // Reasons that a search gives come first in the enumeration.
   const auto reasons = std::views::iota(0, static_cast<int>(DetectionReason::kTooSmall) + 1) |
                        std::views::transform([](int i) { return static_cast<DetectionReason>(i); });
   const auto reason = std::ranges::find(reasons, code, reasonCode);

@@ -91,7 +91,7 @@ bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b, double
 void refuseDuplicates(std::span<ImageOutcome> outcomes) {
   for (auto outcome = outcomes.begin(); outcome != outcomes.end(); ++outcome) {
     const std::vector<Corner>& corners = outcome->detection.corners;
-    // Frames of a video repeat their errors where the board hardly moves, unlike photographs.
+    // Unlike photographs, frames of a video repeat their errors if the board hardly moves.
     constexpr double kShare = 0.01;
     constexpr double kCommonShare = 0.8;
     const double frames_px = kShare * std::max(outcome->size.width, outcome->size.height);

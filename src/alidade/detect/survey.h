@@ -68,7 +68,7 @@ void triage(std::span<BoardSurvey> surveys);
 /// The reason why an image does not give every corner, with its stable name; std::nullopt if it does.
 [[nodiscard]] std::optional<Diagnosis> diagnosisOf(const ImageOutcome& outcome);
 
-/// Says how a board can be turned without a difference. @pre board.isAmbiguous()
+/// Reports the turns after which the board looks the same. @pre board.isAmbiguous()
 [[nodiscard]] Diagnosis ambiguityOf(const Board& board);
 
 /// One line for each image that does not show the whole board, "name: reason: why", for users. With several

@@ -58,7 +58,7 @@ void checkRenderSize(const YamlNode& node, const ImageSize& size) {
                    "at most " + std::to_string(kMaxPixels) + " pixels in total for a scene");
 }
 
-// Adds the remarks on the camera's file, and its path.
+// Reads a camera, and adds the path of its file and the remarks on it.
 CameraRecord readSceneCamera(const YamlNode& node, const std::filesystem::path& folder,
                              std::vector<std::string>& remarks, std::vector<std::string>& files) {
   if (node.isMap()) {

@@ -40,10 +40,10 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 [[nodiscard]] Matrix6d inverseOfAny6(const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>& A);
 
 /// The inverse of a symmetric positive definite matrix, whose diagonal is scaled to 1 first; nothing if it is
-/// not.
+/// not positive definite.
 [[nodiscard]] std::optional<Eigen::MatrixXd> scaledInverseSpd(const Eigen::MatrixXd& A);
 
-/// U^-1 with U^T U = A for an upper triangle U; nothing where A is not positive definite.
+/// U^-1 with U^T U = A for an upper triangle U; nothing if A is not positive definite.
 [[nodiscard]] std::optional<Eigen::MatrixXd> inverseRootOf(const Eigen::MatrixXd& A);
 
 /// R with R^T R = A for an A that is positive semi-definite but for rounding; its lower triangle is read.

@@ -25,12 +25,11 @@ struct RasterView {
 [[nodiscard]] GrayImage grayImage(const RasterView& image);
 
 namespace detail {
-/// Images as OpenCV has them. It has no views of constant data: nothing may be written to these.
+/// Images as OpenCV matrices, which must not be written to: OpenCV has no views of constant data.
 [[nodiscard]] cv::Mat matOf(const GrayImage& image);
 [[nodiscard]] cv::Mat matOf(const RasterImage& image);
 /// A smaller image with one `fraction`-th of the width and height, rounded down: each pixel is the mean of
-/// fraction^2. Its pixel c lies at fraction (c + 0.5) - 0.5 of the whole. Empty where it would have no
-/// pixels.
+/// fraction^2. Its pixel c lies at fraction (c + 0.5) - 0.5 of the whole. Empty if it would have no pixels.
 [[nodiscard]] GrayImage shrunk(const GrayImage& image, int fraction);
 /// A grey image of a matrix of one channel. Samples that are not bytes are scaled so that their 0.1 %
 /// quantile becomes 0 and their 99.9 % quantile 255; NaN becomes 0.

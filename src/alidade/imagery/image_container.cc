@@ -120,7 +120,7 @@ ContainerInfo parseJpeg(Bytes bytes) {
       break;
     }
     if (isStandalone(*marker)) continue;
-    const auto length = readUint(bytes, at, 2);  // counts its own two bytes
+    const auto length = readUint(bytes, at, 2);  // includes its own two bytes
     const auto segment = length.value_or(0) >= 2 ? slice(bytes, at, *length) : std::nullopt;
     if (!segment) break;
     const Bytes payload = segment->subspan(2);

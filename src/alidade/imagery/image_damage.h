@@ -14,9 +14,9 @@ namespace alidade {
 /// cannot be detected. One or two bytes between the data and the end are accepted as padding of some cameras.
 [[nodiscard]] std::string jpegDamage(std::string_view content);
 
-/// Whether the first image of a TIFF file cannot be decoded without an error. OpenCV ignores what libtiff
-/// says of single strips and tiles. Damage within valid codes is only seen where they have a checksum
-/// (Deflate).
+/// True if the first image of a TIFF file cannot be decoded without an error. OpenCV ignores libtiff's
+/// complaints about single strips and tiles. Damage that leaves valid codes is only detected if they have a
+/// checksum (Deflate).
 [[nodiscard]] bool isTiffDamaged(std::string_view content);
 
 }  // namespace alidade

@@ -79,7 +79,7 @@ struct OpenImagesOptions {
 /// @throws Error as listInputs(); Cancelled
 [[nodiscard]] ImageSet openImages(std::span<const std::string> inputs, const OpenImagesOptions& options = {});
 
-/// The video and the number, from 0, of a frame's name as ImageSet::name() has it: "clip.mp4@120". Nothing
+/// The video and the number, from 0, in the name of a frame as from ImageSet::name(): "clip.mp4@120". Nothing
 /// for any other name.
 [[nodiscard]] std::optional<std::pair<std::string, std::size_t>> parseFrameName(std::string_view name);
 

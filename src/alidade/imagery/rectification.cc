@@ -145,7 +145,7 @@ std::array<Vector2d, 2> centresOf(const Rectification& r, const CameraPair& came
   return centres;
 }
 
-// @returns what appears in the middles of the views
+// Chooses the scale at which the views show all. @returns their middles on the plane
 std::array<Vector2d, 2> showAll(const CameraPair& cameras, bool has_own_centres, Rectification& r) {
   const Eigen::Index along = r.alongIndex();
   std::array<Eigen::AlignedBox2d, 2> boxes;

@@ -49,7 +49,7 @@ bool isDeflate(TIFF* tiff) {
 
 // Decodes a strip or tile with its checksum: libtiff stops at the last sample, before it.
 bool inflatePiece(TIFF* tiff, std::uint32_t i, std::vector<std::uint8_t>& decoded) {
-  constexpr std::uint64_t kSlack = 1024;  // headers, and what hardly shrinks
+  constexpr std::uint64_t kSlack = 1024;  // for headers and incompressible data
   const std::uint64_t num_raw = TIFFGetStrileByteCount(tiff, i);
   if (num_raw == 0 || num_raw > std::uint64_t{2} * decoded.size() + kSlack) return false;
   std::vector<std::uint8_t> raw(num_raw);

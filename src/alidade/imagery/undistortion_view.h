@@ -21,8 +21,9 @@ struct ViewRequest {
   ViewExtent extent = ViewExtent::kSameScale;
   double horizontal_field_rad = 0;  ///< kFieldOfView: between the outer edges of the outer pixels
   std::optional<ImageSize> size = std::nullopt;  ///< of the output; none: as the source, or the first of two
-  /// Only rectify(): each view is centred on its own camera along the baseline, and infinity has a disparity.
-  /// For cameras that look towards each other. Otherwise both have the same axis_px, and infinity has none.
+  /// Only rectify(): each view is centred on its own camera along the baseline, and a point at infinity has a
+  /// disparity; for cameras that look towards each other. Otherwise, both have the same axis_px, and points
+  /// at infinity have no disparity.
   bool has_own_centres = false;
 };
 

@@ -130,12 +130,12 @@ struct VideoReader::State {
     Owned<AVPacket> packet{av_packet_alloc()};
     int stream_index = -1;
     bool is_at_end = false;
-    bool is_cut = false;  // its end could not be read
+    bool is_cut = false;  // the end of the file could not be read
     std::int64_t num_file_bytes = 0;
     std::map<int, Track> tracks;
     std::int64_t num_packets = 0;
     std::int64_t num_packet_bytes = 0;
-    std::int64_t end_position = 0;  // in the file, of the packets so far
+    std::int64_t end_position = 0;  // in the file, after the packets so far
 
     [[nodiscard]] const AVStream& stream() const { return *format->streams[stream_index]; }
     [[nodiscard]] double secondsPerTick() const { return av_q2d(stream().time_base); }
@@ -143,7 +143,7 @@ struct VideoReader::State {
       return std::string_view(format->iformat->name).starts_with("matroska");
     }
 
-    // Also where memory is short: what damaged headers ask for is no reason to end the run.
+    // Treats a lack of memory like other errors, because damaged headers may ask for any amount.
     void check(int status, const char* what) const {
       throwIfCancelled(options.cancel);
       if (status >= 0) return;
@@ -170,10 +170,10 @@ struct VideoReader::State {
       av_dict_set(&settings, "format_whitelist", kContainers, 0);
       av_dict_set(&settings, "protocol_whitelist", "file", 0);
       av_dict_set(&settings, "max_streams", "32", 0);  // each may have large tables
-      // It frees the context when it fails.
+      // FFmpeg frees the context when opening fails.
       AVFormatContext* opened = format.release();
-      // With the protocol, as a name may contain a colon.
-      // By its content alone, a stream of JPEG images is taken for a single one.
+      // With the protocol, because a name may contain a colon. Judged by content alone, a stream of JPEG
+      // images looks like a single image.
       const AVInputFormat* known =
           boost::iends_with(path, ".mjpeg") ? av_find_input_format("mjpeg") : nullptr;
       const int status = avformat_open_input(&opened, ("file:" + path).c_str(), known, &settings);
@@ -184,7 +184,7 @@ struct VideoReader::State {
         const AVCodecParameters& parameters = *format->streams[i]->codecpar;
         if (parameters.codec_type == AVMEDIA_TYPE_VIDEO) checkSize({parameters.width, parameters.height});
       }
-      // A few frames are decoded to know their format.
+      // Decodes a few frames to find their format.
       const std::string max_pixels = std::to_string(options.max_pixels);
       std::vector<AVDictionary*> limits(format->nb_streams);
       for (AVDictionary*& limit : limits) av_dict_set(&limit, "max_pixels", max_pixels.c_str(), 0);
@@ -215,8 +215,8 @@ struct VideoReader::State {
       track.end = std::max(track.end, seconds + static_cast<double>(packet->duration) * tick);
     }
 
-    // Each byte of a file is read about once. Tables that list the same data again and again would make a
-    // small file a video without end. Matroska has none, but may be compressed.
+    // Each byte of a file is normally read about once. Tables that list the same data repeatedly would turn a
+    // small file into an endless video. Matroska has no such tables, but may be compressed.
     void checkExtent() const {
       constexpr std::int64_t kMostReadings = 4;
       constexpr std::int64_t kSlack = 1 << 20;
@@ -225,8 +225,8 @@ struct VideoReader::State {
       throw videoError(path, "the video is damaged: it gives more data than the file holds");
     }
 
-    // Where its structure is damaged, FFmpeg passes over to the next intact part without a word. The packets
-    // of an intact file follow each other but for short headers.
+    // FFmpeg silently skips damaged structure to the next intact part. The packets of an intact file follow
+    // each other with only short headers between them.
     [[nodiscard]] bool hasGapBeforePacket() {
       constexpr std::int64_t kMostHeaders = 512;
       if (!isMatroska() || packet->pos < 0) return false;
@@ -254,8 +254,8 @@ struct VideoReader::State {
   Owned<SwsContext> scaler;
   std::size_t num_frames = 0;
   std::size_t num_lost = 0;
-  bool is_packet_waiting = false;  // the decoder had no room for it
-  bool is_repaired = false;        // a frame since the last key frame
+  bool is_packet_waiting = false;  // the decoder had no room for the packet
+  bool is_repaired = false;        // a frame since the last key frame was repaired
   std::int64_t repair_time =
       AV_NOPTS_VALUE;  // of the last packet with errors; frames may leave the decoder in a different order
 

@@ -109,7 +109,7 @@ std::pair<Vector2d, Vector2d> axisOf(const AnyCamera& camera, const std::string&
 double halfWidthOf(double field_rad, bool is_flat, double largest_rad, const std::string& expected,
                    const std::string& next_step) {
   constexpr double kDegrees = 180 / std::numbers::pi;
-  constexpr double kRounding = 1e-12;  // of degrees turned into radians
+  constexpr double kRounding = 1e-12;  // from the conversion of degrees to radians
   if (field_rad > 0 && field_rad <= largest_rad * (1 + kRounding))
     return is_flat ? std::tan(field_rad / 2) : field_rad / 2;
   throw usageError({.where = "field of view",
@@ -119,7 +119,7 @@ double halfWidthOf(double field_rad, bool is_flat, double largest_rad, const std
 }
 
 double scaleOfAll(ImageSize size, const Vector2d& extent) {
-  constexpr double kMargin = 1e-9;  // against the rounding of pixels' places
+  constexpr double kMargin = 1e-9;  // for rounding of pixel positions
   return (1 - kMargin) * std::min((size.width - 1) / extent.x(), (size.height - 1) / extent.y());
 }
 

@@ -28,19 +28,19 @@ namespace alidade::detail {
 /// read
 void checkViewSizes(ImageSize source_size, ImageSize size);
 
-/// The pixel of the optical axis and, there, the pixels per radian along u and v.
+/// The pixel of the optical axis, and the pixels per radian along u and v there.
 /// @throws Error (kInput) at `where` for a camera that does not see along its axis
 [[nodiscard]] std::pair<Eigen::Vector2d, Eigen::Vector2d> axisOf(const AnyCamera& camera,
                                                                  const std::string& where,
                                                                  const std::string& next_step);
 
-/// Half of a field of view on the plane: `is_flat`, a tangent, or else an angle.
+/// Half the width of a field of view on the plane: a tangent if `is_flat`, otherwise an angle.
 /// @param next_step  for a field that is too large for a flat view
 /// @throws Error (kUsage) for fields above `largest_rad`
 [[nodiscard]] double halfWidthOf(double field_rad, bool is_flat, double largest_rad,
                                  const std::string& expected, const std::string& next_step);
 
-/// Pixels per unit of the plane at which views of this size show all of a part of the plane.
+/// Pixels per unit of the plane at which a view of this size shows an area of this extent.
 [[nodiscard]] double scaleOfAll(ImageSize size, const Eigen::Vector2d& extent);
 
 /// The part of the plane that source pixels fill.

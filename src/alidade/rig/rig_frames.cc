@@ -137,8 +137,8 @@ double farthestApart(const std::vector<Shot>& shots, std::size_t num_cameras) {
   return kNear * interval.value_or(0);
 }
 
-// Two shots of different cameras: how far apart they are, whether their times differ as texts, and their
-// places in the order of time.
+// Two shots of different cameras: the difference of their times, true if these differ as texts, and their
+// indices in order of time.
 using NearShots = std::tuple<double, bool, std::size_t, std::size_t>;
 
 // Pairs of shots within this time difference, the nearest first.

@@ -18,49 +18,49 @@
 
 namespace alidade {
 
-// What the calibration of a rig finds out once the joint fit is solved.
+// Stages of the calibration of a rig after the joint fit.
 
-/// The covariance of a solved rig: by the corners' noise, or by frames where these disagree by more.
+/// The covariance of a solved rig: by corner noise, or by frames if these disagree by more than noise.
 /// @param given  the cameras whose lenses were kept, or nothing for each that was calibrated; may be empty
 [[nodiscard]] RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<CameraRecord>> given);
 
-/// The links of each camera of a solved rig, and how well its pose is known.
+/// The links of each camera of a solved rig, and the accuracy of its pose.
 [[nodiscard]] std::vector<CameraLink> cameraLinks(const Fit& fit, const RigCovariance& covariance);
 
-/// Cameras that stand elsewhere from some frame on. Frames are in the order of their names. Two cases:
+/// Finds cameras whose pose changes at some frame. Frames are in the order of their names. Two cases:
 ///
-/// - A motion of more than the noise unlinks all of the camera's views before or after it. These agree on
-///   another pose.
+/// - A motion larger than the noise unlinks all of the camera's views before or after it. These agree on a
+/// different pose.
 /// - A smaller motion leaves the views linked. For each camera and each frame, a score test compares one pose
-///   of the camera with two, all unknowns of the rig being free (Rao 1948).
+/// of the camera with two, with all unknowns of the rig free (Rao 1948).
 ///
-/// @param frames      their names, by FitPlacement::frame
+/// @param frames      frame names, by FitPlacement::frame
 /// @param covariance  of `joint`
 [[nodiscard]] std::vector<CameraMotion> cameraMotions(const JointViews& views, const JointFit& joint,
                                                       const std::vector<std::string>& frames,
                                                       const RigCovariance& covariance);
 
 /// Cross-validation over frames. Each fold of frames is left out in turn, and cameras and their poses are
-/// estimated from the others. Each board of a left-out frame then gets a pose from one half of the corners of
-/// all cameras that see it, and errors on the other half, and vice versa. The shapes of the boards are not
-/// estimated again. num_folds is 0 if the other frames do not determine the rig.
+/// estimated from the others. Each board of a left-out frame then gets a pose from half of the corners of all
+/// cameras that see it, and errors on the other half, and vice versa. Board shapes are not estimated again.
+/// num_folds is 0 if the other frames do not determine the rig.
 [[nodiscard]] HoldoutReport rigHoldout(const Fit& fit, const CancelFlag* cancel);
 
-/// A camera of a solved rig by itself, as the joint fit has it: lens, poses, boards and errors, the
-/// covariance by all cameras, and the accuracy and the diagnoses that follow. How it was found (Choice), what
-/// was dropped, and what tests of its own views say are those of the camera alone.
+/// One camera of a solved rig as the joint fit has it: lens, poses, boards and errors, the covariance from
+/// all cameras, and the resulting accuracy and diagnoses. Choice, dropped corners and tests of its own views
+/// remain those of the camera alone.
 /// @param alone       the camera's own calibration
-/// @param covariance  of the rig; without one only the fit and what follows from it are the joint one's
+/// @param covariance  of the rig; without it only the fit and what follows from it come from the joint fit
 [[nodiscard]] Calibration jointCamera(Calibration alone, const Fit& rig, const RigCovariance& covariance,
                                       std::size_t camera, double tolerance_px, double distance_m);
 
-/// Compares a lens that was given with the one that a rig's images give, at their corners.
+/// Compares a given lens with the one from a rig's images, at their corners.
 /// @param rig  with all lenses freed
 /// @returns nothing if the two differ by no more than their covariances explain
 [[nodiscard]] std::optional<LensMisfit> givenLensMisfit(const CameraRecord& given, const RigCalibration& rig,
                                                         std::size_t camera);
 
-/// Judges everything of a rig except `diagnoses`, and repeats what its cameras' own calibrations say;
+/// Judges everything in a rig except `diagnoses`, and repeats the diagnoses of its cameras' own calibrations;
 /// failures first.
 [[nodiscard]] std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px);
 

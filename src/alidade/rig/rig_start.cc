@@ -204,12 +204,12 @@ void numberViews(std::span<const PosedView> views, const std::vector<std::size_t
 
 using Frames = std::set<std::size_t>;
 
-// Does a camera have views of its own in several of these frames?
+// True if a camera has separate views in several of these frames.
 bool isToldApart(const Frames& frames, const Frames& of_camera) {
   return std::ranges::count_if(frames, [&](std::size_t frame) { return of_camera.contains(frame); }) > 1;
 }
 
-// Of each board, of each frame: the first of those frames that are one for it, as the board stood still.
+// For each board and frame: the first of the frames that count as one because the board did not move.
 std::vector<std::vector<std::size_t>> firstFrames(const RigFrames& frames, std::span<const RigViews> given,
                                                   std::span<const Calibration> alone) {
   std::vector<std::vector<std::size_t>> all(alone.front().fit.boards.size(),
@@ -217,7 +217,7 @@ std::vector<std::vector<std::size_t>> firstFrames(const RigFrames& frames, std::
   for (std::size_t b = 0; b < all.size(); ++b) {
     std::vector<std::size_t>& first_of = all[b];
     std::iota(first_of.begin(), first_of.end(), 0);
-    std::vector<Frames> together;  // of each frame that is a first one
+    std::vector<Frames> together;  // for each frame that is the first of a group
     for (std::size_t frame = 0; frame < first_of.size(); ++frame) together.push_back({frame});
     std::vector<Frames> of_camera(alone.size());
     for (std::size_t c = 0; c < alone.size(); ++c) {

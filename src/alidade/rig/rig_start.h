@@ -35,8 +35,8 @@ struct BoardTurn {
 /// The turns after which a board looks the same; the first is the identity.
 [[nodiscard]] std::vector<BoardTurn> boardTurns(const Board& board);
 
-/// The views of a rig's cameras, each calibrated alone, and how they hang together: where the cameras are,
-/// and how ambiguous boards are to be numbered.
+/// The views of a rig's cameras, each calibrated alone, with the poses of the cameras and the numbering of
+/// ambiguous boards.
 struct JointViews {
   std::vector<Calibration> alone;  ///< of each camera
   std::vector<PosedView> poses;
@@ -55,9 +55,9 @@ struct JointViews {
 /// these frames agree, over all turns of ambiguous boards. Cameras that never see a board together are linked
 /// through others.
 ///
-/// A camera that saw a board at the same place in several frames has one view for them all, see
-/// mergeRepeatedViews(). Another camera may have seen it in any of these frames. They count as one unless a
-/// camera tells two of them apart.
+/// A camera that saw a board at the same place in several frames has one view for all of them, see
+/// mergeRepeatedViews(). A second camera may have seen it in any of these frames. They count as one unless
+/// some camera distinguishes two of them.
 /// @param given  the views that each camera was given
 /// @param alone  the cameras calibrated from these
 [[nodiscard]] JointViews jointViews(std::span<const Board> boards, const RigFrames& frames,

@@ -37,8 +37,8 @@ AnyCamera lensOf(const FitCamera& camera) {
   return AnyCamera::make(camera.model, camera.params);
 }
 
-// A pixel of one camera, seen at a fixed distance, as a pixel of a second one: its derivative by all
-// unknowns, 2 x columns; nothing where one of the cameras does not see the point.
+// Derivative of a pixel of one camera, transferred to a second one at a fixed distance, by all unknowns: 2 x
+// columns; nothing if one of the cameras does not see the point.
 std::optional<Eigen::MatrixXd> transferJacobian(const Fit& fit, const JointColumns& columns, std::size_t from,
                                                 std::size_t to, const Eigen::Vector3d& p_rig) {
   const AnyCamera source = lensOf(fit.cameras[from]);

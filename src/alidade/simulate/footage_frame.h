@@ -63,9 +63,9 @@ class FootageFrame {
 };
 
 /// The picture of a frame. Each pixel has 2 x 2 rays, and its light is the mean of all rays near it, weighted
-/// with the lens' blur and the pixel's square. The texture has no detail finer than a pixel.
+/// by the blur of the lens and the square of the pixel. The texture has no detail finer than a pixel.
 /// @param noise_seed  of this frame
-/// @throws Cancelled once `cancel` is raised
+/// @throws Cancelled once `cancel` is set
 [[nodiscard]] GrayImage renderFootageFrame(const FootageScene& scene, const std::vector<SceneBody>& bodies,
                                            const FootageFrame& frame, std::uint64_t noise_seed,
                                            const CancelFlag* cancel);

@@ -52,7 +52,7 @@ std::vector<AnyCamera> zoomedCameras(const FootageScene& scene) {
   return cameras;
 }
 
-// Calls visit(place, hit) for what a frame shows at the places of a grid.
+// Calls visit(place, hit) for each place of a grid at which a frame shows a surface.
 template <class Visit>
 void forEachHit(const FootageFrame& frame, ImageSize size, int columns, int rows, const Visit& visit) {
   for (int j = 0; j < rows; ++j) {

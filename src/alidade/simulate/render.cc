@@ -163,7 +163,7 @@ GrayImage renderPattern(const RayLattice& lattice, Pattern pattern, const SE3& c
 
 }  // namespace
 
-// How far a place is outside the squares, along both axes; negative is inside.
+// Distance by which a place is outside the squares, along both axes; negative if inside.
 Eigen::Array2d SquaresPattern::beyondSquares(const Eigen::Vector2d& p) const {
   return {std::max(-border_square_ - p.x(), p.x() - (board_.columns - 1 + border_square_)),
           std::max(-border_square_ - p.y(), p.y() - (board_.rows - 1 + border_square_))};

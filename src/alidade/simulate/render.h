@@ -19,8 +19,8 @@
 namespace alidade {
 
 /// The tones of a checkerboard. Around columns x rows inner corners lie (columns + 1) x (rows + 1) squares.
-/// The one between the corners (0, 0) and (1, 1) is dark, and so is its diagonal neighbour beyond corner 0:
-/// that is what tells corner 0. Places are in the board frame, in squares.
+/// The square between the corners (0, 0) and (1, 1) is dark, and so is its diagonal neighbour beyond corner
+/// 0, which identifies corner 0. Places are in the board frame, in squares.
 class SquaresPattern {
  public:
   /// `border_square`: see RenderOptions.
@@ -28,10 +28,10 @@ class SquaresPattern {
       : board_(board), border_square_(border_square) {}
 
   [[nodiscard]] double unit() const { return board_.square_m; }  ///< metres
-  /// Anything not finite is background.
+  /// The tone of a place; anything not finite is background.
   [[nodiscard]] BoardTone tone(const Eigen::Vector2d& p) const;
-  /// Distance to the nearest line across which the tone may change: the tone is the same everywhere nearer
-  /// than that. All sides of squares count, also those between a bright square and the margin. NaN for NaN.
+  /// Distance in squares to the nearest line across which the tone may change; closer places all have the
+  /// same tone. All sides of squares count, also those between a bright square and the margin. NaN for NaN.
   [[nodiscard]] double edgeDistance(const Eigen::Vector2d& p) const;
 
  private:
@@ -63,8 +63,8 @@ struct PointSpread {
 /// `blur_px` >= 0, `min_samples` in [1, 1e6].
 [[nodiscard]] PointSpread makePointSpread(double blur_px, int min_samples);
 
-/// Renders views of boards by one camera: the board and its margin (see SquaresPattern, InkPattern) before an
-/// even background. Anything seen from behind is background; pixels without a ray get no light.
+/// Renders views of boards by one camera: the board and its margin (see SquaresPattern, InkPattern) in front
+/// of a uniform background. A board seen from behind is background; pixels without a ray get no light.
 ///
 /// The light of a pixel is the mean over its point spread, each place of which is traced to the board's plane
 /// by the expansion of RayLattice; light from across the rim of the domain is not modelled. Shading is

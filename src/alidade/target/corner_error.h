@@ -5,7 +5,7 @@
 
 namespace alidade {
 
-/// A corner of a board in an image, and how far off a camera puts it.
+/// A corner of a board in an image, and its reprojection error.
 struct CornerError {
   int id = 0;
   Eigen::Vector2d pixel{0, 0};     ///< observed position

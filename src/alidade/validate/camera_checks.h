@@ -79,11 +79,11 @@ struct FileJudgement {
 /// Checks a camera of `file` by itself.
 [[nodiscard]] CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file);
 
-/// Checks where the cameras of a file are to each other, the verdict on their rig, and its covariance;
-/// nothing for a file that is no rig of supported cameras. What is not stated is not checked.
+/// Checks the poses of a rig's cameras, its verdict, and its covariance; empty if the file is no rig of
+/// supported cameras. Values that are not stated are not checked.
 [[nodiscard]] std::vector<FileCheck> checkRig(const CameraSource& source);
 
-/// The check of a covariance that contradicts neither itself nor the standard deviations beside it.
+/// Checks that a covariance is valid and agrees with the standard deviations beside it.
 /// @param what  "the covariance"
 /// @param std   the name of the standard deviations
 [[nodiscard]] FileCheck covarianceCheck(DiagnosisId id, const std::string& what, bool is_semidefinite,

@@ -99,7 +99,7 @@ std::vector<FileCheck> checkRig(const CameraSource& source) {
                         return camera.camera_from_rig.has_value();
                       });
   if (!is_rig) return {};
-  CameraSource sized = source;  // a file of another tool needs no image size
+  CameraSource sized = source;  // files of other tools need no image size
   for (StatedCamera& camera : sized.cameras) {
     if (!camera.image_size) camera.image_size = sizeAround(camera.camera);
   }

@@ -19,8 +19,8 @@ namespace alidade {
 [[nodiscard]] std::string detailsText(const Calibration& result, const GivenViews& given,
                                       const Guidance& guidance);
 
-/// Where corners were seen, as a picture of the image in characters for a terminal: the darker a cell, the
-/// more corners; a dot for none. One line per row of cells, with a line end each.
+/// A text picture of the image for a terminal that shows where corners were seen: the darker a cell, the more
+/// corners; a dot for none. One line per row of cells, each with a line end.
 [[nodiscard]] std::string coveragePicture(const CoverageReport& coverage);
 
 }  // namespace alidade

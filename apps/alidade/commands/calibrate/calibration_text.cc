@@ -270,7 +270,7 @@ std::string detailsText(const Calibration& result, const GivenViews& given, cons
 }
 
 std::string coveragePicture(const CoverageReport& coverage) {
-  // Twice each: a letter is about half as wide as it is high.
+  // Two characters each, because a character is about half as wide as high.
   constexpr std::array<const char*, 6> kCells = {"  ", "··", "░░", "▒▒", "▓▓", "██"};
   const int most = coverage.num_corners.empty() ? 0 : *std::ranges::max_element(coverage.num_corners);
   const auto cellOf = [&](int count) -> std::size_t {

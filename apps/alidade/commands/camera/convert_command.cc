@@ -281,7 +281,7 @@ class ConvertCommand final : public Command {
       const auto n = pixelNumbers("--resize", resize_, 'x', 2, "WIDTHxHEIGHT in pixels, such as 320x180");
       request.resize = {.width = n[0], .height = n[1]};
     }
-    // The fit keeps a parameter that the format cannot store at 0.
+    // The fit keeps at 0 a parameter that the format cannot store.
     if (!format().holds_k3 && request.model == "radtan") request.absent.emplace_back("k3");
     return request;
   }
@@ -356,7 +356,7 @@ class ConvertCommand final : public Command {
     requireAll(gathered_.source);
     const ConversionRequest asked = request();
     const auto& rig = gathered_.rig;
-    // A problem of a rig is one of each of its cameras.
+    // A problem of a rig affects each of its cameras.
     const bool is_rig_rejected = rig && rig->isCalibrated() && rig->verdict == Verdict::kNo;
     for (std::size_t i = 0; i < gathered_.source.cameras.size(); ++i) {
       const StatedCamera& stated = gathered_.source.cameras[i];
@@ -382,7 +382,7 @@ class ConvertCommand final : public Command {
       if (!gathered_.rig) rig.cameras.push_back({.camera = cameras_[i].file});
       rig.cameras[i].camera = cameras_[i].file;
       rig.cameras[i].camera.name.name = cameraLabel(gathered_.source.cameras[i]);
-      rig.cameras[i].camera.created_by = cameras_[i].source.created_by;  // the rig says what became of it
+      rig.cameras[i].camera.created_by = cameras_[i].source.created_by;  // the rig states its own origin
       rig.cameras[i].camera_from_rig = *cameras_[i].camera_from_rig;
       is_edited = is_edited || !cameras_[i].conversion.steps.empty();
     }

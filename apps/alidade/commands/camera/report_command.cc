@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::size_t kMaxEvidenceBytes = std::size_t{1} << 30U;
 
-// The images of an evidence document, each once; what is no such document has none, and is refused later.
+// The images of an evidence document, each once; none for any other document, which is refused later.
 std::set<std::string> viewNames(const json& evidence) {
   std::set<std::string> names;
   if (!evidence.is_object() || !evidence.contains("views") || !evidence["views"].is_array()) return names;
@@ -35,7 +35,7 @@ std::set<std::string> viewNames(const json& evidence) {
   return names;
 }
 
-// The images of an evidence document among images and videos that are given again.
+// The pictures of an evidence document, from images and videos that are given again.
 PictureSource picturesFrom(const json& evidence, const std::vector<std::string>& paths) {
   const std::vector<std::string> short_names = shortNames(paths);
   std::map<std::string, std::string> path_of;

@@ -305,7 +305,7 @@ class TrackCommand final : public Command {
   std::string map_;
   bool is_flow_ = true;
   Path path_;
-  std::vector<double> seconds_;  // of each frame; empty: unknown
+  std::vector<double> seconds_;  // of each frame; empty if unknown
   std::vector<std::string> notes_;
 };
 

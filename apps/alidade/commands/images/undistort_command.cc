@@ -145,7 +145,7 @@ class UndistortCommand final : public Command {
   bool camera_only_ = false;
   std::vector<RemappedImage> images_;
   ViewChoice choice_;
-  double dark_share_ = 0;  // of the view's pixels, without a source
+  double dark_share_ = 0;  // share of the view's pixels without a source
 };
 
 }  // namespace

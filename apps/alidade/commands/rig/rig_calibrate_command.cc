@@ -92,7 +92,7 @@ std::string cameraText(const RigCalibration& rig, std::size_t index, const Given
          (std_mm > 0 ? fmt::format(" (standard deviation {:.{}f} mm)", std_mm, decimals) : "");
 }
 
-// Is this about the given images rather than the rig?
+// True if the diagnosis is about the given images and not about the rig.
 bool isOfInput(const Diagnosis& diagnosis) {
   return diagnosis.severity == Severity::kNote && diagnosis.id.kind().subject == Subject::kMatching;
 }
@@ -115,9 +115,9 @@ std::string imageList(const RigCalibration& rig, const std::string& title,
          }));
 }
 
-// The summary of a rig's calibration for people, laid out as that of a camera: at most 100 columns; the
-// verdict, the worst transfer between cameras and all failures first; at most 16 lines unless cameras and
-// failures need more.
+// The summary of a rig's calibration for people, in the layout used for a single camera: at most 100
+// columns; the verdict, the worst transfer between cameras and all failures first; at most 16 lines unless
+// cameras and failures need more.
 // @param given  of each camera; the views are not used
 // @param num_frames  with a board that two or more cameras saw
 std::string rigSummaryText(const RigCalibration& rig, const std::vector<GivenViews>& given, int num_frames,
@@ -141,8 +141,8 @@ std::string rigSummaryText(const RigCalibration& rig, const std::vector<GivenVie
     else
       others.push_back(diagnosis);
   }
-  // Warnings, and notes on what was given, have the room that is left; what does not fit is counted. However
-  // many cameras there are, the first warning is told.
+  // Warnings, and notes on the inputs, get the remaining lines; those that do not fit are counted. The first
+  // warning is always shown, however many cameras there are.
   constexpr std::size_t kLinesOfAWarning = 3;
   const std::size_t num_reserved = lines.size() + rest.size() + 1;
   const std::size_t room = std::max(kLinesOfAWarning, kMaxLines - std::min(num_reserved, kMaxLines));

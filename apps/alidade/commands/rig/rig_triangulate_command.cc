@@ -30,7 +30,7 @@ using SeenPoint = std::pair<std::string, std::vector<RigPixel>>;
 constexpr const char* kColumns = "id,camera,u,v";
 constexpr std::array<const char*, 6> kEntries = {"xx", "xy", "xz", "yy", "yz", "zz"};
 
-// The fields of id, camera, u, v and, where the header has it, sigma_px.
+// Indices of the fields id, camera, u, v and, if the header has it, sigma_px.
 std::vector<std::size_t> fieldsOf(const TableLines& lines) {
   std::vector<std::size_t> fields;
   for (const detail::TableColumn& column :

@@ -42,7 +42,7 @@ std::string tracksText(const FootageSimulator& simulator, const std::vector<True
   return text;
 }
 
-// Writes camera.yaml, poses.yaml, trajectory.txt, tracks.csv and, if they are wanted, images/*.png.
+// Writes camera.yaml, poses.yaml, trajectory.txt, tracks.csv and, if requested, images/*.png.
 void writeFootage(const FootageSimulator& simulator, const std::vector<TrueTrack>& tracks,
                   const PendingFolder& folder, bool with_images, const CommonOptions& common) {
   const FootageScene& scene = simulator.scene();

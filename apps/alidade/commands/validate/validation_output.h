@@ -9,7 +9,7 @@
 
 namespace alidade {
 
-/// So many files failed; passed, with warnings; or passed.
+/// The number of files with this outcome: failed, passed with warnings, or passed.
 [[nodiscard]] std::size_t numWith(const ValidationResult& result, Severity outcome);
 
 /// "40 files: 38 passed (2 with warnings), 2 failed".

@@ -165,7 +165,7 @@ std::string footageCheckLines(const FootageJudgement& judgement, const FootageCh
   return text + changeLines(check);
 }
 
-// The details of the footage check: what was tried, and what came of it. Lines with an indentation.
+// The details of the footage check: the changes tried, and their results. Lines are indented.
 std::string footageLines(const FootageJudgement& judgement) {
   if (judgement.edits.empty()) return footageCheckLines(judgement, judgement.check);
   std::string text;

@@ -23,7 +23,7 @@ struct LensPrior {
   [[nodiscard]] bool isNone() const { return precision.empty(); }
   /// Half the sum of squares, like the cost of the solver.
   [[nodiscard]] double cost(std::span<const double> params) const;
-  /// Adds the prior to an information matrix and a gradient, of which the rows from `first` on are the
+  /// Adds the prior to an information matrix and a gradient, in which the rows from `first` on are the
   /// parameters.
   void addTo(std::span<const double> params, Eigen::MatrixXd& information, Eigen::VectorXd& gradient,
              Eigen::Index first = 0) const;

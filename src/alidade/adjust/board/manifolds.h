@@ -75,15 +75,15 @@ class SE3Manifold final : public ceres::Manifold {
   }
 };
 
-/// The Jacobian of the tangent at a pose by the seven numbers of its block.
+/// Derivative of the tangent at a pose by the seven numbers of its block.
 [[nodiscard]] inline Eigen::Matrix<double, 6, 7, Eigen::RowMajor> tangentByBlock(const double* pose) {
   Eigen::Matrix<double, 6, 7, Eigen::RowMajor> J;
   SE3Manifold().MinusJacobian(pose, J.data());
   return J;
 }
 
-/// One residual a parameter: (parameter - mean) / deviation.
-/// @param inverse_deviations  0 for a parameter of which nothing is known
+/// One residual per parameter: (parameter - mean) / deviation.
+/// @param inverse_deviations  0 for a parameter without prior knowledge
 [[nodiscard]] inline ceres::CostFunction* priorBlock(const Eigen::VectorXd& inverse_deviations,
                                                      const Eigen::VectorXd& mean) {
   return new ceres::NormalPrior(inverse_deviations.asDiagonal(), mean);

@@ -59,7 +59,8 @@ ExtraColumns offsetColumns(const Board& board) {
   columns.size = kNumBends + 3 * board.numCorners();
   columns.addElements = [&board](const CornerRows& rows, int axis, Elements& to) {
     addBends(board, 0, rows, axis, to);
-    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];  // same as a shift of the
+    // A shift of the point acts like a translation of the pose.
+    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];
     for (int i = 0; i < 3; ++i) to.emplace_back(kNumBends + 3 * rows.corner.id + i, J_px_point[i]);
   };
   return columns;
@@ -80,7 +81,7 @@ detail::ViewGram detail::gramOf(std::string_view model_id, std::span<const doubl
   for (std::size_t i = 0; i < view.size(); ++i) {
     constexpr Eigen::Index kCx = 6 + 2;
     const auto from = static_cast<Eigen::Index>(2 * i);
-    const double root_weight = dense(from, kCx);  // as the pixel moves with the centre
+    const double root_weight = dense(from, kCx);  // as the pixel moves with the principal point
     if (!(root_weight > 0)) continue;
     if (num_rows != from) dense.middleRows<2>(num_rows) = dense.middleRows<2>(from);
     const double* u = dense.row(num_rows).data();

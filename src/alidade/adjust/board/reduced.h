@@ -53,7 +53,7 @@ struct ExtraElements {
 /// respect to unknowns other than pose and intrinsics. Few of them are non-zero in any row.
 struct ExtraColumns {
   ExtraColumns() = default;  ///< none
-  /// @param columns  with size() and elements(rows, axis), which gives ExtraElements; must outlive this
+  /// @param columns  with size() and elements(rows, axis), which returns ExtraElements; must outlive this
   template <class Columns>
   ExtraColumns(const Columns& columns)
       : size(columns.size()),
@@ -71,8 +71,8 @@ struct ExtraColumns {
 /// Number of columns for the BoardShape of a board, after those of the intrinsics.
 inline constexpr int kNumBends = 2;
 
-/// bend_x and bend_y of the shapes of boards as further columns, for the views of one board.
-/// @param board        that the view shows; null: one whose bend is not among the columns
+/// bend_x and bend_y of the shapes of boards as additional columns, for the views of one board.
+/// @param board        of the view; null if its bend is not among the columns
 /// @param first        its first column
 /// @param num_columns  of all boards
 [[nodiscard]] ExtraColumns bendColumns(const Board* board, int first = 0, int num_columns = kNumBends);
@@ -82,7 +82,7 @@ inline constexpr int kNumBends = 2;
 
 namespace detail {
 
-/// Sums of products of the columns of a view: pose, parameters, further ones, error.
+/// Sums of products of the columns of a view: pose, parameters, additional ones, error.
 struct ViewGram {
   Eigen::MatrixXd lower;  ///< triangle; zero above the diagonal
   double sum_of_rho = 0;

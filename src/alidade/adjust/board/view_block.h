@@ -41,7 +41,7 @@ class ViewBlock final : public ceres::CostFunction {
   const ViewKernel& kernel_;
   bool has_rig_pose_;
   bool has_shape_;
-  std::vector<CornerGroup> corners_;  // on the shape as it is, where that is fixed
+  std::vector<CornerGroup> corners_;  // on the present shape, if it is fixed
 };
 
 }  // namespace alidade

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The sums of a view's normal equations; included by the sources that hold the loops.
+// Sums of a view's normal equations, for inclusion in the sources that hold the loops.
 #pragma once
 
 #include <algorithm>

@@ -17,13 +17,13 @@ using detail::EliminationEquations;
 
 constexpr std::size_t kPose = RowLayout::kPose;
 
-// True if the corners of a view are discs: all of a board are.
+// True if the corners of a view are discs; a board has only one kind.
 bool areDiscs(std::span<const CornerGroup> corners) {
   return !corners.empty() && corners.front().radius_m > 0;
 }
 
-// What a lens makes of discs: the centroid of a disc's image, which is not the image of its middle, follows
-// from the images of some points of its rim, see centroidWithin().
+// The projection of discs: the centroid of a disc's image, which differs from the image of its centre,
+// follows from the images of points on its rim, see centroidWithin().
 constexpr std::size_t kRimPoints = 12;
 static_assert(kRimPoints % kNumLanes == 0);
 using Rim = std::array<CornerGroup, kRimPoints / kNumLanes>;
@@ -47,7 +47,7 @@ Rim rimOf(const CornerGroup& group, std::size_t lane) {
   return rim;
 }
 
-// Projected minus observed, px; NaN where a point of the rim does not project.
+// Projected minus observed, px; NaN if a point of the rim does not project.
 Eigen::Vector2d discError(const ViewKernel& kernel, const double* params, const SE3& camera_from_board,
                           const CornerGroup& group, std::size_t lane) {
   const Rim rim = rimOf(group, lane);
@@ -58,8 +58,8 @@ Eigen::Vector2d discError(const ViewKernel& kernel, const double* params, const 
   return centroidWithin(seen).at - Eigen::Vector2d(group.u[lane], group.v[lane]);
 }
 
-// The rows of u and v as ViewKernel::rows() has them, but without the corner's weight; zero, and false,
-// where a point of the rim does not project.
+// The rows of u and v as in ViewKernel::rows(), but without the corner's weight; zero, and false, if a point
+// of the rim does not project.
 bool writeDisc(const ViewKernel& kernel, const double* params, const SE3& camera_from_board,
                const CornerGroup& group, std::size_t lane, double* rows) {
   constexpr auto kRows = static_cast<int>(2 * kRimPoints);

@@ -15,8 +15,8 @@
 
 namespace alidade {
 
-/// The corners of a view in groups. What fills up the last group repeats the first corner, which is seen
-/// wherever the view is, with weight 0.
+/// The corners of a view in groups. The last group is padded with copies of the first corner with weight 0,
+/// which project whenever the view does.
 [[nodiscard]] std::vector<CornerGroup> groupsOf(std::span<const Observation> view);
 
 /// The triangular factor of the normal equations [J r]^T [J r] of a view, with rows^T rows equal to the
@@ -64,14 +64,14 @@ class ViewKernel {
   /// The columns of write().
   [[nodiscard]] virtual const RowLayout& layout() const = 0;
 
-  /// Writes both rows of each corner, taken as a point: that of u first, 2 layout().width lanes a group,
-  /// times the root of its weight and of the loss' weight, and adds its rho. Corners that are not seen
-  /// (behind the camera, beyond a pole, or where the lens has folded) get zeros; false if there are any.
+  /// Writes both rows of each corner, taken as a point, u first, 2 layout().width lanes per group, times the
+  /// square roots of its weight and of the loss weight, and adds its rho. Corners that do not project (behind
+  /// the camera, beyond a pole, or beyond a fold of the lens) get zeros; false if there are any.
   virtual bool write(const double* params, const SE3& camera_from_board, std::span<const CornerGroup> groups,
                      HuberLoss loss, Lanes* rows, Lanes& sum_rho) const = 0;
 
-  /// Writes the errors in u and v of each group of points, px, not weighted; NaN for a corner that is not
-  /// seen.
+  /// Writes the errors in u and v of each group of points, px, not weighted; NaN for a corner that does not
+  /// project.
   virtual void writeErrors(const double* params, const SE3& camera_from_board,
                            std::span<const CornerGroup> groups, Lanes* errors) const = 0;
 };

@@ -162,7 +162,7 @@ std::optional<SE3> refitPose(const ViewKernel& kernel, std::span<const double> p
   SE3 pose = camera_from_board;
   ViewFactor factor(kernel.numParams() + 7, kernel.numParams() + 7);
   ViewFactor trial = factor;
-  // Sum of rho.
+  // Sum of rho; nothing if a corner does not project.
   const auto costAt = [&](const SE3& at, ViewFactor& to) -> std::optional<double> {
     if (!kernel.factor(params.data(), at, corners, loss, Unseen::kRefuse, to.data())) return std::nullopt;
     return to.rightCols<1>().squaredNorm();
@@ -172,7 +172,7 @@ std::optional<SE3> refitPose(const ViewKernel& kernel, std::span<const double> p
   // A pose that has not converged by then is merely less accurate.
   for (int i = 0; i < kMaxSteps; ++i) {
     const Vector6d y = factor.topRightCorner<6, 1>();
-    // What the step takes off the cost, as far as a parabola says.
+    // The quadratic model predicts this drop of the cost.
     if (!(y.squaredNorm() > kAtRest * *cost)) break;
     // Not triangular, because its rows are in the order of the pivots.
     const Matrix6d R = factor.topLeftCorner<6, 6>();

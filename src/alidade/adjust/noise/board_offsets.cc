@@ -67,12 +67,12 @@ std::vector<Eigen::VectorXd> smoothModes(const Board& target) {
   return {basis.begin() + num_of_pose_and_size, basis.end()};
 }
 
-// A board among all whose offsets are estimated, and what is known of them beforehand: each coordinate
-// scatters about zero, in the plane or across it, and a smooth mode by as much as it is found to. If points
-// only scattered independently, a stretched board would seem much better known than it is.
+// A board whose offsets are estimated, with their prior: each coordinate scatters about zero, in the plane or
+// normal to it, and each smooth mode has its own estimated scatter. If all points scattered independently, a
+// stretch of the board would seem much better known than it is.
 class UnevenBoard {
  public:
-  // @param first  of its offsets among those of all boards
+  // @param first  index of its first offset among those of all boards
   UnevenBoard(const FitBoard& board, std::size_t index, Eigen::Index first)
       : index_(index),
         first_(first),
@@ -87,7 +87,7 @@ class UnevenBoard {
     }
   }
 
-  // Its part of what belongs to the offsets of all boards.
+  // This board's part of a vector or matrix over the offsets of all boards.
   [[nodiscard]] auto own(Eigen::VectorXd& all) const { return all.segment(first_, count_); }
   [[nodiscard]] auto own(const Eigen::VectorXd& all) const { return all.segment(first_, count_); }
   [[nodiscard]] auto own(Eigen::MatrixXd& all) const { return all.block(first_, first_, count_, count_); }
@@ -95,7 +95,7 @@ class UnevenBoard {
     return all.block(first_, first_, count_, count_);
   }
 
-  // The information of what is known.
+  // The information of the prior.
   [[nodiscard]] Eigen::MatrixXd information() const {
     Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(count_, count_);
     for (Eigen::Index i = 0; i < count_; ++i) matrix(i, i) = precision_(axesOf(i));
@@ -104,7 +104,7 @@ class UnevenBoard {
     return matrix;
   }
 
-  // Sets the scatter and the modes; returns the relative change of a scatter.
+  // Sets the scatter and the modes; returns the largest relative change of a scatter.
   double update(const Eigen::VectorXd& offsets, const Eigen::MatrixXd& inverse, double variance) {
     double largest = 0;
     for (const int axes : {kInPlane, kAcross}) {
@@ -165,8 +165,8 @@ class UnevenBoard {
     }
   }
 
-  // Gives the board of the fit its offsets and their scatter; returns the largest step over the points'
-  // distance.
+  // Writes the offsets and their scatter to the fit; returns the largest step as a share of the points'
+  // spacing.
   double apply(const Eigen::VectorXd& step, const Eigen::VectorXd& offsets, double num_free, Fit& fit) const {
     FitBoard& board = fit.boards[index_];
     *board.offset_precision = precision_;
@@ -241,8 +241,8 @@ Eigen::VectorXd offsetsOf(const FitBoard& board) {
 // The equations of the offsets with all other unknowns eliminated.
 class OffsetEquations {
  public:
-  // Nothing where the other unknowns are not determined.
-  // @param kept  the uneven boards as of before; empty: with no mode freed
+  // Nothing if the other unknowns are not determined.
+  // @param kept  the uneven boards so far; empty: initial ones without freed modes
   static std::optional<OffsetEquations> make(const Fit& fit, const std::vector<UnevenBoard>& kept = {}) {
     const JointColumns columns = jointColumns(fit, Offsets::kInclude);
     const Reduced all = equationsOf(fit, columns, LossWeights::kUse);
@@ -252,7 +252,7 @@ class OffsetEquations {
     const Eigen::Index num_offsets = columns.count - num_others;
     const Eigen::MatrixXd directions = jointDirections(fit, columns, all.information);
     const Eigen::Index num_free = directions.cols() - num_offsets;
-    // Plain matrices: each kind of block would be a product of its own to compile.
+    // Plain matrices, because each type of block would need a compiled product of its own.
     const Eigen::MatrixXd others = directions.topLeftCorner(num_others, num_free);
     const Eigen::MatrixXd own = all.information.topLeftCorner(num_others, num_others);
     const Eigen::MatrixXd coupling = all.information.bottomLeftCorner(num_offsets, num_others);
@@ -391,7 +391,7 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
     if (!is_solved) return std::nullopt;
     if (!is_estimated && kept.empty() && ++num_changes == kMaxChanges) kept = equations->boards();
     const double step = equations->apply(fit);
-    for (FitBoard& board : fit.boards) {  // those whose offsets the corners do not determine are even
+    for (FitBoard& board : fit.boards) {  // boards with undetermined offsets become even
       if (is_estimated && board.isUneven() && board.num_free_offsets < kFewestOffsets) makeEven(board);
     }
     if (step < kScatterAtRest) scatter = OffsetScatter::kKeep;

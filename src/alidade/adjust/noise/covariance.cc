@@ -44,8 +44,8 @@ IntrinsicsInformation intrinsicsInformation(const Fit& fit) {
                                    groupsOf(cornersOnShape(fit, view)), kNoLoss, Unseen::kLeaveOut);
     information += paramsInformation(*factor);
   }
-  // Where the condition is below the limit, the smallest eigenvalue is rounding: the Schur complement
-  // subtracts numbers of its own size.
+  // Below the limit, the smallest eigenvalue is rounding, because the Schur complement subtracts nearly equal
+  // numbers.
   const ScaledInverse inverse =
       inverseAlong(freeDirections(kernel.numParams(), camera.constraint), information);
   return {inverse, std::move(information)};

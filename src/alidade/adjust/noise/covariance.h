@@ -22,12 +22,13 @@ struct ScaledInverse {
 /// @param singular  condition below which the smallest eigenvalue is rounding
 [[nodiscard]] ScaledInverse scaledInverse(const Eigen::MatrixXd& matrix, double singular = 1e-13);
 
-/// The same along free directions, one a column: zero across them, and the condition is that of the rest.
+/// The same along free directions, one per column: the inverse is zero across them, and the condition is that
+/// along them.
 [[nodiscard]] ScaledInverse inverseAlong(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& matrix);
 
-/// What the corners say about the intrinsics once every pose is free, with the inverse along what a
-/// constraint leaves free. With a condition near 0, some combination of parameters is not seen by these views
-/// at all.
+/// Information of the corners on the intrinsics with every pose free; the inverse is along the directions
+/// that the constraint leaves free. A condition near 0 means that these views do not determine some
+/// combination of parameters.
 struct IntrinsicsInformation : ScaledInverse {
   /// N x N: the Schur complement of the poses in J^T W J with the corners' weights W, so that covariance =
   /// sigma^2 * information^-1 with the variance sigma^2 of a corner of weight 1. Per px^2.

@@ -12,10 +12,10 @@ namespace {
 constexpr int kPoseSize = 6;
 using PoseRows = Eigen::Matrix<double, kPoseSize, Eigen::Dynamic>;
 
-// Adds a view to the lower triangle of the sums of its placement, whose columns are the placement's own six,
-// the unknowns of the fit, and the error.
-// C Exp(eta) P Exp(zeta) = C P Exp(Ad(P^-1) eta + zeta): the pose's columns are those of the placement, and
-// by the adjoint those of the camera.
+// Adds a view to the lower triangle of the sums of its placement, whose columns are the six of the
+// placement's pose, the unknowns of the fit, and the error.
+// C Exp(eta) P Exp(zeta) = C P Exp(Ad(P^-1) eta + zeta): the columns of the pose are those of the placement
+// and, through the adjoint, those of the camera.
 // @returns the number of corners
 int add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWeights weights,
         Eigen::MatrixXd& sums) {
@@ -29,7 +29,7 @@ int add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWe
                                                has_offsets ? offsetColumns(board)
                                                : has_bend  ? bendColumns(&board)
                                                            : ExtraColumns());
-  // Where the view's columns stand among those of the sums; -1: they are not estimated.
+  // For each column of the view, the column of the sums; -1 if it is not estimated.
   std::vector<Eigen::Index> to;
   const auto place = [&](int first, Eigen::Index count) {
     for (Eigen::Index i = 0; i < count; ++i) to.push_back(first < 0 ? -1 : kPoseSize + first + i);

@@ -34,7 +34,7 @@ constexpr double kDominant = 0.5;  // share of the largest component of the unde
                                    // parameters above it are named
 constexpr double kSameCost = 1e-9;
 
-// The combinations of the lens' parameters, in natural sizes; the last one is known least.
+// Combinations of the lens parameters in units of LensScale; the last one is determined least.
 SymmetricEigen combinations(const Eigen::MatrixXd& covariance, const LensScale& scale) {
   const auto num_lens = static_cast<Eigen::Index>(scale.size.size() - kNumAffine);
   const Eigen::VectorXd inverse =

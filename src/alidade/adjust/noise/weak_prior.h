@@ -35,8 +35,7 @@ namespace alidade {
 /// @param information  of the views alone, N x N, per px^2
 /// @param camera       estimated, with its prior
 /// @param variance     of the coordinate of a corner of weight 1, px^2
-/// @param robust       what the views alone would say without a prior, the covariance by views; empty: the
-///                     covariance by noise is asked for
+/// @param robust       the covariance by views, without a prior; empty: returns the covariance by noise
 /// @returns nothing if H + Q is singular
 [[nodiscard]] std::optional<Eigen::MatrixXd> heldCovariance(const Eigen::MatrixXd& information,
                                                             const FitCamera& camera, double variance,

@@ -104,7 +104,7 @@ class CancelWatch final : public ceres::IterationCallback {
   const CancelFlag* cancel_;
 };
 
-// Holds the scale where it is free, by the frame that is farthest from the first one, if it is elsewhere.
+// If the scale is free, holds it by the distance of the frame that is farthest from the first one.
 void holdScale(ceres::Problem& problem, const SceneFit& fit, std::vector<PoseBlock>& poses) {
   const Eigen::Vector3d first = fit.camera_from_world.front().inverse().translation;
   std::size_t farthest = 0;

@@ -19,7 +19,7 @@
 namespace alidade {
 namespace {
 
-// For the board at the end of those of the information.
+// For the last board of `information`.
 std::optional<BendByViews> byViews(const Fit& fit, const ShapeInformation& info) {
   const FitCamera& camera = onlyCamera(fit);
   const BoardShape& shape = fit.boards[info.boards.back()].shape;
@@ -29,8 +29,8 @@ std::optional<BendByViews> byViews(const Fit& fit, const ShapeInformation& info)
                      meanSlope(weightedErrors(fit), fit.loss), info.boards.size() - 1);
 }
 
-// Twice the cost by the degrees of freedom that are left with so many boards' bends free: the variance of a
-// coordinate.
+// Variance of a coordinate after freeing the bends of this many boards: twice the remaining cost over the
+// remaining degrees of freedom.
 double varianceLeft(const Fit& fit, double drop, std::size_t num_bent) {
   const auto num_corners = static_cast<double>(numCorners(fit));
   const double freedom = 2.0 * num_corners - static_cast<double>(onlyCamera(fit).params.size()) -
@@ -51,8 +51,8 @@ std::vector<std::size_t> endingWith(std::vector<std::size_t> boards, std::size_t
   return boards;
 }
 
-// Sigmas and agreement of the views for a board, beside the bends that are estimated; nothing where the views
-// do not determine it. The board is the last one of the information.
+// Sigmas and agreement between views for a board, given the bends already estimated; nothing if the views do
+// not determine it. The board is the last one of `information`.
 std::optional<ShapeInformation> describeBend(const Fit& fit, std::size_t board, ShapeReport& report) {
   auto info = shapeInformation(fit, endingWith(estimatedShapes(fit), board));
   report.is_determined = info.has_value();
@@ -63,7 +63,7 @@ std::optional<ShapeInformation> describeBend(const Fit& fit, std::size_t board, 
   return info;
 }
 
-// On the same corners.
+// Refits the same corners with this board flat.
 Fit flattened(Fit fit, std::size_t board, const std::vector<double>& params) {
   FitBoard& flat = fit.boards[board];
   flat.shape = {.offsets_m = std::move(flat.shape.offsets_m)};
@@ -72,8 +72,8 @@ Fit flattened(Fit fit, std::size_t board, const std::vector<double>& params) {
   return fit;
 }
 
-// Describes the boards that are still open, and of those that count as bent returns the first estimate of the
-// most significant bend, which is that of its last board.
+// Describes the boards that are still to be tested, and returns the first estimate of the most significant
+// bend, that of its last board; nothing if no board counts as bent.
 std::optional<ShapeInformation> mostBent(const Fit& fit, const std::vector<bool>& is_open,
                                          BoardShapeMode mode, std::vector<ShapeReport>& reports) {
   std::optional<ShapeInformation> most;
@@ -101,10 +101,10 @@ void bend(SettledFit& now, const ShapeInformation& further, BoardShapeMode mode,
   board.shape.bend_x_m = step_m.x();
   board.shape.bend_y_m = step_m.y();
   now.fit = solve(std::move(now.fit), {.cancel = cancel});
-  // A part of the apparent noise was the bend: weights and loss are settled again.
+  // Part of the apparent noise was the bend, so settle weights and loss again.
   now = settledWeights(std::move(now.fit), cancel);
   const bool is_determined = describeBend(now.fit, at, report).has_value();
-  // A bend takes up some of what a model lacks. If the larger model explains more than the bend, it is that.
+  // A bend absorbs part of what the model lacks. If a larger model explains more, the model is at fault.
   if (is_determined && !(larger && larger->rms_px < weightedRms(now.fit))) {
     report.flat_params = onlyCamera(before).params;
     return;
@@ -116,10 +116,10 @@ void bend(SettledFit& now, const ShapeInformation& further, BoardShapeMode mode,
   now = settledWeights(std::move(now.fit), cancel);
 }
 
-// See testBendsAgain(); false where the board is taken as flat.
+// See testBendsAgain(). False if the board is taken as flat.
 bool isStillBent(Fit& fit, std::size_t board, BoardShapeMode mode, const CancelFlag* cancel,
                  ShapeReport& report) {
-  constexpr double kFlatTolerance = 1e-9;  // of the cost: far below a difference that counts
+  constexpr double kFlatTolerance = 1e-9;  // of the cost, far below any difference that matters
   const bool is_determined = describeBend(fit, board, report).has_value();
   Fit flat = solve(flattened(fit, board, report.flat_params),
                    {.function_tolerance = kFlatTolerance, .cancel = cancel});
@@ -128,14 +128,14 @@ bool isStillBent(Fit& fit, std::size_t board, BoardShapeMode mode, const CancelF
   report.flat_params = onlyCamera(flat).params;
   report.flat_rms_px = weightedRms(flat);
   if (is_determined && (mode == BoardShapeMode::kWarp || isBent(report.f, report.by_views))) return true;
-  // The apparent bend was outliers.
+  // Outliers caused the apparent bend.
   report.flat_params.clear();
   report.flat_rms_px = std::numeric_limits<double>::quiet_NaN();
   fit = solve(std::move(flat), {.cancel = cancel});
   return false;
 }
 
-// Effect of one more bend beside others, in a fit in which all boards are flat.
+// Effect of one more bend in addition to others, in a fit in which all boards are flat.
 std::optional<ShapeInformation> furtherBend(const Fit& fit, const std::vector<std::size_t>& others,
                                             double drop_by_others) {
   std::optional<ShapeInformation> most;
@@ -154,7 +154,7 @@ std::optional<ShapeInformation> furtherBend(const Fit& fit, const std::vector<st
 
 constexpr double kWorthwhile = 0.05;  // of the held-out RMS
 
-// As many as have points few enough together.
+// As many boards as have few enough points in total.
 std::vector<std::size_t> testableBoards(const Fit& fit) {
   constexpr int kMostPoints = 400;
   int num_points = 0;
@@ -168,10 +168,10 @@ std::vector<std::size_t> testableBoards(const Fit& fit) {
   return boards;
 }
 
-// The fit with offsets if the views bear them out.
+// The fit with offsets if the views confirm them.
 std::optional<Fit> ifBorneOut(const Fit& even, Choice& choice, const CancelFlag* cancel) {
   const Fit started = startedUneven(even, testableBoards(even));
-  // A gain in held-out errors shows in the errors in use as well.
+  // An improvement of held-out errors also shows in the errors of the fit.
   if (!isAnyUneven(started) || varianceLeftByOffsets(started) > (1 - kWorthwhile) * (1 - kWorthwhile))
     return std::nullopt;
   auto fit = withOffsets(started, OffsetScatter::kEstimate, cancel);
@@ -192,7 +192,7 @@ std::optional<Fit> ifBorneOut(const Fit& even, Choice& choice, const CancelFlag*
 std::optional<BendByViews> bendByViews(const ShapeInformation& information, const Eigen::Vector2d& bend_m,
                                        const Eigen::MatrixXd& directions, double mean_slope,
                                        std::size_t which) {
-  constexpr double kFewest = 2;  // degrees of freedom; below, not even a strong bend would be significant
+  constexpr double kFewest = 2;  // degrees of freedom; with fewer, not even a strong bend is significant
   const Eigen::Index num_params = directions.rows();
   const Eigen::Index num_bends = information.pulls.front().gradient.size() - num_params;
   const auto shares =
@@ -208,14 +208,14 @@ std::optional<BendByViews> bendByViews(const ShapeInformation& information, cons
   const double t2 = bend_m.dot(covariance.inverse() * bend_m);
   const double n = result.freedom;
   result.f = (n - 1) / (2 * n) * t2;
-  result.chance = std::pow(1 + t2 / n, -0.5 * (n - 1));  // F with 2 degrees above has it in closed form
+  result.chance = std::pow(1 + t2 / n, -0.5 * (n - 1));  // tail of F(2, n - 1) in closed form
   for (int i = 0; i < kNumBends; ++i)
     result.std_m(i) = std::sqrt(covariance(i, i)) * studentT95(freedoms(i)) / kNormal95;
   return result;
 }
 
 bool isBent(double f, const std::optional<BendByViews>& by_views) {
-  constexpr double kChance = 0.05;  // it comes on top of kBendF, which a flat board hardly ever exceeds
+  constexpr double kChance = 0.05;  // in addition to kBendF, which a flat board hardly ever exceeds
   return f > kBendF && !(by_views && by_views->chance > kChance);
 }
 
@@ -245,7 +245,7 @@ std::vector<ShapeReport> estimateBends(SettledFit& now, BoardShapeMode mode, con
 
 void testBendsAgain(SettledFit& now, std::vector<ShapeReport>& reports, BoardShapeMode mode,
                     const CancelFlag* cancel) {
-  // Without a bend that was none the others look different.
+  // Removing a false bend changes how the others look.
   const auto isStill = [&](std::size_t b) { return isStillBent(now.fit, b, mode, cancel, reports[b]); };
   while (!std::ranges::all_of(estimatedShapes(now.fit), isStill)) continue;
 }
@@ -273,7 +273,7 @@ void estimateOffsets(SettledFit& now, BoardShapeMode mode, const CancelFlag* can
     choice.are_offsets_undetermined = !fit || !isAnyUneven(*fit);
   }
   if (!fit) return;
-  // A part of the apparent noise was the board.
+  // Part of the apparent noise was the board.
   now = settledWeights(*std::move(fit), cancel);
   estimateOffsetsAgain(now, cancel);
 }
@@ -283,7 +283,7 @@ void estimateOffsetsAgain(SettledFit& now, const CancelFlag* cancel) {
     now.fit = *std::move(fit);
     return;
   }
-  // Offsets that do not come to rest are none.
+  // Offsets that do not converge are discarded.
   for (FitBoard& board : now.fit.boards) makeEven(board);
   now.fit = solve(std::move(now.fit), {.cancel = cancel});
 }

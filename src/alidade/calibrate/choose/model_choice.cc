@@ -33,47 +33,47 @@
 namespace alidade {
 namespace {
 
-// A model on the way to a choice. Its verdict and reason are empty as long as it is in question.
+// A model considered for the choice. Its verdict and reason are empty until they are known.
 struct Candidate : ModelCandidate {
   explicit Candidate(std::string_view model_id)
       : ModelCandidate{.id = std::string(model_id),
                        .num_params = static_cast<int>(parameterNames(model_id).size()),
                        .verdict = {},
                        .reason = {}} {}
-  // It is no camera to recommend.
+  // Marks the model as one that must not be recommended.
   void ruleOut(const Unsoundness& why) {
     verdict = why.id;
     reason = why.text;
     folds = why.folds;
   }
 
-  // As fittedPlainly() leaves it. None: ruled out, or without a verdict the model needs no search of its
-  // own.
+  // The result of fittedPlainly(). Nothing if the model is ruled out or, without a verdict, needs no search
+  // of its own.
   std::optional<ModelSolution> solution;
   ParamConstraint constraint;
   std::exception_ptr error;  // why no camera of the model explains the views
-  bool folds = false;        // it was ruled out for no other reason, see Unsoundness
+  bool folds = false;        // the only reason to rule it out, see Unsoundness
 
-  // On the corners in common.
+  // Results on the common corners.
   std::vector<double> params;
   std::optional<HeldOutScore> score;
 };
 
 using Candidates = std::vector<Candidate>;
 
-// The options with a model that is named.
+// The options with this model.
 CalibratorOptions withModel(std::string_view model_id, CalibratorOptions options) {
   options.model = model_id;
   return options;
 }
 
-// Up to the first field across, perspective lenses with distortion follow every other lens, and radtan and
-// rational are what all programs read. Beyond, fisheye models are considered where one fits better than
-// radtan; beyond the second always.
+// Up to the first field angle, perspective lenses with distortion fit every lens, and radtan and rational are
+// the models that all programs read. Beyond it, fisheye models are considered if one fits better than radtan;
+// beyond the second angle, always.
 constexpr double kWideFieldRad = 100 * std::numbers::pi / 180;
 constexpr double kVeryWideFieldRad = 110 * std::numbers::pi / 180;
-// Share of the cost that a larger model must remove to be a candidate: less than three parameters, the fewest
-// that one has, must remove of the RMS.
+// Share of the cost that a larger model must remove to be a candidate. Three parameters, the fewest that a
+// larger model adds, must remove more than this from the RMS.
 constexpr double kNeededDrop = 0.02;
 static_assert(kNeededDrop < 2 * 3 * kShareOfParameter);
 
@@ -106,7 +106,7 @@ bool isAllowed(std::string_view id, const CalibratorOptions& options) {
   return models.empty() || std::ranges::find(models, id) != models.end();
 }
 
-// Sum of rho over all corners; those of views that the camera does not explain count as far off.
+// Sum of rho over all corners; corners of views that the camera does not explain count as far off.
 double costOf(const Fit& fit, HuberLoss loss, const PreparedViews& given) {
   double cost = 0;
   for (const FitView& view : fit.views) {
@@ -122,12 +122,12 @@ AnyCamera cameraOf(const Fit& fit) {
   return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
 }
 
-// Does the camera of a fit fold inside the image?
+// True if the camera of a fit folds inside the image.
 bool foldsInsideImage(const Fit& fit) {
   return foldsInsideImage(cameraOf(fit), onlyCamera(fit).size);
 }
 
-// Between the middles of the image's shorter sides; infinite where these have no ray.
+// Angle between the rays of the midpoints of the image's shorter sides; infinite if these have no ray.
 double fieldOf(const Fit& fit) {
   const ImageSize size = onlyCamera(fit).size;
   const AnyCamera camera = cameraOf(fit);
@@ -141,7 +141,7 @@ double fieldOf(const Fit& fit) {
   return fromAxis(*a) + fromAxis(*b);
 }
 
-// Whether a camera sees a corner beside it or behind, where perspective models have no pixel.
+// True if a camera sees a corner at 90 degrees or more from its axis, where perspective models have no pixel.
 bool seesSideways(const Fit& fit) {
   for (const FitView& view : fit.views) {
     const SE3 pose = cameraFromBoard(fit, view);
@@ -167,9 +167,9 @@ void requireAny(const Candidates& candidates) {
                     .next_step = "check the board's size, and name a model with --model"});
 }
 
-// Whether a model fits well enough for a few steps of a larger one to start from it.
+// True if a model fits well enough for a larger one to start from it and converge in a few steps.
 bool fitsRoughly(const Candidate& candidate, const Candidates& candidates) {
-  constexpr double kRoughly = 2;  // times the noise that the best one leaves
+  constexpr double kRoughly = 2;  // times the noise that the best model leaves
   if (!candidate.solution) return false;
   const double threshold = candidate.solution->fit.loss.threshold_px;
   return std::ranges::all_of(candidates, [&](const Candidate& c) {
@@ -177,9 +177,9 @@ bool fitsRoughly(const Candidate& candidate, const Candidates& candidates) {
   });
 }
 
-// The perspective models besides the lead: smaller ones are solved from its poses; larger ones are fitted
-// after a glance at what each gains over the one before it. One that folds leaves something to gain that the
-// errors do not show.
+// The perspective models besides the lead. Smaller ones are solved from its poses; larger ones are fitted
+// only if a few steps show a gain over the model before. A model that folds may be improved on in ways that
+// the errors do not show.
 void addPerspective(Candidates& candidates, bool is_sideways, const PreparedViews& given,
                     const CalibratorOptions& options) {
   const ModelTraits& lead = leadTraits(LensFamily::kPerspective);
@@ -189,7 +189,7 @@ void addPerspective(Candidates& candidates, bool is_sideways, const PreparedView
     Candidate candidate(model.id);
     const auto at = std::ranges::find(candidates, lean, &Candidate::id);
     if (lead.extends(model.id)) {
-      // It needs no search of its own.
+      // A wide view needs no search of its own.
     } else if (is_sideways) {
       candidate.ruleOut(
           {.id = "corners_outside_domain", .text = "some corners lie 90 degrees from the axis or more"});
@@ -219,7 +219,7 @@ Candidates furtherWide(const PreparedViews& given, const CalibratorOptions& opti
   return candidates;
 }
 
-// The smallest of the fitted models that fits all corners about as well as any; there is one.
+// The smallest of the fitted models that fits all corners about as well as any. @pre at least one is fitted.
 Candidate& fittest(Candidates& candidates, const PreparedViews& given) {
   HuberLoss loss = kNoLoss;
   for (const Candidate& c : candidates) {
@@ -236,14 +236,14 @@ Candidate& fittest(Candidates& candidates, const PreparedViews& given) {
   return *found;
 }
 
-// Fits the models that come into question, by number of parameters.
+// Fits the models under consideration, by number of parameters.
 // @param are_all_lenses  false: fisheye models only for wide lenses, because radtan and rational are what all
 //                        programs read
 // @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views
 Candidates fitCandidates(bool are_all_lenses, const PreparedViews& given, const CalibratorOptions& options,
                          ModelChoice& choice) {
-  // The leads of the families: one of them explains the views of any lens, at least roughly, and tells how
-  // wide it is. Where radtan would have to fold, the polynomial in the angle fits better.
+  // The leads of the two families. One of them explains the views of any lens, at least roughly, and shows
+  // how wide the lens is. Where radtan would fold, the polynomial in the angle fits better.
   Candidates candidates;
   const std::string_view perspective = leadTraits(LensFamily::kPerspective).id;
   candidates.emplace_back(perspective);
@@ -256,7 +256,7 @@ Candidates fitCandidates(bool are_all_lenses, const PreparedViews& given, const 
   const double limit = better.id == perspective ? kVeryWideFieldRad : kWideFieldRad;
   choice.is_wide = choice.field_rad > limit;
   const bool is_sideways = seesSideways(widest);
-  // Where radtan is not allowed as a whole, one of these may stand in for it.
+  // If radtan is restricted, one of these may replace it.
   const bool is_whole =
       isAllowed(perspective, options) && numHeldOfLens(constraintOf(withModel(perspective, options))) == 0;
   if (choice.is_wide || !is_whole || are_all_lenses) {
@@ -326,7 +326,7 @@ void evaluate(Candidate& candidate, const Fit& reference, const IsClose& isClose
   if (const auto why = unsoundnessOf(fit)) {
     candidate.ruleOut(*why);
   } else if (!onlyCamera(fit).weak_prior.isNone()) {
-    // A prior hides what the views leave open, and a fold where no corner was seen.
+    // A prior hides undetermined parameters, and a fold where no corner was seen.
     candidate.ruleOut(
         {.id = "ill_conditioned",
          .text = "these views leave its parameters undetermined, and only a weak prior holds it together",

@@ -17,7 +17,7 @@
 namespace alidade {
 namespace {
 
-// The fit with the camera and the poses of another solution; nothing if that explains fewer views.
+// The fit with the camera and the poses of another solution; nothing if it explains fewer views.
 std::optional<Fit> movedTo(const PosedCamera& other, Fit fit) {
   onlyCamera(fit).params = other.params;
   for (const FitView& view : fit.views) {
@@ -28,18 +28,18 @@ std::optional<Fit> movedTo(const PosedCamera& other, Fit fit) {
   return fit;
 }
 
-// May the corners that will be left out, or the board's shape, still bring the two within noise of each
-// other?
+// True if leaving out corners, or the board's shape, may still bring the two within noise of each other.
 bool isClose(const Fit& fit, double cost) {
-  constexpr double kCloseChi2 = 100;  // about ten times what noise makes
+  constexpr double kCloseChi2 = 100;  // about ten times the effect of noise
   const double num_coordinates = 2 * static_cast<double>(numCorners(fit));
   return cost <= (1 + kCloseChi2 / num_coordinates) * fit.summary.cost;
 }
 
-// Other optima that were about as good on the views of the start: on all views the lowest cost decides.
+// Compares other optima that were about as good on the views of the start; on all views the lowest cost
+// decides.
 void compareWithRivals(std::span<const PosedCamera> rivals, const CancelFlag* cancel,
                        ModelSolution& solution) {
-  constexpr double kTolerance = 1e-9;  // of the cost
+  constexpr double kTolerance = 1e-9;  // share of the cost
   Fit& fit = solution.fit;
   std::vector<Fit> others;
   for (const PosedCamera& camera : rivals) {

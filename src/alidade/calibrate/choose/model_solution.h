@@ -29,17 +29,17 @@ struct ModelSolution {
 [[nodiscard]] ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given,
                                             const CalibratorOptions& options);
 
-/// Chooses the smallest model beside which none with further parameters has significantly smaller held-out
-/// errors, by a share that is worth them, among those that the views determine. Where it folds inside the
-/// image, fisheye models come into question too, and a model that does not fold is taken in its place if the
-/// errors that this adds are below a warning (CalibratorOptions::tolerance_px). See docs/model_choice.md.
+/// Chooses, among the models that the views determine, the smallest one that no larger model beats
+/// significantly, and by a worthwhile share, in held-out error. If it folds inside the image, fisheye models
+/// are considered too, and a model that does not fold replaces it if that adds less error than a warning
+/// needs (CalibratorOptions::tolerance_px). See docs/model_choice.md.
 ///
-/// Models that other models contain are given up where a few steps of the larger one take less off the cost
-/// than would count.
+/// A larger model is skipped if a few steps of it from the smaller model that it contains lower the cost by
+/// less than a significant amount.
 ///
-/// All candidates are compared on the same corners with the same weights, those that the smallest model which
-/// fits as well as any settles on: a lean model would leave out as outliers what a better one explains.
-/// The chosen model then settles by itself what an outlier is, as if it had been named.
+/// All candidates are compared on the same corners with the same weights, from the smallest model that fits
+/// as well as any: a simpler model would discard as outliers corners that a better one explains. The chosen
+/// model then decides by itself which corners are outliers, as if the user had named it.
 /// @throws Error (kInput) if neither a perspective nor a fisheye lens explains the views
 [[nodiscard]] ModelSolution chooseModel(const PreparedViews& given, const CalibratorOptions& options);
 

@@ -53,9 +53,9 @@ bool leaveOutCorners(Fit& fit, const PreparedViews& given, const CancelFlag* can
   return true;
 }
 
-// Sets views aside that do not fit the camera of the others, the worst first, and solves again after each:
-// what looks foreign beside a bad view may be right without it. Stops where half of the views are gone: it
-// can then no longer be told which ones are right.
+// Sets aside views that do not fit the camera of the others, the worst first, and solves again after each:
+// views that look wrong beside a bad one may be right without it. Stops when half of the views are gone,
+// since it is then unclear which are right.
 // @throws Error (kInput) if too few views are left
 void setAsideForeignViews(SettledFit& now, const PreparedViews& given, const CancelFlag* cancel) {
   while (2 * now.fit.views.size() > given.views.size()) {
@@ -67,8 +67,8 @@ void setAsideForeignViews(SettledFit& now, const PreparedViews& given, const Can
   }
 }
 
-// Sets views aside of which some corners fit only if all are numbered otherwise; its pose would be wrong as
-// well. False if there are none.
+// Sets aside views of which some corners fit only if all are numbered differently; the pose would be wrong
+// as well. False if there are none.
 bool setAsideMisnumberedViews(SettledFit& now, const PreparedViews& given, const CancelFlag* cancel) {
   constexpr std::size_t kFewOutliers = 3;  // too few to be a row or a column
   std::vector<bool> is_out;
@@ -83,10 +83,10 @@ bool setAsideMisnumberedViews(SettledFit& now, const PreparedViews& given, const
   return true;
 }
 
-// The factor on the focal lengths with which the view fits. From the parameters' storage order, the focal
-// lengths come first.
+// Factor on the focal lengths with which the view fits. Focal lengths come first in the parameters' storage
+// order.
 std::optional<double> fittingFocal(const Fit& fit, ViewFit view, const CancelFlag* cancel) {
-  constexpr double kOther = 0.02;  // closer ones are the same lens with the focus moved, or chance
+  constexpr double kOther = 0.02;  // smaller differences: the same lens refocused, or chance
   Fit alone{.cameras = fit.cameras, .boards = fit.boards, .loss = fit.loss};
   fixShapes(alone);
   FitCamera& camera = onlyCamera(alone);
@@ -102,7 +102,7 @@ std::optional<double> fittingFocal(const Fit& fit, ViewFit view, const CancelFla
   return factor;
 }
 
-// Why a view does not fit the camera of the others, as far as its corners show a reason.
+// Reason why a view does not fit the camera of the others, if its corners show one.
 // @param used  the fit without the view
 std::string misfitReason(const Fit& used, const View& view, const CancelFlag* cancel) {
   if (const auto order = fittingOrder(used, view))

@@ -15,7 +15,7 @@ bool readmitViews(SettledFit& settled, const PreparedViews& given, const CancelF
 [[nodiscard]] SettledFit withoutOutliers(SettledFit settled, const PreparedViews& given,
                                          const CancelFlag* cancel);
 
-/// Everything that the fit has left out, each view with its reason as far as its corners show one.
+/// Everything left out of the fit; each view with its reason if its corners show one.
 [[nodiscard]] Dropped droppedFrom(const Fit& fit, const PreparedViews& given, const CancelFlag* cancel);
 
 }  // namespace alidade

@@ -23,13 +23,13 @@ struct ViewFit {
   std::vector<Eigen::Vector2d> errors;  ///< one per corner; NaN if it does not project
   double sigma_px = 0;                  ///< of the noise of its fit, see noiseSigma()
 
-  /// Is a corner farther off than noise ever is?
+  /// True if a corner is farther off than noise can explain.
   [[nodiscard]] bool isOutlier(std::size_t corner) const;
   [[nodiscard]] std::size_t countOutliers() const;
-  /// Root mean square of the weighted errors over that of noise, each error counted as kOutlierSigmas at
-  /// most: 1 for a view like the others, whatever a few outliers do.
+  /// RMS of the weighted errors over that of noise, each error capped at kOutlierSigmas: about 1 for a view
+  /// like the others, regardless of a few outliers.
   [[nodiscard]] double misfitRatio() const;
-  /// Is this what noise leaves, and a camera that is not exact itself?
+  /// True if noise and an inexact camera explain the errors.
   [[nodiscard]] bool isExplained() const;
 };
 
@@ -53,13 +53,12 @@ inline constexpr double kOutlierSigmas = 8.0;
 /// True if the view does not fit although others do: its misfit stands out and is more than noise.
 [[nodiscard]] bool isForeign(const Fit& fit, const ViewFit& view, double stand_out_ratio);
 
-/// The mistakes in numbering a board that no pose makes up for, each with what it is ("column by column
-/// instead of row by row") and the view's corners as they would be. Numbering from another end, turned or
-/// mirrored, is not among them: a pose makes up for it.
+/// Mistakes in numbering a board that no pose compensates for, each with its description ("column by column
+/// instead of row by row") and the view renumbered. Numbering from a different end, turned or mirrored, is
+/// not included because a pose compensates for it.
 [[nodiscard]] std::vector<std::pair<std::string, View>> renumberings(const Board& board, const View& view);
 
-/// How a view's corners must be numbered for all of them to fit the fit's camera; nothing if that does not
-/// help.
+/// The numbering with which all corners of a view fit the camera; nothing if none helps.
 [[nodiscard]] std::optional<std::string> fittingOrder(const Fit& fit, const View& view);
 
 }  // namespace alidade

@@ -25,25 +25,25 @@ struct Evidence {
   std::vector<Diagnosis> diagnoses = {};
 
   void add(Diagnosis diagnosis) { diagnoses.push_back(std::move(diagnosis)); }
-  /// With the severity of its effect, at most `worst`.
+  /// Adds it with the severity of its effect, at most `worst`.
   void add(Diagnosis diagnosis, double effect_px, Severity worst = Severity::kFailure);
 };
 
-// Effects, px: the largest displacement of a far point over the covered pixels, after alignment by the best
+// Effects, px: the largest displacement of a far point over the covered pixels after alignment by the best
 // rotation. NaN if nothing is covered.
 
-/// Of a change of the parameters, to first order.
+/// Effect of a change of the parameters, to first order.
 [[nodiscard]] double effectOfStep(const Evidence& of, std::span<const double> params_step);
-/// Of another camera in place of this one.
+/// Effect of replacing the camera by a different one.
 [[nodiscard]] double effectOfCamera(const Evidence& of, const AnyCamera& other);
 /// Half the image diagonal, px.
 [[nodiscard]] double halfDiagonal(const Evidence& of);
 
-// Each adds the diagnoses for which there is a reason. A further diagnosis is a function in one of the files
+// Each function adds the diagnoses that apply. A further diagnosis is a function in one of the files
 // X_diagnoses.cc, its name in the list at the end of the file, and a row of kDiagnosisKinds.
 
 void diagnoseLens(Evidence& of);
-/// Single views, errors that all views have in common, and what differs between views although it should not.
+/// Diagnoses single views, errors common to all views, and unexpected differences between views.
 void diagnoseViews(Evidence& of);
 void diagnoseBoards(Evidence& of);
 

@@ -22,10 +22,10 @@
 namespace alidade::detail {
 namespace {
 
-// Are the errors far larger than those of corners in sharp images?
+// True if the errors are far larger than those of corners in sharp images.
 bool isMisfit(const Evidence& of) {
   constexpr double kMisfit = 0.0005;  // of the image diagonal
-  // Weighted: corners that state a large standard deviation are no misfit.
+  // Weighted, because corners with a large stated standard deviation are no misfit.
   return weightedRms(of.fit) > kMisfit * 2 * halfDiagonal(of);
 }
 
@@ -215,8 +215,7 @@ void inaccurate(Evidence& of) {
           .effect_px = accuracy.covered_px});
 }
 
-// The parameters that are unrealistic where no prior could hold the lens together without contradicting the
-// corners.
+// Parameters with unrealistic values that no prior could limit without contradicting the corners.
 std::vector<std::string> runaways(const Evidence& of) {
   const LensScale scale = lensScale(of.camera.modelId(), of.camera, onlyCamera(of.fit).size);
   const std::vector<int>& fixed = onlyCamera(of.fit).constraint.held;

@@ -24,7 +24,7 @@ std::string nameOf(const Fit& fit, const FitView& view) {
   return view.image + boardSuffix(fit, boardIndex(fit, view));
 }
 
-// The stated accuracy where boards were seen, px; NaN if it is unknown.
+// The stated accuracy in the area that boards covered, px; NaN if it is unknown.
 double coveredError(const Evidence& of) {
   const auto& accuracy = of.uncertainty.accuracy;
   return accuracy ? accuracy->covered_px : std::numeric_limits<double>::quiet_NaN();
@@ -117,7 +117,7 @@ void influentialViews(Evidence& of) {
             .evidence = "contradicts the other views by " + numberText("%.0f", surprise_sigmas) +
                         " standard deviations",
             .next_step = "check the image for motion, blur or a bent board, and calibrate without it"},
-           // No projection moves by more of its own standard deviations.
+           // Upper bound: no projection moves by more than this in its own standard deviations.
            move_sigmas * coveredError(of) / kTwoSided95);
   }
 }
@@ -138,7 +138,7 @@ void mirroredViews(Evidence& of) {
   }
 }
 
-// Those that are significant, by cause: one a board at most, or one for all views.
+// The significant common errors, by cause: at most one per board, or one for all views.
 std::vector<CommonError> significantErrors(const Evidence& of) {
   std::vector<CommonError> errors;
   std::ranges::copy_if(of.uncertainty.common_errors, std::back_inserter(errors), &CommonError::isSignificant);
@@ -198,8 +198,8 @@ Diagnosis diagnosisOf(const Evidence& of, const CommonError& error) {
       .next_step = "photograph a larger board from farther away, without glass in front of the lens"};
 }
 
-// Of several errors that all views have in common the one with the largest effect is told; the others, which
-// may be gone with it, are notes.
+// The common error with the largest effect is reported at full severity. The others, which may disappear with
+// it, are notes.
 void commonErrors(Evidence& of) {
   const std::vector<CommonError> significant = significantErrors(of);
   for (const CommonError& error : significant) {
@@ -210,7 +210,7 @@ void commonErrors(Evidence& of) {
   }
 }
 
-// One camera has one focal length. The focal length explains about half of the variation if images are
+// True if the focal length varies between images. It explains about half of the variation if images are
 // sheared at random, and all if focal lengths vary.
 bool isFocalChange(const ViewVariations& variations) {
   constexpr double kFocalShare = 0.8;
@@ -218,11 +218,11 @@ bool isFocalChange(const ViewVariations& variations) {
 }
 
 void focalChanged(Evidence& of) {
-  constexpr double kSigmas = 5;  // of F's deviation by chance
+  constexpr double kSigmas = 5;  // of F's random deviation
   const ViewVariations& variations = of.uncertainty.variations;
   const double spread = variations.focal_spread;
-  // Neighbouring corners that err alike, as boards and lenses that are not perfect make them, raise F. On
-  // good photographs F reaches 7, in units of that 3.6: not by the focal length, as its share says.
+  // Errors shared by neighbouring corners, due to imperfect boards and lenses, raise F. On good photographs F
+  // reaches 7, or 3.6 times `scale`; as its share shows, the focal length is not the cause.
   const double scale = of.uncertainty.smoothness * of.uncertainty.smoothness;
   const double limit = 1 + kSigmas * std::sqrt(2.0 / static_cast<double>(of.uncertainty.num_places));
   if (of.uncertainty.two_cameras || !isFocalChange(variations) || !(variations.focal_f > limit * scale))
@@ -238,8 +238,8 @@ void focalChanged(Evidence& of) {
 void rollingShutter(Evidence& of) {
   constexpr double kRowsF = 20;
   constexpr double kHarmless = 2e-3;  // of the image height
-  // Distortion that the model lacks looks different from each pose, and squares that are not square shear
-  // each view according to its roll.
+  // Distortion beyond the model looks different from each pose, and squares that are not square shear each
+  // view according to its roll.
   const bool is_stretched = std::ranges::any_of(significantErrors(of), [&](const CommonError& error) {
     return error.cause == CommonCause::kStretch &&
            severityOf(effectOf(of, error), of.tolerance_px) >= Severity::kWarning;
@@ -249,7 +249,7 @@ void rollingShutter(Evidence& of) {
   const ViewVariations& variations = of.uncertainty.variations;
   const double spread = variations.rows_spread;
   if (isFocalChange(variations) || !(variations.rows_f > kRowsF) || !(spread > kHarmless)) return;
-  // It differs from view to view, so the camera gets the mean of as many.
+  // The error varies between views, so the camera gets the mean over all of them.
   const double effect_px = kTwoSided95 * spread * onlyCamera(of.fit).size.height /
                            std::sqrt(static_cast<double>(of.fit.views.size()));
   of.add({.id = "rolling_shutter",

@@ -160,10 +160,10 @@ bool repeats(const View& a, const View& b) {
   if (a.board != b.board) return false;
   if (areFarApart(a, b)) return false;
   std::size_t count = 0;
-  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> used;  // places and moves
+  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> used;  // pixels and their displacements
   forEachCommon(a, b, [&](const Corner& x, const Corner& y) {
     ++count;
-    // A corner that one of the views has wrong says nothing of the pose.
+    // A corner that is wrong in one of the views says nothing about the pose.
     const Eigen::Vector2d move = y.pixel - x.pixel;
     if (move.norm() <= kFarPx) used.emplace_back(x.pixel, move);
     return true;

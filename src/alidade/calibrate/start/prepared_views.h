@@ -25,7 +25,7 @@ struct PreparedViews {
   std::vector<Board> boards;              ///< View::board is an index into these
   std::vector<View> views = {};           ///< in order of names and boards, corners in order of their ids;
                                           ///< FitView::source is an index into these
-  std::vector<std::size_t> sources = {};  ///< of each, its index among those that were given
+  std::vector<std::size_t> sources = {};  ///< of each view, its index among the given ones
   Dropped dropped = {};                   ///< views with too few corners and repeated ones
 };
 

@@ -135,14 +135,13 @@ struct ModelChoice {
 struct Choice {
   StartReport start = {};
   std::vector<ShapeReport> shapes = {};  ///< one for each board of the fit
-  /// By how much held-out errors are larger with the points of the boards in their places; nothing where a
-  /// glance at the errors was enough or it was not tested.
+  /// Excess of held-out errors without offsets; nothing if not tested or if the errors of the fit settled it.
   std::optional<HeldOutExcess> even_excess = {};
-  /// Offsets of the points were asked for, and the views show none that stand out from noise.
+  /// True if offsets were requested, but the views show none beyond noise.
   bool are_offsets_undetermined = false;
-  bool is_settled = false;  ///< noise estimate and set of outliers came to rest in the rounds allowed
-  std::optional<ModelChoice> model = {};         ///< where the model was not named
-  std::optional<BetterModel> better_model = {};  ///< where it was
+  bool is_settled = false;                ///< noise estimate and outliers converged within the allowed rounds
+  std::optional<ModelChoice> model = {};  ///< if the model was not named
+  std::optional<BetterModel> better_model = {};  ///< if it was named
 };
 
 }  // namespace alidade

@@ -22,9 +22,9 @@ namespace {
 
 // A camera that may become the start.
 struct StartCandidate : PosedCamera {
-  double cost = 0;                    // with what is charged for views without a pose
-  std::optional<int> character = {};  // of one in the likeness of the leading model's solution, as LensShape
-  LensPrior prior = {};               // that it is first solved under
+  double cost = 0;                    // including a charge for views without a pose
+  std::optional<int> character = {};  // LensShape, if derived from the leading model's solution
+  LensPrior prior = {};               // for the first solve
 };
 
 // With fewer posed views the result means nothing.
@@ -210,7 +210,7 @@ class Search {
     return optima;
   }
 
-  // Works on each in a thread of its own, and leaves out those with which it does not go well.
+  // Works on the candidates in parallel, and removes those for which `work` fails.
   template <class Work>
   void keepThose(std::vector<StartCandidate>& candidates, Work&& work) const {
     std::vector<char> is_good(candidates.size());
@@ -338,7 +338,7 @@ class Search {
   const CancelFlag* cancel_;
 };
 
-// At the initial camera.
+// The start at the initial camera.
 std::optional<Start> givenStart(std::span<const std::vector<Observation>> views, ImageSize size,
                                 const CalibratorOptions& options) {
   PosedCamera camera{.params = initialParameters(options, size), .poses = {}};

@@ -12,10 +12,10 @@
 
 namespace alidade {
 
-/// Cameras of the model that was asked for to start from, with a pose for each view that they explain.
+/// Cameras of the requested model to start from, with a pose for each view that they explain.
 struct Start {
-  /// The best first. The others are optima of about the same cost, by other shapes of the lens: only all
-  /// views can tell which is best.
+  /// The best first. The others are optima of about the same cost, from other shapes of the lens; only all
+  /// views can decide between them.
   std::vector<PosedCamera> optima;
   StartReport report = {};
 };
@@ -32,7 +32,7 @@ struct Start {
 /// With an initial camera, that one and poses by the corners' rays; nothing if it explains fewer than three
 /// views.
 /// @param views    the corners of each view
-/// @param options  with a model that is named; the start is the same bit by bit with any number of threads
+/// @param options  with a named model; the start is the same bit by bit with any number of threads
 [[nodiscard]] std::optional<Start> findStart(std::span<const std::vector<Observation>> views, ImageSize size,
                                              const CalibratorOptions& options);
 

@@ -21,8 +21,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// The covariance of a flexible fit that the views leave under no more than what is known of lenses in
-// general.
+// The covariance of a flexible fit from its views and only a general prior on lenses.
 std::optional<Eigen::MatrixXd> flexibleCovariance(const Fit& flexible, const Fit& fit, double variance) {
   const FitCamera& of = onlyCamera(flexible);
   Eigen::MatrixXd information = intrinsicsInformation(flexible).information;
@@ -46,21 +45,22 @@ std::optional<Eigen::MatrixXd> flexibleCovariance(const Fit& flexible, const Fit
 
 using Polygon = std::vector<Eigen::Vector2d>;
 
-// Twice the area of the triangle, positive where c lies to the left of the way from a to b (y up).
+// Twice the area of the triangle, positive if c is to the left of the line from a to b (y up).
 double turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
   const Eigen::Vector2d ab = b - a;
   const Eigen::Vector2d ac = c - a;
   return ab.x() * ac.y() - ab.y() * ac.x();
 }
 
-// One side of the hull of points in order of x: each that the next one passes on the wrong side goes.
+// One side of the hull of points in order of x: removes each point that the next one passes on the wrong
+// side.
 void addChain(const Polygon& points, Polygon& hull) {
   const std::size_t first = hull.size();
   for (const Eigen::Vector2d& point : points) {
     while (hull.size() >= first + 2 && turn(hull[hull.size() - 2], hull.back(), point) <= 0) hull.pop_back();
     hull.push_back(point);
   }
-  hull.pop_back();  // where the other side begins
+  hull.pop_back();  // the other side starts there
 }
 
 // Andrew 1979, Another efficient algorithm for convex hulls in two dimensions.
@@ -86,7 +86,7 @@ bool isInside(const Polygon& hull, const Eigen::Vector2d& pixel) {
   return true;
 }
 
-// As views for isCovered().
+// The corners of a fit as views, for isCovered().
 std::vector<View> seenCorners(const Fit& fit) {
   std::vector<View> views;
   for (const FitView& view : fit.views) {

@@ -18,7 +18,7 @@ namespace alidade {
 /// The radius about the mean that a normal variable in the plane does not exceed with a probability of 95 %.
 [[nodiscard]] double radius95(const Eigen::Matrix2d& covariance);
 
-/// Whether each pixel lies within the convex hull of some view's corners.
+/// For each pixel, true if it is within the convex hull of some view's corners.
 [[nodiscard]] std::vector<bool> isCovered(std::span<const Eigen::Vector2d> pixels,
                                           std::span<const View> views);
 
@@ -26,8 +26,8 @@ namespace alidade {
 [[nodiscard]] std::vector<Eigen::Vector2d> coveredPixels(std::span<const Eigen::Vector2d> pixels,
                                                          const std::vector<bool>& is_covered);
 
-/// The same lens in a model of its kind with room for what the given one cannot express (see
-/// ModelTraits::flexible_id), nothing held; nothing is solved again. Nothing where there is no such model.
+/// The same lens in a more flexible model of the same kind (see ModelTraits::flexible_id), with nothing held
+/// and nothing solved again. Nothing if there is no such model.
 /// @param fit  of one camera
 [[nodiscard]] std::optional<Fit> flexibleFit(const Fit& fit);
 

@@ -20,7 +20,7 @@ namespace alidade {
     const AnyCamera& a, const AnyCamera& b, std::span<const Eigen::Vector2d> pixels,
     std::span<const Eigen::Vector2d> anchors, double distance_m = std::numeric_limits<double>::infinity());
 
-/// The largest of them, the pixels being their own anchors; NaN where the two have none in common.
+/// The largest of these differences, with the pixels as their own anchors; NaN if there is none.
 [[nodiscard]] double largestDifference(const AnyCamera& a, const AnyCamera& b,
                                        std::span<const Eigen::Vector2d> pixels,
                                        double distance_m = std::numeric_limits<double>::infinity());

@@ -67,9 +67,9 @@ ImageBias imageBias(const Fit& fit) {
   const FieldGrid grid(camera.size);
   const auto n = static_cast<Eigen::Index>(camera.params.size());
   const Eigen::Index m = grid.size();
-  // Of intrinsics and field, the views' poses following.
+  // Sums for the intrinsics and the field, with the poses of the views eliminated.
   Eigen::MatrixXd votes = Eigen::MatrixXd::Zero(n + m, n + m);
-  Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(n + m, std::ssize(fit.views));  // a column a view
+  Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(n + m, std::ssize(fit.views));  // one column per view
   for (Eigen::Index v = 0; v < gradients.cols(); ++v) {
     const Reduced view = reduced(fit, fit.views[static_cast<std::size_t>(v)], LossWeights::kUse, grid);
     votes += view.information;

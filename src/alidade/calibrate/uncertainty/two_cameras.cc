@@ -29,8 +29,8 @@ Eigen::MatrixXd unitBasis(const Eigen::MatrixXd& information) {
          values.tail(num_known).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
-// Twice the cost of an offset d of the intrinsics by the evidence of a place is d^T S d + 2 g^T d, in units
-// of the noise.
+// Cost of an offset d of the intrinsics by the evidence of a place: half of d^T S d + 2 g^T d, in units of
+// the noise.
 double costOf(const Reduced& place, const Eigen::VectorXd& d) {
   return 0.5 * d.dot(place.information * d) + place.gradient.dot(d);
 }

@@ -143,22 +143,21 @@ struct ViewInfluence {
 
 /// Variation between single views, each with its own pose, with the camera fixed as estimated from all.
 ///
-/// F is the statistic of one value a view against the same for all: about 1 where nothing varies, NaN with
-/// too few views. The spread is one standard deviation between views, without what noise adds to it
-/// (DerSimonian and Laird 1986, Meta-analysis in clinical trials, Controlled Clinical Trials 7(3)).
+/// F is the statistic of one value per view against one for all: about 1 if nothing varies, NaN with too few
+/// views. The spread is one standard deviation between views, without the contribution of noise (DerSimonian
+/// and Laird 1986, Meta-analysis in clinical trials, Controlled Clinical Trials 7(3)).
 struct ViewVariations {
-  /// Both focal lengths times the same factor: zoom, focus or crop changed between images. The spread is a
+  /// Both focal lengths scaled by one factor: zoom, focus or crop changed between images. The spread is a
   /// share of the focal length.
   double focal_f = std::numeric_limits<double>::quiet_NaN();
   double focal_spread = 0;
   /// The image sheared and stretched from row to row: the board or the camera moved while the rows were read
-  /// one after the other. A plane seen from a free pose leaves two ways to disagree with a camera, and these
-  /// are the two; so this explains a varying focal length as well. The spread is a share of the image's
-  /// height.
+  /// one after the other. With a free pose, a plane can disagree with a camera in only two ways, and these
+  /// are the two; so this also explains a varying focal length. The spread is a share of the image's height.
   double rows_f = std::numeric_limits<double>::quiet_NaN();
   double rows_spread = 0;
-  /// Of what the rows explain, the share that the focal length explains alone: near 1 if focal lengths vary,
-  /// about a half if images are sheared at random.
+  /// Share of the variation explained by the rows that the focal length alone explains: near 1 if focal
+  /// lengths vary, about a half if images are sheared at random.
   double focal_share = 0;
 };
 

@@ -140,7 +140,7 @@ ParameterUncertainty parameterUncertainty(const Fit& fit, const Residuals& resid
                               .information = information.information,
                               .free_directions = residuals.directions,
                               .scaled_condition = information.condition};
-  // Without a corner more than are needed there is no telling how good they are.
+  // Without redundant corners their accuracy is unknown.
   if (!std::isfinite(residuals.variance)) return result;
   const bool is_estimated = isShapeEstimated(fit);
   const auto bent = is_estimated          ? shapeInformation(fit, estimatedShapes(fit))

@@ -25,7 +25,7 @@ double inflation(double freedom) {
   return studentT95(freedom) / kNormal95;
 }
 
-// In every direction the larger of two covariances, of which the first is `variance` times the identity.
+// In every direction the larger of two covariances, the first of which is `variance` times the identity.
 Eigen::MatrixXd larger(double variance, const Eigen::MatrixXd& covariance) {
   const SymmetricEigen solver(covariance);
   const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(variance);
@@ -34,8 +34,8 @@ Eigen::MatrixXd larger(double variance, const Eigen::MatrixXd& covariance) {
 
 constexpr int kNumOtherCauses = static_cast<int>(kCommonCauses.size()) - kNumBoardCauses;
 
-// One further column for each cause, in the order of CommonCause: first those of each board in turn, then
-// the others. For the views of one board; the columns of other boards are zero.
+// One additional column per cause, in the order of CommonCause: first those of each board in turn, then the
+// others. For the views of one board; the columns of other boards are zero.
 class CommonColumns {
  public:
   CommonColumns(const Fit& fit, std::size_t board)
@@ -48,7 +48,7 @@ class CommonColumns {
     return num_board_columns_ + static_cast<int>(kCommonCauses.size()) - kNumBoardCauses;
   }
   [[nodiscard]] ExtraElements<kCommonCauses.size()> elements(const CornerRows& rows, int axis) const {
-    // A point of the board moves as by a translation of the pose.
+    // The displacement of a board point acts like a translation of the pose.
     using Row = Eigen::Map<const Eigen::RowVector3d>;
     const auto at = static_cast<std::size_t>(axis);
     const Row J(rows.J_px_pose[at]);
@@ -77,18 +77,18 @@ class CommonColumns {
   std::array<double, 2> focal_;
 };
 
-// A view beside the others, in coordinates in which noise gives the result the covariance 1.
+// A view compared with the others, in coordinates in which noise gives the result the covariance 1.
 struct OneView {
-  Eigen::MatrixXd S;             // the share that it says of what all say, between 0 and 1
-  Eigen::VectorXd move;          // of the result without it
-  Eigen::VectorXd disagreement;  // its pull as it would be if the fit had not been drawn towards it
-  Eigen::VectorXd pull;          // each element with variance 1 where there is nothing but noise
-  double freedom = 0;            // number of directions in which it speaks and others do too
+  Eigen::MatrixXd S;             // its share of the total information, between 0 and 1
+  Eigen::VectorXd move;          // of the result if the view is omitted
+  Eigen::VectorXd disagreement;  // its pull, corrected for its own influence on the fit
+  Eigen::VectorXd pull;          // each element has variance 1 if there is only noise
+  double freedom = 0;            // number of directions that it and others inform about
 };
 
 OneView oneView(const Eigen::MatrixXd& share, const Eigen::VectorXd& gradient) {
   constexpr double kNothing =
-      1e-6;  // share below which a view does not speak, above 1 less which none else does
+      1e-6;  // share below which a view does not contribute; above 1 less this, no other does
   const SymmetricEigen solver(share);
   Eigen::VectorXd move = Eigen::VectorXd::Zero(gradient.size());
   Eigen::VectorXd disagreement = move;
@@ -97,7 +97,7 @@ OneView oneView(const Eigen::MatrixXd& share, const Eigen::VectorXd& gradient) {
   for (Eigen::Index i = 0; i < g.size(); ++i) {
     const double s = solver.eigenvalues()(i);
     if (s < kNothing || s > 1 - kNothing) continue;
-    // The gradient has the variance s (1 - s) because the others have pulled the fit too.
+    // The gradient has the variance s (1 - s) because the others also pulled the fit.
     move(i) = g(i) / (1 - s);
     disagreement(i) = g(i) / std::sqrt(1 - s);
     view.pull(i) = g(i) / std::sqrt(s * (1 - s));
@@ -108,7 +108,7 @@ OneView oneView(const Eigen::MatrixXd& share, const Eigen::VectorXd& gradient) {
   return view;
 }
 
-// How far views disagree by more than noise, in the same coordinates.
+// Disagreement of the views beyond noise, in the same coordinates.
 class Disagreement {
  public:
   explicit Disagreement(Eigen::Index num_free) : squares_(Eigen::MatrixXd::Zero(num_free, num_free)) {}
@@ -119,8 +119,8 @@ class Disagreement {
     num_views_ += sign;
   }
 
-  // The size of a change in the sigmas that the views state: those by noise, or by their disagreement where
-  // that is larger beyond chance.
+  // The size of a change in the sigmas that the views imply: those by noise, or those by their disagreement
+  // if it is larger beyond chance.
   [[nodiscard]] double sigmas(const Eigen::VectorXd& change) const {
     const Eigen::Index m = squares_.rows();
     const auto num_free = static_cast<double>(m);
@@ -140,13 +140,13 @@ class Disagreement {
   Eigen::Index num_views_ = 0;
 };
 
-// Scores come from corners weighted by the loss; they are coarser than what the covariance is made of.
+// Scores come from corners weighted by the loss and are less accurate than the data of the covariance.
 std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
   constexpr double kSingular = 1e-12;
   return scaledInverse(matrix, kSingular).inverse;
 }
 
-// Estimates of common errors from what all views say together. Causes are named by their columns.
+// Estimates of common errors from all views together. Causes are named by their columns.
 class CommonEstimate {
  public:
   CommonEstimate(std::span<const Reduced> scores, const Eigen::MatrixXd& directions, double variance,
@@ -163,7 +163,7 @@ class CommonEstimate {
 
   [[nodiscard]] int numColumns() const { return static_cast<int>(gradient_.size() - directions_.rows()); }
 
-  // Of one cause, with others free beside it; without what follows from it.
+  // Estimates one cause with others free, excluding those that follow from it.
   [[nodiscard]] std::optional<CommonError> of(int column, const std::vector<int>& others) const {
     std::vector<int> free = others;
     free.push_back(column);
@@ -178,7 +178,7 @@ class CommonEstimate {
       const double share = inverse->row(last).dot(left);
       by_views += share * share;
     }
-    // The step's own freedom makes the views' shares agree a little too well.
+    // The step's own freedom makes the views' shares agree slightly too well.
     const auto num_views = static_cast<double>(scores_.size());
     by_views *= num_views / std::max(1.0, num_views - 1);
     const int beyond_boards = column - (numColumns() - kNumOtherCauses);
@@ -191,7 +191,7 @@ class CommonEstimate {
         .sigma = smoothness_ * std::sqrt(std::max(by_views, variance_ * (*inverse)(last, last)))};
   }
 
-  // How far the intrinsics are off where an error of this size is not taken into account.
+  // Error of the intrinsics if an error of this size is not taken into account.
   [[nodiscard]] std::vector<double> stepFor(int column, double value) const {
     Eigen::VectorXd moved = Eigen::VectorXd::Zero(directions_.rows());
     const Eigen::MatrixXd intrinsics = basis({});
@@ -204,7 +204,7 @@ class CommonEstimate {
   }
 
  private:
-  // The free directions: the intrinsics, and these.
+  // The free directions: the intrinsics and these columns.
   [[nodiscard]] Eigen::MatrixXd basis(const std::vector<int>& columns) const {
     const Eigen::Index n = directions_.rows();
     const Eigen::Index m = directions_.cols();
@@ -229,7 +229,7 @@ constexpr int kShear = 1;
 constexpr int kStretch = 2;
 constexpr int kNumWays = 3;
 
-// The ways in which a view may differ, as further columns.
+// The ways in which a view may differ, as additional columns.
 struct WayColumns {
   std::array<double, 2> focal;
   double centre_y;
@@ -237,14 +237,14 @@ struct WayColumns {
   static int size() { return kNumWays; }
   [[nodiscard]] ExtraElements<2> elements(const CornerRows& rows, int axis) const {
     const double* J = rows.J_px_params[static_cast<std::size_t>(axis)];
-    // Of the projected pixel, which is the observed one and the error.
+    // For the projected pixel, the sum of the observed one and the error.
     const double below_centre = rows.root_weight * (rows.corner.pixel.y() - centre_y) + rows.error[1];
     return {.column = {kFocal, axis == 0 ? kShear : kStretch},
             .value = {focal[0] * J[0] + focal[1] * J[1], below_centre}};
   }
 };
 
-// By how much sums of squares fall if views may differ, and in how many ways they can.
+// Decrease of the sums of squares if views may differ, and the degrees of freedom of these differences.
 struct Drop {
   double squares = 0;
   int freedom = 0;
@@ -260,7 +260,7 @@ void addDropByFocal(const Reduced& view, Drop& drop) {
 
 void addDropByRows(const Reduced& view, Drop& all) {
   const SymmetricEigen solver(view.information.bottomRightCorner<2, 2>());
-  // Seen from the front a plane tells nothing of one of the two.
+  // In a frontal view a plane does not determine one of the two.
   constexpr double kUnseen = 1e-6;
   Drop drop;
   for (int i = 0; i < 2; ++i) {
@@ -274,7 +274,7 @@ void addDropByRows(const Reduced& view, Drop& all) {
   all.freedom += drop.freedom;
 }
 
-// The variance of one way between views without what noise adds, see ViewVariations.
+// The variance of one way between views without the contribution of noise, see ViewVariations.
 double varianceOf(int way, std::span<const Reduced> views, double noise_variance) {
   double weights = 0;
   double squared_weights = 0;
@@ -301,8 +301,8 @@ double varianceOf(int way, std::span<const Reduced> views, double noise_variance
 std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
                                              const Eigen::MatrixXd& directions, int num_params,
                                              double variance, double mean_slope) {
-  constexpr std::size_t kFewestViews = 3;  // two disagree with each other in any case
-  constexpr double kLeastFreedom = 2;      // with less no factor is large enough
+  constexpr std::size_t kFewestViews = 3;  // two always disagree
+  constexpr double kLeastFreedom = 2;      // with less, no factor is large enough
   const Eigen::Index m = directions.cols();
   if (m == 0 || pulls.size() < kFewestViews) return std::nullopt;
   const auto shares = ViewShares::make(pulls, directions, mean_slope);
@@ -383,11 +383,11 @@ std::vector<ViewInfluence> viewInfluences(std::span<const Reduced> scores, const
   const auto inverse = inverseOf(information);
   if (!inverse) return {};
   const Eigen::MatrixXd root = inverse->llt().matrixL();
-  // In coordinates in which all views together say the same in every direction, noise has the covariance 1.
+  // In coordinates in which the total information is equal in every direction, noise has the covariance 1.
   const Eigen::MatrixXd basis = directions * root / std::sqrt(variance);
   std::vector<OneView> views;
   Disagreement all(m);
-  std::vector<double> means;  // of the squares that are 1 on average where there is nothing but noise
+  std::vector<double> means;  // of squares that are 1 on average if there is only noise
   for (const Reduced& score : scores) {
     const Eigen::MatrixXd share =
         variance * basis.transpose() * score.information.topLeftCorner(n, n) * basis;
@@ -425,8 +425,8 @@ ViewVariations viewVariations(const Fit& fit) {
     addDropByRows(view, by_rows);
   }
   if (freedom <= 2 * static_cast<int>(views.size())) return variations;
-  // F statistics of the drops against what they leave; nothing is free but poses and, in all, as many values
-  // as the camera has parameters.
+  // F statistics of the drops against the remaining squares. Only poses are free and, in total, as many
+  // values as the camera has parameters.
   const double focal_variance = (squares - by_focal.squares) / (freedom - by_focal.freedom);
   const double rows_variance = (squares - by_rows.squares) / (freedom - by_rows.freedom);
   variations.focal_share = by_rows.squares > 0 ? std::min(1.0, by_focal.squares / by_rows.squares) : 0.0;

@@ -10,15 +10,15 @@ using Eigen::Vector2d;
 
 // The image from the outermost line of corners outwards, over one square.
 struct OuterSquare {
-  bool is_seen = false;     // with its colour
-  bool is_outside = false;  // what lies beyond it is outside of the image
-  bool is_dark = false;     // as the mesh's colours have it
-  // What lies beyond is like the margin; a dark square also ends a step from the line, give or take.
+  bool is_seen = false;     // it shows its colour
+  bool is_outside = false;  // the part beyond it is outside the image
+  bool is_dark = false;     // by the colours of the mesh
+  // The part beyond looks like the margin; a dark square must also end about one step from the line.
   bool closes = false;
   bool continues = false;  // the part beyond looks like a square of the other colour
 };
 
-// The square outside corners `a` and `b` of the outermost line, `direction` leading out.
+// Examines the square outside corners `a` and `b` of the outermost line, with `direction` leading out.
 OuterSquare lookAtSquare(const SmoothImage& image, const CornerMesh& mesh, MeshNode a, MeshNode b,
                          int direction) {
   const MeshCorner* corner_a = mesh.find(a);

@@ -197,7 +197,7 @@ Detection describeUnplaced(Detection detection, const BoardCandidate& candidate,
       "shows part of a board (" + counts + "); too little of its border is visible to identify the part");
 }
 
-// Places of corners of the board that were not found, next to those that were.
+// Expected places of corners that were not found, next to those that were.
 std::vector<Vector2d> missingPlaces(const CornerMesh& mesh, const Placement& placement,
                                     const Checkerboard& board) {
   std::vector<Vector2d> places;

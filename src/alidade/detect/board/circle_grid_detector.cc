@@ -25,24 +25,25 @@ namespace {
 
 using Eigen::Vector2d;
 
-// The proportions of a grid by the shapes of its discs, which no perspective changes.
+// The proportions of a grid from the shapes of its discs, which no perspective changes.
 struct SeenProportions {
-  double diameter_m = 0;  // where the board's spacing is as told
-  double rows_apart = 1;  // as a multiple of what the board says, beside the distance of columns
+  double diameter_m = 0;  // if the spacing of the board is as stated
+  double rows_apart = 1;  // distance of rows over that of columns, relative to the board
   double diameter_px = 0;
 };
 
-// The circles of a placed grid: fitted where a blob is, or else looked for between those that were found.
+// The circles of a placed grid: fitted to blobs, or searched between the found ones if there is no blob.
 class CircleSearch {
  public:
   // `image` and `board` must outlive it.
   CircleSearch(const GrayImage& image, const Board& board, const GridPlacement& placement)
       : image_(image), board_(board), found_(static_cast<std::size_t>(board.numCorners())) {
-    constexpr double kSafe = 0.8;  // of the way to the middle between neighbours
+    constexpr double kSafe = 0.8;  // share of the way to the midpoint between neighbours
     reach_ = 1 + kSafe * (0.5 * board.spacing() / board.discRadius() - 1);
     for (const auto& [id, blob] : placement.blobs) fitAt(id, blob.pixel, blob.shape);
     dropOdd();
-    // What was no blob of its own, as in a shadow's edge, is looked for between those that were.
+    // Circles that were not blobs of their own, for example at the edge of a shadow, are searched between
+    // their neighbours.
     for (int id = 0; id < board.numCorners(); ++id) {
       if (at(id)) continue;
       if (const auto guess = between(id)) fitAt(id, guess->pixel, guess->shape);
@@ -52,7 +53,8 @@ class CircleSearch {
 
   [[nodiscard]] const std::vector<std::optional<DiscFit>>& found() const { return found_; }
 
-  // A disc's image is that of a circle where the image of its neighbours' distances says what a circle is.
+  // In the frame where neighbours have the distances of the board, a disc must be a circle, because both have
+  // the same perspective.
   [[nodiscard]] std::optional<SeenProportions> proportions() const {
     std::vector<double> along_rows;
     std::vector<double> along_columns;
@@ -117,13 +119,13 @@ class CircleSearch {
     const auto idAt = [&](int c, int r) {
       return c >= 0 && c < columns && r >= 0 && r < board_.rows() ? r * columns + c : -1;
     };
-    // Two rows apart, those of an asymmetric grid lie below each other again.
+    // Circles of an asymmetric grid are aligned again two rows apart.
     const int rows_apart = board_.pattern() == BoardPattern::kStaggeredDiscs ? 2 : 1;
     return {{{idAt(column - 1, row), idAt(column + 1, row)},
              {idAt(column, row - rows_apart), idAt(column, row + rows_apart)}}};
   }
 
-  // The mean of opposite neighbours, in each of the two directions that have a pair.
+  // The mean of opposite neighbours, for each of the two directions that has a pair.
   [[nodiscard]] std::optional<DiscFit> between(int id) const {
     DiscFit mean{.pixel = Vector2d::Zero(), .shape = Eigen::Matrix2d::Zero()};
     int count = 0;
@@ -154,11 +156,10 @@ class CircleSearch {
     found_[static_cast<std::size_t>(id)] = fitDisc(image_, {.pixel = pixel, .shape = shape, .reach = reach_});
   }
 
-  // Those of the other colour, and those that lie elsewhere or are shaped otherwise than their neighbours
-  // say.
+  // Drops circles of the other colour, and those whose position or shape disagrees with their neighbours.
   void dropOdd() {
     keepOneColour(found_, [](std::size_t, const DiscFit& disc) { return disc.contrast > 0; });
-    // Shares of the step and of the shape: perspective and the lens change less between neighbours.
+    // Shares of the step and of the shape; perspective and the lens cause smaller changes between neighbours.
     constexpr double kMostOff = 0.25;
     constexpr double kMostReshaped = 0.4;
     std::vector<int> misplaced;

@@ -45,7 +45,7 @@ void Detection::describeMissing(int num_all, std::string_view points,
                                 std::span<const Eigen::Vector2d> missing, const ImageSize& size) {
   reason = DetectionReason::kFound;
   if (static_cast<int>(corners.size()) == num_all) return;
-  constexpr double kMarginPx = 3;  // nearer to the border no corner is seen
+  constexpr double kMarginPx = 3;  // closer to the border, no corner is visible
   const Eigen::Array2d last(size.width - 1 - kMarginPx, size.height - 1 - kMarginPx);
   const auto num_inside = std::ranges::count_if(missing, [&](const Eigen::Vector2d& place) {
     return (place.array() >= kMarginPx).all() && (place.array() <= last).all();

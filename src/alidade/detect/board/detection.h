@@ -59,8 +59,8 @@ struct ViewMeasures {
   double tilt_deg = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// The measures of a view by those of its corners, tilts in radians.
-/// @param area_px  of the squares between the corners
+/// The measures of a view: medians over its corners; tilts in radians.
+/// @param area_px  area of the squares between the corners
 [[nodiscard]] ViewMeasures medianMeasures(std::vector<double> blurs, std::vector<double> spacings,
                                           std::vector<double> tilts, double area_px, const ImageSize& size);
 
@@ -74,11 +74,11 @@ struct Detection {
   [[nodiscard]] bool found() const { return reason == DetectionReason::kFound; }
   [[nodiscard]] bool hasCorners() const { return reason <= DetectionReason::kCut; }
 
-  /// Takes the corners away, if there are any, and says why.
+  /// Removes the corners, if any, and sets the reason.
   Detection& withdraw(DetectionReason why, std::string sentence);
-  /// Says how many of all corners there are, and what hides the others.
-  /// @param points   what the board's corners are called
-  /// @param missing  where some of the others are expected in the image, or outside
+  /// Sets the reason and a sentence: how many of all corners were found, and what hides the others.
+  /// @param points   the word for the board's corners
+  /// @param missing  expected places of some of the others, in the image or outside
   void describeMissing(int num_all, std::string_view points, std::span<const Eigen::Vector2d> missing,
                        const ImageSize& size);
 };

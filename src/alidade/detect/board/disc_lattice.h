@@ -43,7 +43,7 @@ struct CircleCounts {
 };
 [[nodiscard]] std::string countsText(const CircleCounts& counts);
 
-/// A lattice laid on a grid.
+/// A placement of a lattice on a grid.
 struct GridPlacement {
   CircleCounts counts;
   std::map<int, Blob> blobs;  ///< by id
@@ -53,12 +53,11 @@ struct GridPlacement {
   }
 };
 
-/// All ways in which a lattice fills most of a grid, the fullest first. The lattice's basis may be any of the
-/// grid's, which are related by whole numbers.
+/// All ways in which a lattice fills most of a grid, fullest first. The basis of the lattice may be any basis
+/// of the grid's points; integer matrices relate them.
 [[nodiscard]] std::vector<GridPlacement> gridPlacementsOf(const DiscLattice& lattice);
 
-/// Where several placements fit, that whose columns run most to the right, or downwards if steeper; null
-/// where none fits.
+/// The placement whose columns point most to the right, or downwards if steeper; null if there is none.
 [[nodiscard]] const GridPlacement* chosenPlacement(const std::vector<GridPlacement>& placements,
                                                    const CircleCounts& asked);
 

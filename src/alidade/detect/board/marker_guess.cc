@@ -28,8 +28,8 @@ constexpr std::size_t kEnoughMarkers = 4;  // so many different ones are no coin
 constexpr std::size_t kEnoughImages = 4;   // images with markers
 constexpr std::size_t kMostImages = 12;
 
-// Those of AprilGrids, of every border, and then OpenCV's largest dictionary of each other kind, of which the
-// smaller ones are the first markers.
+// The prints of AprilGrids with every border, then OpenCV's largest dictionary of each other kind; the
+// smaller ones consist of its first markers.
 const std::vector<MarkerPrint>& allPrints() {
   static const std::vector<MarkerPrint> kPrints = [] {
     std::vector<MarkerPrint> prints;
@@ -50,7 +50,7 @@ bool isOfAprilGrid(const MarkerPrint& print) {
   return print.dictionary == AprilGrid::kDictionary;
 }
 
-// The smallest dictionary of the same kind that has so many markers.
+// The smallest dictionary of the same kind with at least this many markers.
 std::string dictionaryWith(const std::string& largest, int num_markers) {
   for (const char* const size : {"_50", "_100", "_250"}) {
     const auto known = findMarkerDictionary(markerFamily(largest) + size);

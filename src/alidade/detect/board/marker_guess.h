@@ -16,7 +16,7 @@ namespace alidade {
 struct MarkedImage {
   GrayImage image;
   std::vector<std::vector<SeenMarker>> markers;  ///< by print
-  double lost_px = 0;                            ///< by which their sides are too short
+  double lost_px = 0;                            ///< loss of length of their sides
 };
 
 /// Guesses a board of markers from images: its dictionary, counts and proportions.

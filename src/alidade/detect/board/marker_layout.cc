@@ -115,8 +115,8 @@ Vector2i uprightCell(int id, int columns, int first_id) {
 
 constexpr int kMostColumns = 100;
 
-// Takes the ids of the neighbours that lie where `cellOf` says, if these are nearly all and more than the
-// share `best`.
+// Takes the ids of the neighbours at the cells that `cellOf` predicts, if these are nearly all and a larger
+// share than `best`.
 template <class CellOf>
 bool takeBetter(const std::vector<Neighbours>& neighbours, const CellOf& cellOf, double& best,
                 MarkerLayout& layout) {

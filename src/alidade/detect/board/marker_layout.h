@@ -10,7 +10,7 @@ namespace alidade {
 
 /// The layout of a board's markers, as found in images.
 struct MarkerLayout {
-  bool is_diagonal = true;  ///< in every other square, as on ChArUco boards, and not as on AprilGrids
+  bool is_diagonal = true;  ///< markers in every other square, as on ChArUco boards but not AprilGrids
   double spacing = 0;  ///< between columns of the lattice, in sides of a marker, accurate to a few per cent
   std::vector<int> ids = {};  ///< of the markers with a neighbour in the lattice, in order
   /// Number of squares or tags, from the change of ids between rows; 0 if ids contradict each other or there

@@ -88,12 +88,12 @@ struct MarkerPair {
   const SeenMarker* seen = nullptr;
 };
 
-// A pattern beside the markers that are seen.
+// A pattern and the visible markers.
 struct ChosenPattern {
   const MarkerPattern* pattern = nullptr;
   std::vector<SeenMarker> seen = {};
-  std::vector<MarkerPair> agreeing = {};  // of the same id, which most of their nearest others confirm
-  std::size_t num_others = 0;             // of the same id
+  std::vector<MarkerPair> agreeing = {};  // pairs of one id that most of their nearest pairs confirm
+  std::size_t num_others = 0;             // number of pairs of one id that are not confirmed
 };
 
 void pairMarkers(ChosenPattern& chosen) {

@@ -26,9 +26,9 @@ Eigen::Matrix3d homographyOf(const std::array<Vector2d, 4>& c) {
   return h;
 }
 
-// How far from a side of the square, up to `depth`, its brightest place is followed by one that is midway to
-// the darkest place behind it: by mean grey values along the side. Nothing where there is no contrast, or the
-// square reaches out of the image.
+// Distance from a side of the square, up to `depth`, at which the mean grey value along the side is midway
+// between the brightest place and the darkest one behind it. Nothing if there is no contrast, or if the
+// square extends beyond the image.
 std::optional<double> edgeDepth(const GrayImage& image, const Eigen::Matrix3d& h, double depth,
                                 double half_length) {
   constexpr int kNumSteps = 64;

@@ -53,7 +53,7 @@ class CellFrame {
     image_from_cells_ = cv::Matx33d(cv::getPerspectiveTransform(upright, corners));
   }
 
-  // Grey value at a place that is given in cells; places outside of the image have that of its border.
+  // Grey value at a place in cells; places outside the image have the value of its border.
   [[nodiscard]] double levelAt(double across, double down) const {
     const cv::Vec3d p = image_from_cells_ * cv::Vec3d(across, down, 1);
     const double x = std::clamp(p[0] / p[2], 0.0, image_.size.width - 1.0);

@@ -14,7 +14,7 @@
 
 namespace alidade {
 
-/// A marker and its corners, clockwise from its top left: on a board, metres, or in an image, pixels.
+/// A marker and its corners, clockwise from its top left; metres on a board, pixels in an image.
 struct Marker {
   int id = 0;
   std::array<Eigen::Vector2d, 4> corners;
@@ -32,7 +32,7 @@ struct MarkerPrint {
   /// Nothing is printed within half a cell of its sides, except near its corners.
   bool is_apart = false;
 
-  [[nodiscard]] int numCells() const;  ///< along a side, the border's included
+  [[nodiscard]] int numCells() const;  ///< along a side, including the border
   friend bool operator==(const MarkerPrint&, const MarkerPrint&) = default;
 };
 

@@ -23,7 +23,7 @@ struct XCorner {
   [[nodiscard]] bool sectorIsDark(int k) const { return first_sector_is_dark == (k % 2 == 0); }
 };
 
-/// Where a pixel of an image that was halved `times` times by detail::shrunk() lies in the whole one.
+/// Position in the whole image of a pixel of the image that was halved `times` times by detail::shrunk().
 [[nodiscard]] inline Eigen::Vector2d fromHalved(const Eigen::Vector2d& pixel, int times) {
   const double scale = 1 << times;
   return scale * (pixel.array() + 0.5).matrix() - Eigen::Vector2d(0.5, 0.5);

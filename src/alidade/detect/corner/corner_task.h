@@ -12,35 +12,36 @@
 
 namespace alidade {
 
-/// Positive if b is clockwise of a, as the image is seen.
+/// Positive if b is clockwise from a in the image.
 [[nodiscard]] inline double crossProduct(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// What is known of a corner before it is refined. Pixels; (0, 0) is the centre of the top left pixel.
+/// Approximate position and surroundings of a corner before refinement. Pixels; (0, 0) is the centre of the
+/// top left pixel.
 struct CornerGuess {
   Eigen::Vector2d pixel;  ///< within about a fifth of the spacing of the corner
   Eigen::Vector2d
-      step_u;  ///< to the next corner along the board's columns: the mean of both sides where there are
+      step_u;  ///< to the next corner along the board's columns: the mean of both sides if both exist
   Eigen::Vector2d step_v;  ///< the same along its rows
-  /// True where no corner follows, along +u, +v, -u, -v: the board's border may cut off the squares there.
+  /// True if no corner follows along +u, +v, -u, -v: there, the board's border may cut the squares.
   std::array<bool, 4> is_outermost{};
-  /// How far off both lines the squares show nothing but their colour, as a share of the steps: markers lie
+  /// Distance from both lines in which the squares are plain, as a share of the steps; markers may lie
   /// beyond.
   double clear_share = 1;
 };
 
-/// A refined corner: of two crossing edges, see EdgeModel, or, where there are too few pixels for that, the
-/// saddle of the grey levels.
+/// A refined corner: the crossing of two edges (EdgeModel) or, if there are too few pixels, the saddle of the
+/// grey levels.
 struct CornerFit {
   Eigen::Vector2d pixel;
   Eigen::Matrix2d covariance;  ///< px^2
-  double sigma_px = 0;         ///< one standard deviation an axis: sqrt(trace(covariance) / 2)
-  double blur_px = 0;          ///< one standard deviation of the edges' blur, the pixel's own width included
-  /// Grey levels between the bright and the dark squares at the corner: > 0 if the square that lies between
-  /// step_u and step_v, seen from the corner, is dark, < 0 if it is bright.
+  double sigma_px = 0;         ///< one standard deviation per axis: sqrt(trace(covariance) / 2)
+  double blur_px = 0;          ///< one standard deviation of the edges' blur, including the pixel's own width
+  /// Grey levels between the bright and the dark squares at the corner: > 0 if the square between step_u and
+  /// step_v is dark, < 0 if it is bright.
   double contrast = 0;
-  double window = 0;  ///< half of the window used, as a share of the steps
+  double window = 0;  ///< half size of the window, as a share of the steps
 };
 
 /// Largest distance from the guess, as a share of the spacing; a fit that moves further has left the corner.
@@ -68,7 +69,7 @@ struct EdgeWindow {
 struct CornerTask {
   const GrayImage& image;
   const CornerGuess& guess;
-  Eigen::Vector2i origin;           // the pixel that positions of models and of EdgePixels count from
+  Eigen::Vector2i origin;           // origin of positions in models and EdgePixels
   double spacing = 0;               // length of the shorter step, px
   double crossing_sine = 0;         // sine of the angle between the steps
   std::array<bool, 4> is_cut = {};  // along +u, +v, -u, -v: a margin cuts the squares
@@ -124,7 +125,7 @@ struct CornerTask {
 [[nodiscard]] std::optional<CornerTask> makeCornerTask(const GrayImage& image, const CornerGuess& guess);
 
 /// The corner as the saddle of the grey levels near `start`, px of the image: for squares too small, or too
-/// blurred, for the edge model. Nothing where there is no saddle, or none with the contrast of four squares.
+/// blurred, for the edge model. Nothing if there is no saddle with the contrast of four squares.
 [[nodiscard]] std::optional<CornerFit> fitSaddleCorner(const CornerTask& task, const Eigen::Vector2d& start);
 
 }  // namespace alidade

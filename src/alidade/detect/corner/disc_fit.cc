@@ -221,8 +221,8 @@ class DiscTask {
            2 * std::abs(m(DiscModel::kAmplitude)) > kMinContrast;
   }
 
-  // Sums over equal sections of the rim; `add` gets that of a pixel, what the model makes of the pixel, and
-  // its residual.
+  // Sums over equal sections of the rim; `add` gets the sum of a pixel's section, the model's value there,
+  // and the residual.
   template <class Sums, std::size_t kCount, class Add>
   [[nodiscard]] std::array<Sums, kCount> alongRim(const Add& add) const {
     std::array<Sums, kCount> sums{};

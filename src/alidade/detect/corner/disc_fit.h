@@ -19,11 +19,11 @@ struct DiscGuess {
 
 /// An ellipse whose rim follows the edge of a disc.
 struct DiscFit {
-  Eigen::Vector2d pixel;  ///< its middle
+  Eigen::Vector2d pixel;  ///< its centre
   Eigen::Matrix2d shape;  ///< see DiscGuess
-  double sigma_px = 0;    ///< of the middle, one standard deviation an axis: sqrt(trace(covariance) / 2)
-  double blur_px = 0;     ///< one standard deviation of the edge's blur, the pixel's own width included
-  double contrast = 0;    ///< grey levels outside less inside
+  double sigma_px = 0;    ///< of the centre, one standard deviation per axis: sqrt(trace(covariance) / 2)
+  double blur_px = 0;     ///< one standard deviation of the edge's blur, including the pixel's own width
+  double contrast = 0;    ///< grey levels outside minus inside
 };
 
 /// Fits I(X, Y) = (1 + sx X + sy Y) (a + b erf(d / (sqrt2 s))) to the pixels around the rim, where d is the

@@ -148,8 +148,8 @@ EdgeQuality assessEdgeFit(const EdgePixels& pixels, const EdgeModel& model, cons
   constexpr double kSectionsWanted = 10;
   constexpr double kMinSectionPx = 1;
   constexpr double kMaxSectionPx = 8;
-  // Where both lines blur into each other, pixels belong to the sections of neither line, and even closer to
-  // the corner they belong to no arm.
+  // Pixels near the corner, where both lines blur into each other, belong to sections of neither line, and
+  // even closer ones to no arm.
   constexpr double kSectionBlurs = 2.5;
   constexpr double kArmBlurs = 1.0;
   constexpr double kMinArmPixels = 6;

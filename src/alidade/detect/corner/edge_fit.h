@@ -7,8 +7,8 @@
 
 namespace alidade {
 
-/// What is known of a model's parameters apart from the pixels, as terms precision * value^2 next to the sum
-/// of squared residuals; precisions are in squared grey levels over the parameter's unit squared.
+/// Prior knowledge of a model's parameters, as terms precision * value^2 added to the sum of squared
+/// residuals; precisions are in squared grey levels over the parameter's unit squared.
 struct EdgePrior {
   static constexpr double kHeld = 1e12;  ///< a precision that keeps a parameter at 0
 
@@ -29,7 +29,7 @@ struct EdgeSolverOptions {
 
 struct EdgeSolution {
   EdgeModel model;
-  EdgeSums sums;  ///< at the model
+  EdgeSums sums;  ///< at `model`
   bool converged = false;
 };
 
@@ -37,7 +37,7 @@ struct EdgeSolution {
 [[nodiscard]] EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start,
                                           const EdgePrior& prior, const EdgeSolverOptions& options);
 
-/// How far a short section of an edge is off the model, by its pixels.
+/// Sums over the pixels of a short section of an edge, for its offset from the model.
 struct EdgeSection {
   double information = 0;  ///< sum of squared slopes
   double score = 0;        ///< sum of slope times residual
@@ -59,8 +59,8 @@ struct EdgeContrast {
     residual += of_residual;
     product += of_pattern * of_residual;
   }
-  /// The contrast as a share of the model's; NaN where there are too few pixels, or too few of one side:
-  /// `least_variance` is that of the pattern.
+  /// The contrast as a share of the model's; NaN if there are too few pixels, or too few on one side
+  /// (`least_variance` of the pattern).
   [[nodiscard]] double share(double amplitude, double least_count, double least_variance) const;
 };
 

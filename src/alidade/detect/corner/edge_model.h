@@ -97,7 +97,7 @@ struct NormalEquations {
   Vector gradient = Vector::Zero();
   double cost = 0;
 
-  /// The factors of the unknowns with which the Hessian has a diagonal of 1.
+  /// Factors of the unknowns that give the Hessian a diagonal of 1.
   [[nodiscard]] Vector scale() const { return hessian.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse(); }
   /// The step to the minimum, with a damping of the scaled unknowns.
   [[nodiscard]] Vector step(double damping) const {
@@ -106,10 +106,10 @@ struct NormalEquations {
     system.diagonal().array() += damping;
     return scaled.cwiseProduct(system.llt().solve(scaled.cwiseProduct(gradient)));
   }
-  /// True if a step is shorter than this share of the estimate's standard deviation, by what Gauss-Newton
-  /// expects to gain.
+  /// True if a step is shorter than this share of the estimate's standard deviation, judged by the gain that
+  /// Gauss-Newton expects.
   [[nodiscard]] bool isShort(const Vector& step, double share, std::size_t num_pixels) const {
-    // Images are stored in whole grey levels: no residuals are smaller than their rounding.
+    // Images are stored in whole grey levels, so residuals cannot be smaller than rounding.
     constexpr double kLeastVariance = 1.0 / 12;
     const double variance = std::fmax(kLeastVariance, cost / static_cast<double>(num_pixels));
     return step.dot(gradient) <= share * share * variance;

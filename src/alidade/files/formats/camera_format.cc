@@ -77,7 +77,8 @@ AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
                         "add --model with one of these to fit it and see the fitting error");
 }
 
-// True for a lens of the model with no zero coefficient, except for k3 of radtan if it is not wanted.
+// True if the format can store a lens of the model without zero coefficients, except k3 of radtan unless
+// `has_k3`.
 bool canHold(const CameraFormat& format, std::string_view model, bool has_k3) {
   std::vector<double> params = {500, 500, 250, 250};
   for (const double start : modelTraits(model).start_lens) {

@@ -25,7 +25,7 @@ struct CameraFormat {
   /// The models that the format stores exactly, in the order in which they are tried for a camera of an
   /// equivalent model.
   std::vector<std::string_view> models;
-  bool holds_k3 = true;         ///< of the model radtan; otherwise it must be zero
+  bool holds_k3 = true;         ///< k3 of radtan; otherwise it must be zero
   std::size_t max_cameras = 1;  ///< in a file
   /// Poses that a file can state: none, the pose of each camera from the first, or camera_from_rig. read()
   /// may find more poses than are written.

@@ -91,7 +91,8 @@ int sideOf(const Line& line, const std::string& word) {
                 "use the size of the image files");
 }
 
-// The camera of a line; nothing if it is not wanted, because making it takes milliseconds, but it is checked.
+// The camera of a line. If it is not wanted, only checks it and returns nothing, because making it takes
+// milliseconds.
 std::optional<StatedCamera> readLine(const Line& line, bool is_wanted) {
   constexpr std::size_t kNumBefore = 4;
   if (line.words.size() <= kNumBefore) {
@@ -174,7 +175,7 @@ CameraSource read(const CameraDocument& document, const ReadOptions& options) {
     try {
       static_cast<void>(readLine(line, false));
     } catch (const UnsupportedCamera&) {
-      // Not damaged.
+      // Unsupported, but not damaged.
     }
     all.passed.push_back(name);
   }

@@ -146,7 +146,7 @@ void addErrors(FootageCheck& check, const std::vector<Reconstruction>& windows, 
   check.holdout_rms_px = count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-// The sum of a number of each window.
+// The sum of a value over all windows.
 double sumOver(const FootageWindows& found, double (*of)(const Reconstruction&)) {
   double sum = 0;
   for (const Reconstruction& window : found.windows) sum += of(window);

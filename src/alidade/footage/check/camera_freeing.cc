@@ -233,7 +233,7 @@ double CameraFreeing::priorCost(const Eigen::VectorXd& at) const {
   return 0.5 * change.dot(prior_ * change);
 }
 
-// Solves the windows at another camera. @returns whether they were found
+// Solves the windows for the camera at these unknowns. @returns false on failure
 bool CameraFreeing::moveTo(State& state, const Eigen::VectorXd& at) const {
   const auto camera = cameraAt(at);
   if (!camera) return false;

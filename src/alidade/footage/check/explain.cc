@@ -57,8 +57,8 @@ void ChangeFit::setEffect(double displacement_px, double std_px) {
 }
 
 bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& changes, bool is_rig) {
-  // Share of the largest gain from which the first change is taken; and of all unknowns at once, times the
-  // effect that fails otherwise.
+  // The first change with this share of the largest gain is taken; all unknowns together need this multiple
+  // of the effect that is a failure.
   const double as_much = is_rig ? 0.98 : 1;
   const double several = is_rig ? 2 : 1;
   const auto isSeveral = [&](std::size_t i) { return changes[i]->kind == CameraChangeKind::kSeveral; };

@@ -87,10 +87,10 @@ struct FootageOutcome {
 /// Penalty on a score per unknown: 1 in 1000, and a choice of six kinds.
 inline constexpr double kPenalty = 6;
 
-/// Sets the explanation: of the significant changes of one kind, the one that explains most; or all unknowns
-/// together, if they explain clearly more, and what they find is an error that counts. Of rigs, changes that
-/// show the file to be wrong come before all others, and the alternatives are set.
-/// @returns whether the explanation shows the file to be wrong
+/// Sets the explanation: the significant change of one kind that explains most, or all unknowns together if
+/// they explain clearly more and find a relevant error. For rigs, changes that show the file to be wrong take
+/// precedence, and the alternatives are set.
+/// @returns true if the explanation shows the file to be wrong
 bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& changes, bool is_rig);
 
 /// A change of a camera's parameters: "focal length of left +3.1 % +- 0.2 %".

@@ -28,7 +28,7 @@ struct PairRays {
   Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_second;
 };
 
-// Nothing where a pixel has no ray.
+// The rays of a match; nothing if a pixel has no ray.
 std::optional<PairRays> raysOf(const PosedPair& pair, const PixelMatch& match) {
   PairRays rays;
   const auto a = pair.first.unproject(match.a, rays.J_first.data());

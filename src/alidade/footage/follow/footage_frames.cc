@@ -26,7 +26,7 @@ InputFiles filesOf(std::span<const std::string> inputs) {
   return files;
 }
 
-// All images of one footage have one size: the camera's, or else that of the first one.
+// Requires the common size of the footage: that of the camera, or else of the first image.
 void requireSize(const std::string& name, ImageSize size, const FootagePassOptions& options,
                  std::optional<ImageSize>& common) {
   if (!common) common = options.expected_size.value_or(size);

@@ -49,9 +49,9 @@ FootagePass forEachFrame(std::span<const std::string> inputs,
                          const std::function<void(const FootageImage&)>& show,
                          const FootagePassOptions& options = {});
 
-/// Follows points through footage. Of a video, only keyframes are kept. In photographs, more key points are
-/// looked for the fewer there are: the number to follow is 10000 over their number, 400 to 1000.
-/// @param pass  set to what was met
+/// Tracks points through footage. Of a video, only keyframes are kept. With fewer photographs, more key
+/// points are sought in each: 10000 over their number, 400 to 1000.
+/// @param pass  set to a summary
 [[nodiscard]] FootageTracks trackFootage(std::span<const std::string> inputs, FrontEndKind kind,
                                          FootagePass& pass, const FootagePassOptions& options = {});
 

@@ -25,8 +25,7 @@ class FrontEnd {
   [[nodiscard]] virtual std::vector<TrackPixel> follow(const GrayImage& image) = 0;
 };
 
-/// @param num_points  to follow at a time, spread over the image; of key points, up to twice as many are
-/// described
+/// @param num_points  tracked at a time, spread over the image; up to twice as many key points are described
 [[nodiscard]] std::unique_ptr<FrontEnd> makeFrontEnd(FrontEndKind kind, std::size_t num_points = 400);
 
 namespace detail {

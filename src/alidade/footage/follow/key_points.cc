@@ -176,8 +176,7 @@ std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   const GrayImage& searched = scale < 1 ? resized : image;
   Image now = describe(searched, scale);
   // The clearest match of each point wins, because false matches are rarely as clear. A track has one point
-  // per image.
-  // By its ratio, the point of an earlier image.
+  // per image. A claim is a ratio and the point of an earlier image.
   std::vector<std::pair<float, const Point*>> claims(now.points.size(), {1.0F, nullptr});
   for (const Image& earlier : earlier_) {
     for (const cv::DMatch& match : matchesBetween(now.descriptors, earlier.descriptors)) {

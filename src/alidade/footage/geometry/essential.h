@@ -30,8 +30,8 @@ struct RayPair {
 /// The four motions b_from_a with a translation of length 1 with this essential matrix, up to sign.
 [[nodiscard]] std::array<SE3, 4> motionsOf(const Eigen::Matrix3d& essential);
 
-/// Distances along the rays a and b at which they are nearest to each other; negative where they meet behind
-/// a camera, infinite or NaN for parallel rays.
+/// Distances along both rays at which these are nearest to each other; negative if they meet behind a camera,
+/// infinite or NaN for parallel rays.
 [[nodiscard]] Eigen::Array2d depthsOf(const RayPair& pair, const SE3& b_from_a);
 
 }  // namespace alidade

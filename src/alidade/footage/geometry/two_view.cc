@@ -159,8 +159,8 @@ Eigen::Matrix3d bestEssential(std::span<const RayMatch> matches, double limit, R
   return E;
 }
 
-// Of the four motions of an essential matrix, the one with the most points in front of both cameras, and
-// their number.
+// The one of the four motions of an essential matrix with the most points in front of both cameras, and their
+// number.
 std::pair<SE3, std::size_t> motionInFront(const Eigen::Matrix3d& E, std::span<const RayMatch> matches) {
   std::pair<SE3, std::size_t> best;
   for (const SE3& motion : motionsOf(E)) {
@@ -179,7 +179,7 @@ double parallaxOf(std::span<const RayMatch> matches, const SO3& rotation) {
   return medianOf(std::move(displacements));
 }
 
-// The two images as a scene: the point of each match that both see, with its two sightings in a row.
+// The two images as a scene of the matched points that both see; the two sightings of a point are adjacent.
 SceneFit pairScene(const AnyCamera& camera, std::span<const PixelMatch> matches,
                    std::span<const RayMatch> inliers, const SE3& b_from_a, double farthest_px) {
   SceneFit fit{.camera = camera,

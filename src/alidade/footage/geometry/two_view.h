@@ -59,8 +59,8 @@ struct TwoView {
 [[nodiscard]] std::vector<PixelMatch> matchesOf(const std::vector<TrackPixel>& a,
                                                 const std::vector<TrackPixel>& b);
 
-/// The error below which a pixel agrees with a motion: 2 px, or 0.2 % of the image's diagonal if that is
-/// more. Wide enough for a camera that is a little wrong.
+/// Largest error of a match that agrees with a motion: 2 px, or 0.2 % of the image's diagonal if that is
+/// more; wide enough for a slightly wrong camera.
 [[nodiscard]] double agreementPx(ImageSize size);
 
 /// The rotation b_from_a that best aligns the rays of a with those of b, for the larger part of the pairs.

@@ -273,7 +273,7 @@ void LocalMap::adjust() {
                .sightings = {},
                .num_held_frames = is_first_held ? std::size_t{1} : std::size_t{2}};
   for (const KeyFrame& key : window_) fit.camera_from_world.push_back(key.camera_from_world);
-  Sightings places;  // of the sightings
+  Sightings places;  // one per sighting
   for (const auto& [track, sightings] : chosen) {
     const auto id = static_cast<std::uint32_t>(fit.points.size());
     fit.points.push_back(points_.at(track).at);

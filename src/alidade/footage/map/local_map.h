@@ -56,10 +56,10 @@ class LocalMap {
   /// Sets the position of a point, before key frames that show it are added.
   void setPoint(std::uint32_t track, const Eigen::Vector4d& at);
 
-  /// Adds a key frame; after one or more of them, settle().
+  /// Adds a key frame; call settle() after adding one or more.
   /// @param frame  higher than those before
   void addKeyFrame(std::size_t frame, std::span<const TrackPixel> tracks, const SE3& camera_from_world);
-  /// Gives points their places and adjusts the window.
+  /// Positions the points and adjusts the window.
   void settle();
 
   /// True if a frame should become a key frame.
@@ -101,7 +101,7 @@ class LocalMap {
     std::vector<char> is_used;  // the sighting agrees with its point
     std::size_t num_points = 0;
   };
-  // By key frame in the window, and by index among its tracks.
+  // Pairs of a key frame in the window and an index among its tracks.
   using Sightings = std::vector<std::pair<std::size_t, std::size_t>>;
 
   [[nodiscard]] const Point* find(std::uint32_t track) const;

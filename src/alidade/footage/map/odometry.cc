@@ -12,7 +12,7 @@
 namespace alidade {
 namespace {
 
-constexpr std::size_t kFewestForScale = 25;  // points at a known distance that carry the scale on
+constexpr std::size_t kFewestForScale = 25;  // points at a known distance that carry over the scale
 
 }  // namespace
 

@@ -97,7 +97,8 @@ class Odometry {
   bool is_tracking_ = false;
   bool is_scale_lost_ = false;
   Path path_;
-  // Of the last segment, by frame: a key frame, and the pose relative to that one's, which may still change.
+  // For each frame of the last segment: a key frame, whose pose may still change, and the pose relative to
+  // it.
   std::map<std::size_t, std::pair<std::size_t, SE3>> relative_;
   std::size_t key_ = 0;                  // last key frame
   SE3 last_;                             // camera_from_world of the last frame

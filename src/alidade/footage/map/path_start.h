@@ -41,15 +41,15 @@ class PathStart {
  public:
   PathStart(const AnyCamera& camera, ImageSize size, const SightScale& scale);
 
-  /// Takes a frame. @returns the motion from the oldest to the newest of the waiting frames once it is seen;
-  /// its points are of commonTracks() of the two
+  /// Takes a frame. @returns the motion from the oldest to the newest waiting frame once it can be estimated;
+  /// its points are those of commonTracks() of the two
   [[nodiscard]] std::optional<TwoView> add(std::size_t index, std::span<const TrackPixel> tracks);
   /// Accepts a smaller parallax than add(): at the end of the footage no better pair will come.
   [[nodiscard]] std::optional<TwoView> lastChance();
   /// True if a frame shares too little with the previous one to continue.
   [[nodiscard]] bool isCutOff(std::span<const TrackPixel> tracks) const;
 
-  /// The motion did not lead to poses of the frames between: waits for a larger parallax.
+  /// Rejects a motion that gave no poses for the frames between, and waits for a larger parallax.
   void reject();
   [[nodiscard]] const std::deque<WaitingFrame>& waiting() const { return waiting_; }
   /// Frames before the waiting ones, with which they share too few points.

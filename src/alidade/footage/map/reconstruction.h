@@ -42,15 +42,15 @@ struct FootageWindows {
 [[nodiscard]] FootageWindows reconstructAll(const AnyCamera& camera, const FootageTracks& tracks,
                                             int num_jobs, const CancelFlag* cancel);
 
-/// Finds poses and points of all windows again, for their cameras as they are.
-/// @returns whether they were found
+/// Solves poses and points of all windows again for their present cameras.
+/// @returns false on failure
 bool solveWindows(std::vector<Reconstruction>& windows, int num_jobs, const CancelFlag* cancel);
 
 /// The standard deviation of a coordinate in units of sigma_px, from the median of the errors.
 [[nodiscard]] double noiseOf(const SceneFit& fit);
 
-/// Leaves out sightings whose error is beyond a limit, in units of sigma_px, then points with fewer than two.
-/// Indices of points stay as they are.
+/// Removes sightings with an error above a limit, in units of sigma_px, then points with fewer than two.
+/// Indices of points do not change.
 void removeOutliers(SceneFit& fit, double limit);
 
 }  // namespace alidade

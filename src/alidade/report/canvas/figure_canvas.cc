@@ -26,7 +26,7 @@ std::string tickText(double value, double step) {
   return fmt::format("{:.{}f}", value == 0 ? 0.0 : value, decimals);
 }
 
-// Names of classes as an attribute; attributes as they stand.
+// Turns names of classes into an attribute; returns attributes unchanged.
 std::string attributesOf(std::string_view given) {
   const bool is_class = !given.empty() && given.find('=') == std::string_view::npos;
   return is_class ? fmt::format("class=\"{}\"", given) : std::string(given);

@@ -111,7 +111,7 @@ class FigureCanvas {
   [[nodiscard]] double width() const { return width_; }
   [[nodiscard]] double height() const { return height_; }
   [[nodiscard]] const PlotArea& area() const { return area_; }
-  /// The place in the drawing of a value in the area.
+  /// Position in the drawing of a value in the area.
   [[nodiscard]] Eigen::Vector2d at(const Eigen::Vector2d& value) const { return area_.at(value); }
   [[nodiscard]] Eigen::Vector2d at(double x, double y) const { return area_.at(x, y); }
   [[nodiscard]] std::vector<Eigen::Vector2d> at(const std::vector<Eigen::Vector2d>& values) const;
@@ -161,7 +161,7 @@ class FigureCanvas {
 
   /// The complete element. @param alt  description for readers who cannot see it
   [[nodiscard]] std::string svg(std::string_view alt, std::string_view attributes = "") const;
-  /// The figure with the element, after the legend under the area.
+  /// Adds the legend under the area, and returns the figure with the complete element.
   [[nodiscard]] Figure drawn(Figure words, const Legend& legend = {}, std::string_view attributes = "");
 
  private:

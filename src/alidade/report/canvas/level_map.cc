@@ -45,13 +45,14 @@ std::string shapePath(const std::vector<Vector2d>& points, bool is_closed) {
   return is_closed ? d + "Z" : d;
 }
 
-// How many corners reach the level; none where one has no value.
+// Number of corners that reach the level; 0 if one has no value.
 std::ptrdiff_t numWithin(const MapCell& cell, double level) {
   if (std::ranges::any_of(cell, [](const Vector3d& corner) { return std::isnan(corner.z()); })) return 0;
   return std::ranges::count_if(cell, [&](const Vector3d& corner) { return corner.z() >= level; });
 }
 
-// Where the sides cross the level, and with them the corners that reach it, in turn.
+// Points at which the sides cross the level and, with `has_corners`, corners that reach it, in order around
+// the cell.
 std::vector<Vector2d> crossings(const MapCell& cell, double level, bool has_corners) {
   std::vector<Vector2d> points;
   for (std::size_t i = 0; i < 4; ++i) {

@@ -123,7 +123,7 @@ class JsonNode {
 // Readers of values that occur in several documents.
 
 [[nodiscard]] std::string textOf(const JsonNode& node);
-/// A list of so many finite numbers.
+/// A list of kSize finite numbers.
 template <int kSize>
 [[nodiscard]] Eigen::Vector<double, kSize> readVector(const JsonNode& node) {
   node.requireSize(kSize);

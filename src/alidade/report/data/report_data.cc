@@ -227,7 +227,7 @@ CalibrationEvidence readCalibration(const nlohmann::json& evidence, const std::s
   data.covariance = readCovariance(root["covariance"], static_cast<int>(data.parameter_std.size()));
   data.models = readModels(root["model_choice"]);
   addNextView(root["next_view"], data);
-  static_cast<void>(root["created_by"].text());  // on the page
+  static_cast<void>(root["created_by"].text());  // for the page
   return data;
 }
 

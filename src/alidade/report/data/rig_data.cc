@@ -98,7 +98,7 @@ ReportedRig readRig(const nlohmann::json& evidence, const std::string& file) {
   rig.views = root["views"].list([&](const JsonNode& node) { return readRigView(node, rig); });
   rig.findings = readFindings(root["diagnoses"]);
   sortDiagnoses(rig.findings);
-  static_cast<void>(root["created_by"].text());  // on the page
+  static_cast<void>(root["created_by"].text());  // for the page
   return rig;
 }
 

@@ -14,7 +14,7 @@ namespace alidade {
 
 // Figures of a camera and of views of boards.
 
-// Over the image (image_figures.cc).
+// Figures over the image (image_figures.cc).
 
 /// The 95 % error of a projected point, as areas between multiples of the tolerance, with contours.
 /// @pre there is an accuracy
@@ -34,7 +34,7 @@ namespace alidade {
 /// The name of the image that this figure shows; empty without views.
 [[nodiscard]] std::string undistortedImageName(const ReportData& data);
 
-// Of the lens (lens_figures.cc).
+// Figures of the lens (lens_figures.cc).
 
 /// The images of straight lines of the scene, over those of a pinhole camera.
 [[nodiscard]] Figure distortionGridFigure(const ReportData& data);
@@ -44,7 +44,7 @@ namespace alidade {
 /// The correlations of the estimated parameters. @pre there is a covariance
 [[nodiscard]] Figure correlationFigure(const ReportData& data);
 
-// Of the reprojection errors (residual_figures.cc).
+// Figures of the reprojection errors (residual_figures.cc).
 
 /// Apparent displacement of each point on a board, over all views that show it.
 /// @param board  index into ReportData::boards
@@ -57,7 +57,7 @@ namespace alidade {
 /// Quantiles of the errors over those of the normal distribution.
 [[nodiscard]] Figure normalPlotFigure(const ReportData& data);
 
-// Of the views: how well each fits, and how the boards were held (view_figures.cc).
+// Figures of the views: errors of each, and poses of the boards (view_figures.cc).
 
 /// RMS and largest error of each view, in their order. Bars carry their view's index as data-view.
 [[nodiscard]] Figure viewErrorsFigure(const ReportData& data);

@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 
 constexpr int kNumBins = 32;
 
-// Numbers of differences per bin: of all, and of those that stand out.
+// Numbers of differences per bin: of all, and of the significant ones.
 std::array<std::array<int, kNumBins>, 2> countedDifferences(const std::vector<UnitDifference>& differences,
                                                             double most) {
   std::array<std::array<int, kNumBins>, 2> counts{};
@@ -32,7 +32,7 @@ std::array<std::array<int, kNumBins>, 2> countedDifferences(const std::vector<Un
   return counts;
 }
 
-// A histogram of differences with the tolerance, of bars and, on top, those that stand out.
+// A histogram of differences with the tolerance; bars of significant differences are on top.
 // @param x_name, bars  see FigureCanvas
 Figure histogram(Figure words, std::vector<UnitDifference> differences, double tolerance_px,
                  const char* x_name, Legend bars) {

@@ -50,7 +50,7 @@ std::optional<Vector2d> pixelOf(const AnyCamera& camera, const Vector3d& ray) {
   return seen.ok() ? std::optional(seen.pixel) : std::nullopt;
 }
 
-// A line through the pixels 0 to `num_steps` that the image shows, in pieces.
+// The pieces inside the image of a line through the pixels 0 to `num_steps`.
 template <class PixelAt>
 std::string shownLine(const FigureCanvas& canvas, int num_steps, const PixelAt& pixel_at) {
   const Eigen::AlignedBox2d shown(canvas.area().low, canvas.area().high);

@@ -56,7 +56,7 @@ struct PictureSource {
   std::function<std::optional<ViewPicture>(const std::string& image)> picture_of = {};
 };
 
-/// Reads one image at once and keeps it, so that it is not read again: of a video, that may take another
+/// Reads one image immediately and keeps it, so that it is not read again: in a video, that may take a second
 /// pass.
 [[nodiscard]] ImageOfView keepingOne(const ImageOfView& image_of, const std::string& name);
 

@@ -140,7 +140,7 @@ std::string displacementReading(const BoardShape& shape) {
 Figure boardResidualsFigure(const ReportData& data, std::size_t board) {
   const Board& target = data.boards[board].target;
   const BoardInk ink = inkOf(target);
-  FigureCanvas canvas(boardArea(ink), FigureCanvas::kMarks - 12);  // there are no marks
+  FigureCanvas canvas(boardArea(ink), FigureCanvas::kMarks - 12);  // no marks here
   const PlotArea& area = canvas.area();
   canvas.addArea("paper");
   canvas.addPath(inkPath(ink, canvas), "ink");

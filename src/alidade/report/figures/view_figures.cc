@@ -342,7 +342,7 @@ Figure nextViewFigure(const CalibrationEvidence& data) {
   area.high = shown.max();
   const Vector2d image_low = area.at(image.min());
   const Vector2d image_high = area.at(image.max());
-  FigureCanvas canvas(area, FigureCanvas::kMarks - 12);  // there are no marks
+  FigureCanvas canvas(area, FigureCanvas::kMarks - 12);  // no marks here
   canvas.addRect(image_low, image_high, "scene");
   canvas.addPath(seenCorners(data, area), "corners faint");
   canvas.addRaw("<clipPath id=\"next-clip\">");

@@ -47,7 +47,7 @@ std::string parametersTable(const FleetGroup& group, const std::string& prefix) 
       "files.");
 }
 
-// The differences that are significant, from the typical camera or from the previous calibrations.
+// The significant differences from the typical camera or from the previous calibrations.
 std::string differencesTable(const Fleet& fleet, const std::vector<UnitDifference>& differences,
                              bool are_drifts, const std::string& prefix) {
   const auto significant = significantOnes(differences);

@@ -23,7 +23,7 @@ struct PageSection {
   std::string more = {};  ///< HTML after the figures
 };
 
-/// Puts more of a page behind what there is.
+/// Appends items.
 template <class Item>
 void append(std::vector<Item>& to, std::vector<Item> more) {
   std::ranges::move(more, std::back_inserter(to));
@@ -44,9 +44,9 @@ struct PageContent {
   std::string subtitle = {};
   std::string headline = {};  ///< the verdict in words
   Verdict verdict = Verdict::kNo;
-  std::string sentence = {};             ///< what can be expected; behind the reason of a rejection
+  std::string sentence = {};             ///< expected performance, after the reason if rejected
   std::vector<Diagnosis> findings = {};  ///< see asSentences()
-  std::string next_text = {};            ///< the photograph to take next; empty: none
+  std::string next_text = {};            ///< the photograph to take next; empty if none
   std::vector<PageNumber> numbers = {};
   std::vector<PageSection> sections = {};
   std::string details = {};  ///< HTML
@@ -63,11 +63,11 @@ struct FigureFile {
 [[nodiscard]] std::string errorText(double px);
 /// An RMS, with three digits and its unit.
 [[nodiscard]] std::string rmsText(double px);
-/// "good", "fair" or "bad", the class of what shows a verdict.
+/// "good", "fair" or "bad": the class of elements that show a verdict.
 [[nodiscard]] const char* verdictClass(Verdict verdict);
 /// The verdict of a calibration in words. @param subject  of the verdict: "camera"
 [[nodiscard]] std::string verdictHeadline(Verdict verdict, const std::string& subject);
-/// Findings that begin with a capital letter, apart from these names of images and cameras.
+/// Findings with a capital first letter, unless they begin with one of these names of images and cameras.
 [[nodiscard]] std::vector<Diagnosis> asSentences(std::vector<Diagnosis> findings,
                                                  const std::vector<std::string>& names);
 /// The findings as HTML: failures and warnings first, then notes in a list that opens.
@@ -88,7 +88,7 @@ struct FigureFile {
 /// The dialog in which the page's script shows a view, as HTML.
 [[nodiscard]] std::string viewerHtml();
 
-/// For the top of a page: which share of the image is accurate. @pre there is an accuracy
+/// The share of the image that is accurate, for the top of a page. @pre there is an accuracy
 [[nodiscard]] PageNumber withinTolerance(const ReportData& data);
 
 /// The whole page, including the evidence: positions and errors of corners with four decimals.

@@ -64,7 +64,7 @@ std::vector<Diagnosis> checksOf(const JudgedFile& file) {
   return all;
 }
 
-// Those that are more than a pass, the most severe first, as sentences. Names of cameras stay as they are.
+// The findings other than passes, the most severe first, as sentences. Names of cameras stay as they are.
 std::vector<Diagnosis> findingsOf(const JudgedFile& file) {
   std::vector<std::string> names;
   if (file.cameras.size() > 1) names = mapped(file.cameras, &JudgedCamera::name);

@@ -71,15 +71,15 @@ std::vector<ConversionRequest> plainEdits(ImageSize from, ImageSize to) {
   return edits;
 }
 
-// Below, the readout is of no consequence and cannot be told from none.
+// A smaller readout has no effect and is indistinguishable from none.
 constexpr double kLittleReadout = 0.1;
 
 std::string pixelsOf(double px) {
   return px < 10 ? fmt::format("{:.1f} px", px) : fmt::format("{:.0f} px", px);
 }
 
-// Why footage cannot tell, and which would: "no parallax; film while moving sideways past near and far
-// things".
+// Reason why footage cannot decide, and what to film instead: "no parallax; film while moving sideways past
+// near and far things".
 std::string gapWords(const FootageJudgement& judgement) {
   const FootageCheck& check = judgement.check;
   switch (check.gap) {
@@ -147,7 +147,7 @@ std::string convertCommand(const FootageEdit& edit, const std::string& file) {
   return fmt::format("alidade convert {} -o OUT {}", file, editFlags(edit.request));
 }
 
-// The images of the footage are not those of the file: which edit explains it.
+// Reports that image sizes of footage and file differ, and which edit explains it.
 Diagnosis findingOfSize(const FootageJudgement& judgement, const std::string& file) {
   const std::string sizes = fmt::format("the images have {} px, the file is for {}",
                                         sizeText(judgement.image_size), sizeText(judgement.camera_size));
@@ -286,7 +286,7 @@ std::vector<Diagnosis> footageFindings(const FootageJudgement& judgement, const 
                               describe(change), pixelsOf(change.effect_px), pixelsOf(change.sure_px)),
          .effect_px = change.effect_px});
   }
-  // With a camera that is wrong it makes up for a part of that.
+  // With a wrong camera the readout compensates for part of the error.
   if (check.verdict == FootageVerdict::kConsistent && check.is_video &&
       std::abs(check.readout) > kLittleReadout) {
     findings.push_back(

@@ -63,14 +63,14 @@ struct FootageJudgement {
 [[nodiscard]] std::string editFlags(const ConversionRequest& edit);
 
 /// The verdict of footage on a camera file, as checks: `footage` (a failure if it is inconsistent, a warning
-/// if footage cannot tell), and notes: `footage_fit` (another camera fits better, by less than counts) and
-/// `footage_shutter` (a rolling shutter).
+/// if footage cannot decide), and notes: `footage_fit` (a different camera fits better, but not
+/// significantly) and `footage_shutter` (a rolling shutter).
 /// @param file  the camera file's name, for commands
 [[nodiscard]] std::vector<Diagnosis> footageFindings(const FootageJudgement& judgement,
                                                      const CameraRecord& camera, const std::string& file);
 
 /// The likely cause of a change, in plain words, and what to do.
-/// @param file  the camera as the file has it
+/// @param file  the camera as stated in the file
 [[nodiscard]] std::string likelyCause(const CameraChange& change, const AnyCamera& file);
 
 }  // namespace alidade

@@ -39,8 +39,8 @@ struct HeldOutView {
   /// one.
   double fixed_rms_px = std::numeric_limits<double>::quiet_NaN();
   double freed_rms_px = std::numeric_limits<double>::quiet_NaN();
-  SE3 camera_from_board = {};  ///< fitted to all corners, for the camera as it is
-  /// With an error, in ascending order of id; none had a part in the pose by which it is predicted.
+  SE3 camera_from_board = {};  ///< fitted to all corners, for the unchanged camera
+  /// Corners with an error, in ascending order of id; none was used for the pose that predicts it.
   std::vector<CornerError> corners = {};
 };
 
@@ -90,7 +90,7 @@ struct HeldOutJudgement {
   std::vector<NeededChange> changes;
   std::vector<Slip> slips;  ///< corrected, see mendedSlips(); none without a freed camera
 
-  [[nodiscard]] int numCorners() const;  ///< with an error
+  [[nodiscard]] int numCorners() const;  ///< those with an error
   [[nodiscard]] int numUnseen() const;
   /// RMS of all corners with the poses fitted to all of them, px, of the freed camera; NaN without one.
   [[nodiscard]] double freedRmsPx() const;
@@ -118,29 +118,28 @@ struct HeldOutJudgement {
 [[nodiscard]] HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Board& board,
                                              std::vector<View> views, const HeldOutOptions& options = {});
 
-/// By how much a camera may be off before it is called wrong, px: see docs/comparing.md for where it comes
-/// from.
+/// Largest error of a camera that is not called wrong, px; docs/comparing.md derives it.
 inline constexpr double kDefaultTolerancePx = 0.2;
 
-/// What held-out images say as checks: `held_out_error`, whether the camera predicts corners, and
-/// `images_agree`, whether it is the camera that the images show. A camera fails where it is off by more than
-/// chance and, as far as the images tell, by more than the tolerance; where they cannot tell, that is a
-/// warning.
+/// Findings from held-out images as checks: `held_out_error`, whether the camera predicts corners, and
+/// `images_agree`, whether it is the camera that the images show. A camera fails if it is off by more than
+/// chance and, according to the images, by more than the tolerance. If the images cannot decide, the result
+/// is a warning.
 [[nodiscard]] std::vector<Diagnosis> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px);
 
 /// The slip that `images_agree` names; nothing if it names none.
 [[nodiscard]] const Slip* namedSlip(const HeldOutJudgement& judgement, double tolerance_px);
 
-/// The check `stated_accuracy`: whether the camera is as near to the one that the images show as its file
-/// states. A note where the images cannot tell.
+/// The check `stated_accuracy`: whether the camera is as close to the one that the images show as its file
+/// states. A note if the images cannot decide.
 [[nodiscard]] Diagnosis statedAccuracyCheck(double accuracy_px, const HeldOutJudgement& judgement);
 
-/// The check `against`: the difference to another camera, the rotation taken out.
+/// The check `against`: the difference to another camera, after the best rotation.
 [[nodiscard]] Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other,
                                      double tolerance_px);
 
-/// The check `own_images`: whether the camera was calibrated from these images. It is assumed of an image
-/// whose mean of the corners lies within 0.5 px of a recorded one.
+/// The check `own_images`: whether the camera was calibrated from these images. An image counts as one of
+/// them if the mean of its corners lies within 0.5 px of a recorded one.
 /// @param recorded  see CalibrationRecord::view_centers
 [[nodiscard]] Diagnosis ownImagesCheck(std::span<const Eigen::Vector2d> recorded,
                                        std::span<const View> views);

@@ -31,12 +31,12 @@ std::vector<Reduced> weightedPulls(const PosedViews& posed) {
   return pulls;
 }
 
-// The inverse roots of the variances; 0 for held parameters, which have none.
+// The inverse square roots of the variances; 0 for held parameters, which have no variance.
 Eigen::VectorXd scaleOf(const Eigen::MatrixXd& matrix) {
   return matrix.diagonal().unaryExpr([](double x) { return x > 0 ? 1 / std::sqrt(x) : 0.0; });
 }
 
-// Tells whether no direction has a negative variance, rounding aside.
+// True if no direction has a negative variance, apart from rounding. Held parameters have none.
 bool isCovariance(const Eigen::MatrixXd& matrix) {
   constexpr double kRounding = 1e-9;
   if (!matrix.allFinite() || !(matrix.diagonal().minCoeff() >= 0)) return false;

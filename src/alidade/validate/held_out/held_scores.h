@@ -53,7 +53,7 @@ struct StepEstimate {
   /// The normal variable, not negative, that is as improbable as an amount of this size and either sign for
   /// the right camera.
   double sigmas = 0;
-  /// sqrt(mean of dx^2 + dy^2) over all corners, poses refitted; NaN where the change was not made.
+  /// sqrt(mean of dx^2 + dy^2) over all corners with refitted poses; NaN if the change was not made.
   double rms_px = std::numeric_limits<double>::quiet_NaN();
 
   [[nodiscard]] bool isSignificant() const;
@@ -139,9 +139,9 @@ inline constexpr std::array kIntrinsicsChanges = {CameraChangeKind::kFocalLength
 [[nodiscard]] Eigen::VectorXd amountsToFreed(const AnyCamera& camera, const Eigen::MatrixXd& open,
                                              const PosedViews& freed);
 
-/// One way to change a camera, taken until nothing more is gained by it: the first step alone, which a score
-/// test takes, falls far short where the camera is far off. The estimate is of the change in all, its
-/// uncertainty that where it has come to rest. The other parameters are as in HeldScores::make().
+/// Changes a camera in one way until there is no further gain: the single step of a score test falls far
+/// short if the camera is far off. The estimate is the total change, with the uncertainty at the final
+/// camera. The other parameters are as in HeldScores::make().
 /// @returns nothing if the views do not constrain the change, or if it leads to an invalid camera or one that
 /// does not see the boards
 [[nodiscard]] std::optional<StepEstimate> refitChange(const AnyCamera& tested, CameraChangeKind change,
@@ -153,13 +153,13 @@ struct Slip {
   std::string_view id;  ///< stable, for scripts: "k1_sign"
   std::string text;     ///< with the numbers: "k1 has the wrong sign: k1 -0.28 instead of 0.28"
   AnyCamera mended;
-  int num_free = 0;   ///< numbers of the mended camera that were taken from the images
+  int num_free = 0;   ///< numbers of the corrected camera that were taken from the images
   double rms_px = 0;  ///< sqrt(mean of dx^2 + dy^2) over all corners, poses refitted to the mended camera
 };
 
-/// Mends each slip of the list that the numbers of a camera allow. Numbers that the slip leaves open, such as
-/// a wrong fy, come from the freed camera; nothing else is fitted but poses.
-/// @param freed  posed for the camera that the views give
+/// Corrects each slip of the list that the numbers of a camera allow. Numbers that the slip leaves open, such
+/// as a wrong fy, come from the freed camera; otherwise only poses are fitted.
+/// @param freed  posed with the camera calibrated from the views
 /// @returns those with which all corners can be seen
 [[nodiscard]] std::vector<Slip> mendedSlips(const AnyCamera& tested, const PosedViews& freed);
 
