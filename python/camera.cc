@@ -228,7 +228,9 @@ py::str htmlOf(const CameraValue& self) {
 void bindInfo(py::module_& module) {
   const auto covariance = [](const CalibrationRecord& info) -> py::object {
     if (info.covariance.empty()) return py::none();
-    return matrixArray(fullMatrix(info.covariance, static_cast<Eigen::Index>(info.parameter_std.size())));
+    // n (n + 1) / 2 numbers; a file may state them without parameter_std.
+    const auto n = static_cast<Eigen::Index>(std::sqrt(2.0 * static_cast<double>(info.covariance.size())));
+    return matrixArray(fullMatrix(info.covariance, n));
   };
   py::class_<CalibrationRecord>(module, "CalibrationInfo", doc("CalibrationInfo"))
       .def_property_readonly(

@@ -41,6 +41,10 @@ TEST(Advice, StandsInTheDocument) {
   EXPECT_EQ(coverage["grid"]["columns"], 8);
   EXPECT_EQ(coverage["grid"]["num_corners"].size(), 48u);
   EXPECT_EQ(coverage["views"].size(), 6u);
+  std::vector<double> fills;
+  for (const json& view : coverage["views"]) fills.push_back(view["fill"]);
+  EXPECT_EQ(coverage["smallest_fill"], *std::min_element(fills.begin(), fills.end()));
+  EXPECT_EQ(coverage["largest_fill"], *std::max_element(fills.begin(), fills.end()));
   EXPECT_GT(coverage["share"], 0.3);
   const json& next = document["next_view"];
   EXPECT_TRUE(next["determined"]);

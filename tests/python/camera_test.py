@@ -259,3 +259,11 @@ def test_files(camera, tmp_path):
     with pytest.raises(TypeError):
         alidade.load_camera(3)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["camera.yaml", "kalibr.yaml", "opencv.yaml", "ros.yaml"]
+
+
+def test_gives_a_covariance_without_standard_deviations(tmp_path):
+    lines = (DATA.parent / "camera_files/version_1.yaml").read_text(encoding="utf-8").splitlines(keepends=True)
+    file = tmp_path / "camera.yaml"
+    file.write_text("".join(line for line in lines if "parameter_std:" not in line), encoding="utf-8")
+    covariance = alidade.load_camera(file).calibration.covariance
+    assert covariance.shape == (9, 9) and np.array_equal(covariance, covariance.T)
