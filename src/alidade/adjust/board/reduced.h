@@ -53,11 +53,12 @@ struct ExtraElements {
 /// respect to unknowns other than pose and intrinsics. Few of them are non-zero in any row.
 struct ExtraColumns {
   ExtraColumns() = default;  ///< none
-  /// @param columns  with size() and elements(rows, axis), which returns ExtraElements; must outlive this
+  /// @param columns  with size() and elements(rows, axis), which returns ExtraElements
   template <class Columns>
+  requires requires(const Columns& columns, const CornerRows& rows) { columns.elements(rows, 0).column; }
   ExtraColumns(const Columns& columns)
       : size(columns.size()),
-        addElements([&columns](const CornerRows& rows, int axis, std::vector<std::pair<int, double>>& to) {
+        addElements([columns](const CornerRows& rows, int axis, std::vector<std::pair<int, double>>& to) {
           const auto elements = columns.elements(rows, axis);
           for (std::size_t i = 0; i < elements.column.size(); ++i)
             to.emplace_back(elements.column[i], elements.value[i]);

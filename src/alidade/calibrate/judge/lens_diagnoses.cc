@@ -218,12 +218,11 @@ void inaccurate(Evidence& of) {
 // Parameters with unrealistic values that no prior could limit without contradicting the corners.
 std::vector<std::string> runaways(const Evidence& of) {
   const LensScale scale = lensScale(of.camera.modelId(), of.camera, onlyCamera(of.fit).size);
-  const std::vector<int>& fixed = onlyCamera(of.fit).constraint.held;
+  const ParamConstraint& constraint = onlyCamera(of.fit).constraint;
   const auto params = of.camera.parameters();
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < params.size(); ++i) {
-    const bool is_fixed = std::ranges::find(fixed, static_cast<int>(i)) != fixed.end();
-    if (is_fixed || scale.distance(params, i) <= kRunawaySizes) continue;
+    if (constraint.holds(static_cast<int>(i)) || scale.distance(params, i) <= kRunawaySizes) continue;
     texts.push_back(std::string(of.camera.parameterNames()[i]) + " " + numberText("%.3g", params[i]));
   }
   return texts;

@@ -27,10 +27,6 @@ bool hasOwnValue(std::string_view model_id, int i) {
   return range.min <= 0 && range.max >= 0;
 }
 
-bool isHeld(const ParamConstraint& constraint, int i) {
-  return std::ranges::find(constraint.held, i) != constraint.held.end();
-}
-
 }  // namespace
 
 std::string namedModel(const CalibratorOptions& options) {
@@ -75,7 +71,7 @@ ParamConstraint constraintOf(const CalibratorOptions& options) {
                         .expected = "an initial camera, whose value it keeps",
                         .next_step = "give a camera file with --init"});
     }
-    if (!isHeld(constraint, i)) constraint.held.push_back(i);
+    if (!constraint.holds(i)) constraint.held.push_back(i);
   }
   std::ranges::sort(constraint.held);
   return constraint;
@@ -106,7 +102,7 @@ bool applyConstraint(const CalibratorOptions& options, const ParamConstraint& co
   }
   if (constraint.same_focal) {
     const double mean = std::sqrt(params[kFx] * params[kFy]);
-    const double focal = isHeld(constraint, kFx) ? params[kFx] : isHeld(constraint, kFy) ? params[kFy] : mean;
+    const double focal = constraint.holds(kFx) ? params[kFx] : constraint.holds(kFy) ? params[kFy] : mean;
     params[kFx] = params[kFy] = focal;
   }
   return params != before;

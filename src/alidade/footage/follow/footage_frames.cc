@@ -123,7 +123,7 @@ FootageTracks trackFootage(std::span<const std::string> inputs, FrontEndKind kin
                            const FootagePassOptions& options) {
   FootageTracks tracks;
   tracks.is_video = isVideoFootage(inputs);
-  std::size_t num_points = 400;
+  std::size_t num_points = kUsualNumPoints;
   if (kind == FrontEndKind::kKeyPoints && !tracks.is_video) {
     // Each image is matched with those before it, which takes a few seconds for this many points in total.
     constexpr std::size_t kAll = 10000;

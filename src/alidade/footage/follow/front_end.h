@@ -25,8 +25,11 @@ class FrontEnd {
   [[nodiscard]] virtual std::vector<TrackPixel> follow(const GrayImage& image) = 0;
 };
 
+inline constexpr std::size_t kUsualNumPoints = 400;
+
 /// @param num_points  tracked at a time, spread over the image; up to twice as many key points are described
-[[nodiscard]] std::unique_ptr<FrontEnd> makeFrontEnd(FrontEndKind kind, std::size_t num_points = 400);
+[[nodiscard]] std::unique_ptr<FrontEnd> makeFrontEnd(FrontEndKind kind,
+                                                     std::size_t num_points = kUsualNumPoints);
 
 namespace detail {
 
