@@ -13,9 +13,9 @@ namespace alidade {
 /// for a single question. The likelihood ratio is then less than 90 to 1.
 inline constexpr double kNoiseChi2 = 9;
 
-/// Optima left by the search for a start (ModelSolution::close_params) that the corners in use do not rule out
-/// although the stated sigmas of the result do. Each is solved to convergence on the same corners with the
-/// same loss, board and prior. It counts if it is sound (unsoundnessOf()), its excess cost is below
+/// Optima left by the search for a start (ModelSolution::close_params) that the corners in use do not rule
+/// out although the stated sigmas of the result do. Each is solved to convergence on the same corners with
+/// the same loss, board and prior. It counts if it is sound (unsoundnessOf()), its excess cost is below
 /// kNoiseChi2, and a parameter differs by more than 3 stated standard deviations. If the board's bend was
 /// estimated, it may differ. If the views disagree by more than noise, chi square is scaled by their
 /// disagreement.
