@@ -201,8 +201,8 @@ SolvedFootage solveFor(const AnyCamera& camera, const FootageTracks& tracks,
         displacement(camera, freed->camera, seenPixels(solved.found.windows)) < far_px)
       break;
     FootageWindows better = reconstructAll(freed->camera, tracks, options.num_jobs, options.cancel);
-    constexpr double kMore = 1.01;
-    if (sumOver(better, numPixels) < kMore * sumOver(solved.found, numPixels)) break;
+    constexpr double kClearly = 1.01;
+    if (sumOver(better, numPixels) < kClearly * sumOver(solved.found, numPixels)) break;
     if (!fitTo(camera, better.windows, options)) break;
     solved.found = std::move(better);
   }

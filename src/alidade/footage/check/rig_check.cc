@@ -177,7 +177,7 @@ class PairTest {
         sum += std::abs(error) < threshold_px_ ? error * error : threshold_px_ * threshold_px_;
       return sum;
     };
-    constexpr double kMore = 1.02;
+    constexpr double kClearly = 1.02;
     best_ = stated_;
     double least = truncatedSum(stated_);
     const double stated_sum = least;
@@ -186,7 +186,7 @@ class PairTest {
       const double sum = truncatedSum(*pair);
       // Each unknown can fit one false match by chance.
       const double by_chance = threshold_px_ * threshold_px_ * static_cast<double>(freedoms_[i].size() + 3);
-      if (sum >= least || kMore * sum + by_chance >= stated_sum) continue;
+      if (sum >= least || kClearly * sum + by_chance >= stated_sum) continue;
       least = sum;
       best_ = *pair;
     }

@@ -48,8 +48,8 @@ bool PathStart::isCutOff(std::span<const TrackPixel> tracks) const {
 
 void PathStart::reject() {
   obstacle_ = StartObstacle::kNoMotion;
-  constexpr double kMore = 1.25;
-  wanted_rad_ *= kMore;
+  constexpr double kWider = 1.25;
+  wanted_rad_ *= kWider;
   if (wanted_rad_ > kMostShare * scale_.key_rad) wanted_rad_ = kStartShare * scale_.key_rad;
 }
 
