@@ -39,9 +39,9 @@ struct Evidence {
 /// Half the image diagonal, px.
 [[nodiscard]] double halfDiagonal(const Evidence& of);
 
-// Each function adds the diagnoses that apply. A further diagnosis is a function in one of the files
-// X_diagnoses.cc, its name in the list at the end of the file, and a row of kDiagnosisKinds.
+// Each function adds the diagnoses that apply; for a further one see CONTRIBUTING.md.
 
+/// Diagnoses the fit as a whole and the parameters of the lens.
 void diagnoseLens(Evidence& of);
 /// Diagnoses single views, errors common to all views, and unexpected differences between views.
 void diagnoseViews(Evidence& of);
@@ -49,8 +49,8 @@ void diagnoseBoards(Evidence& of);
 
 /// All problems found with a calibration, failures first; pure judgement, no estimation.
 ///
-/// A failure makes the answer wrong or meaningless whatever the tolerance. Every other diagnosis states its
-/// effect in pixels, from which its severity follows by severityOf().
+/// A failure makes the answer wrong or meaningless whatever the tolerance. Other diagnoses have the severity
+/// of their row in kDiagnosisKinds, or of their effect in pixels by severityOf().
 [[nodiscard]] std::vector<Diagnosis> judge(Evidence evidence);
 
 }  // namespace alidade::detail
