@@ -41,7 +41,7 @@ TEST(CameraRecord, KeepsWhatItIsCalled) {
 TEST(CameraRecord, KeepsTheBoardsAndTheirBends) {
   CameraRecord file = bareRecord(AnyCamera::make("pinhole", std::vector<double>{500, 500, 320, 240}),
                                  {.width = 640, .height = 480}, "test");
-  file.calibration = CalibrationRecord{.rms_px = 0.1, .num_views = 12, .num_corners = 600};
+  file.calibration = CalibrationRecord{.rms_px = 0.1, .num_views = 12, .num_corners = 600, .boards = {}};
   const WarpRecord bend{.board = 0, .shape = {.bend_x_m = 1e-3, .bend_y_m = -2e-3}, .std_m = {1e-5, 2e-5}};
   struct Case {
     std::vector<std::string> boards;
