@@ -47,7 +47,7 @@ UnevenSet unevenSet(double share, int num_views, std::uint64_t seed, double stre
       "radtan", std::vector<double>{kFocal, kFocal + 2, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0});
   SimulatedSet set = simulateSet(camera, kSize, num_views, 0, seed, {}, kBoard);
   Random random(seed + 1000);
-  UnevenSet result{.shape = scattered(share, random)};
+  UnevenSet result{.shape = scattered(share, random), .views = {}};
   stretch(stretched, result.shape);
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     for (Corner& corner : set.views[v].corners) {
