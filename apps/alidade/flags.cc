@@ -165,7 +165,7 @@ void Flags::addCommon(CommonOptions& options, bool has_jobs) {
          .is_aside = true});
   }
   add("--config", &options.config, "YAML file with flags as keys; flags on the command line take precedence",
-      aside(kFile));
+      aside(kFilePath));
 }
 
 bool Flags::isGiven(const std::string& name) const {

@@ -69,7 +69,7 @@ struct Values {
   bool is_aside = false;  ///< affects the presentation of a result and not its content; see settings()
 };
 
-inline const Values kFile = {.word = "FILE"};
+inline const Values kFilePath = {.word = "FILE"};
 inline const Values kFolder = {.word = "FOLDER"};
 inline const Values kSpec = {.word = "SPEC"};  ///< of a board; may also be a file
 inline const Values kPixelText = {.complaint = pixelComplaint};

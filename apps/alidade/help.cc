@@ -51,7 +51,7 @@ std::string flagCandidates(const CLI::App& app) {
 std::string valueCandidates(const CLI::Option& flag, const std::string& prefix) {
   const std::string type = flag.get_type_name();
   if (type == kFolder.word) return ":folder";
-  if (type == kFile.word || type == kSpec.word) return ":file";
+  if (type == kFilePath.word || type == kSpec.word) return ":file";
   const std::size_t open = type.find(":{");
   if (open == std::string::npos) return "";
   const std::string choices = type.substr(open + 2, type.find('}', open) - open - 2);

@@ -56,7 +56,7 @@ class BoardCommand final : public Command {
     flags.add("board", &board_,
               "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") + ") or YAML file",
               kSpec);
-    flags.add("-o,--output", &output_, "File to write: .pdf, .svg or .png", kFile);
+    flags.add("-o,--output", &output_, "File to write: .pdf, .svg or .png", kFilePath);
     flags.add(
         "--paper", &paper_,
         "A4, A3, A2, A1, A0, letter or WIDTHxHEIGHT, for example 300x400mm (default: the smallest of A4 to "

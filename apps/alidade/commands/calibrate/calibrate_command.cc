@@ -42,7 +42,7 @@ class CalibrateCommand final : public Command {
     flags.add("input", &given_.inputs,
               "Folders, image files, patterns (*.jpg, frame%04d.png) or videos; or corners files of one "
               "camera (.csv, or .vnl of mrcal)",
-              kFile);
+              kFilePath);
     given_.addBoards(flags);
     flags.under(kBoardGroup);
     flags.add("--image-size", &given_.image_size,
@@ -81,7 +81,7 @@ class CalibrateCommand final : public Command {
     flags.add("--init", &init_,
               "Camera file for the initial guess, with the same image size; its lens is converted to "
               "--model. Default: automatic initial guess",
-              kFile);
+              kFilePath);
     flags.add("--fix", &options_.held,
               "Fixed parameters, for example cx,cy,k3. They keep the values of --init; without it, cx "
               "and cy are the image centre and lens parameters are 0. If the model is chosen "
@@ -99,7 +99,7 @@ class CalibrateCommand final : public Command {
   void addResultOptions(Flags& flags) {
     flags.under(kOutputGroup);
     flags.add("-o,--output", &output_,
-              "Camera file to write (YAML); - for standard output instead of the summary", aside(kFile));
+              "Camera file to write (YAML); - for standard output instead of the summary", aside(kFilePath));
     flags.add("--to", &format_,
               "Format of the camera file: " + join(formatIds(), ", ") +
                   ". The lens model is one that the format can represent",
@@ -109,10 +109,10 @@ class CalibrateCommand final : public Command {
     flags.add("--evidence", &evidence_,
               "JSON file to write: everything that --json prints, the errors of all corners and the "
               "effective settings",
-              aside(kFile));
+              aside(kFilePath));
     flags.add("--report", &report_,
               "HTML page to write: the verdict and its reasons in figures, in one file that needs no network",
-              kFile);
+              kFilePath);
     flags.under(kVerdictGroup);
     flags.add("--tolerance", &tolerance_,
               "Error of a projected point that you accept (95 %). The verdict and the severity of "
@@ -131,7 +131,7 @@ class CalibrateCommand final : public Command {
     flags.under(kOutputGroup);
     flags.add("--next-view", &next_view_,
               "SVG file to write: the suggested next view and the current projection uncertainty",
-              aside(kFile));
+              aside(kFilePath));
     flags.addSwitch("--keep-untrustworthy", keep_untrustworthy_,
                     "Write the camera file even if the camera must not be used", true);
   }

@@ -79,13 +79,13 @@ class DetectCommand final : public Command {
   void setUp(Flags& flags) override {
     flags.explain("Example: alidade detect photos/ --board checkerboard:9x6:25mm -o corners.csv");
     flags.add("input", &given_.inputs, "Folders, image files, patterns (*.jpg, frame%04d.png) or videos",
-              kFile);
+              kFilePath);
     given_.addBoards(flags);
     flags.add("--camera", &camera_, "Camera name to write into the corners file");
     given_.addDetection(flags, true);
     flags.add("-o,--output", &output_,
               "Corners file to write: .csv, or .vnl for mrcal; CSV to standard output if omitted or -",
-              aside(kFile));
+              aside(kFilePath));
     flags.addCommon(common_, true);
   }
 

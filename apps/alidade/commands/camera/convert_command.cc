@@ -203,11 +203,11 @@ class ConvertCommand final : public Command {
         "0) is the centre of the top-left pixel. --rotate also rotates the axes of the camera frame.\nExit "
         "code 3: the result must not be used; no camera file is written.");
     flags.add("file", &paths_, "Camera or rig file of any format (docs/formats.md), or the files of a rig",
-              kFile);
+              kFilePath);
     flags.add("-o,--output", &output_,
               "Camera file to write (a folder for the two files of a pair with --to ros); - writes it to "
               "standard output instead of the summary",
-              kFile);
+              kFilePath);
     flags.add("--to", &format_, "Format of the output: " + join(formatIds(), ", "), oneOf(formatIds()));
     flags.add("--crop", &crop_, "Part of the image to keep, in pixels: X,Y,WIDTH,HEIGHT");
     flags.add("--bin", &request_.bin,

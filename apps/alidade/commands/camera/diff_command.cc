@@ -227,7 +227,7 @@ class DiffCommand final : public Command {
     flags.add("files", &files_,
               "Two camera files, or two rigs, of any format, A and B; FILE#NAME selects one camera of a "
               "file with several",
-              kFile);
+              kFilePath);
     flags.add("--distance", &distance_m_,
               "Compare points at this distance, for example 2m, and align by the best pose "
               "instead of the best rotation",
@@ -245,7 +245,7 @@ class DiffCommand final : public Command {
               {.complaint = nonNegativeNumber, .limits = "0 or more", .number = pixelsOrNan});
     flags.add("-o,--output", &figure_,
               "SVG file to write: the difference over the image of A, as colours and arrows",
-              {.word = kFile.word, .complaint = figureComplaint});
+              {.word = kFilePath.word, .complaint = figureComplaint});
     addReadOptions(flags, camera_);
     flags.addCommon(common_, false);
   }

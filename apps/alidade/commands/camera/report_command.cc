@@ -61,14 +61,14 @@ class ReportCommand final : public Command {
         "The page is the same as that of alidade calibrate --report.");
     flags.add("file", &file_,
               "Evidence file (JSON) of alidade calibrate --evidence; or the camera file, with --evidence",
-              kFile);
-    flags.add("--evidence", &evidence_, "Evidence file of the camera file", kFile);
+              kFilePath);
+    flags.add("--evidence", &evidence_, "Evidence file of the camera file", kFilePath);
     flags.add("--images", &images_,
               "Images that the camera was calibrated from, for pictures of the views: folders, files, "
               "patterns or videos",
-              kFile);
-    flags.add("--against", &against_, "Camera file (any format) to compare with", kFile);
-    flags.add("-o,--output", &output_, "HTML page to write", kFile);
+              kFilePath);
+    flags.add("--against", &against_, "Camera file (any format) to compare with", kFilePath);
+    flags.add("-o,--output", &output_, "HTML page to write", kFilePath);
     flags.add("--figures", &figures_, "Folder to create, with the figures as SVG files", kFolder);
     flags.addSwitch("--overwrite", overwrite_,
                     "Replace an earlier, unchanged folder of figures; other files are never changed");

@@ -130,16 +130,16 @@ class FleetCommand final : public Command {
         "their typical camera, after the best rotation. Units are paired with their\nprevious calibration by "
         "serial number, name or file name.\nExit code 1: no camera file can be read. Exit code 3 with "
         "--strict: a unit deviates or changed, or a file cannot be read.");
-    flags.add("file", &files_, "Camera files, folders, or patterns in quotes", kFile);
+    flags.add("file", &files_, "Camera files, folders, or patterns in quotes", kFilePath);
     flags.add("-o,--output", &output_,
               "What to write: a page with figures (.html) or a row for each unit (.csv)",
-              {.word = kFile.word, .complaint = outputComplaint});
+              {.word = kFilePath.word, .complaint = outputComplaint});
     flags.add("--typical", &typical_,
               "Camera file to write: the typical camera of the largest group, with the spread between "
               "units as its covariance",
-              kFile);
+              kFilePath);
     flags.add("--previous", &previous_,
-              "Earlier calibrations of the same cameras: files, folders or patterns", kFile);
+              "Earlier calibrations of the same cameras: files, folders or patterns", kFilePath);
     flags.add("--tolerance", &tolerance_px_,
               "Largest accepted distance from the typical camera in pixels, for 95 % of the image",
               {.complaint = positiveNumber, .limits = "above 0", .number = pixelsOrNan});

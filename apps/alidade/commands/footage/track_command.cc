@@ -76,15 +76,15 @@ class TrackCommand final : public Command {
         "up along the way, and places that are seen again are not recognised. The scale is "
         "arbitrary.\nWrites a TUM trajectory: timestamp tx ty tz qx qy qz qw, world_from_camera "
         "(docs/tracking.md).");
-    flags.add("input", &inputs_, "Video, folder of images, or pattern (*.jpg, frame%04d.png)", kFile);
-    flags.add("--camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFile);
+    flags.add("input", &inputs_, "Video, folder of images, or pattern (*.jpg, frame%04d.png)", kFilePath);
+    flags.add("--camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFilePath);
     flags.add(
         "--front-end", &front_end_,
         "How points are followed: flow (small motions) or keypoints (any); default: flow for videos and "
         "numbered images, keypoints for others",
         oneOf({"flow", "keypoints"}));
-    flags.add("-o,--output", &output_, "Trajectory file to write; - for standard output", kFile);
-    flags.add("--map", &map_, "Also write the points, as a PLY file", kFile);
+    flags.add("-o,--output", &output_, "Trajectory file to write; - for standard output", kFilePath);
+    flags.add("--map", &map_, "Also write the points, as a PLY file", kFilePath);
     addReadOptions(flags, camera_);
     flags.addCommon(common_, false);
   }

@@ -32,8 +32,8 @@ class UndistortCommand final : public Command {
         "length and the principal point are kept, scaled if --size is given.\nWrites PNG files with the "
         "channels and bit depth of the inputs (JPEG files for JPEG inputs), and camera.yaml, the\nmatching "
         "pinhole camera. The other projections get projection.yaml instead.");
-    flags.add("camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFile);
-    flags.add("input", &inputs_, "Folders, image files or patterns", kFile);
+    flags.add("camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFilePath);
+    flags.add("input", &inputs_, "Folders, image files or patterns", kFilePath);
     flags.add("-o,--output", &output_, "Folder to create", kFolder);
     view_.addOptions(flags, "; rectilinear keeps straight lines straight", "size of the input");
     flags.addSwitch("--camera-only", camera_only_,

@@ -278,8 +278,8 @@ class StreamCommand : public Command {
   // The options of both; `points` describes the input, which has these columns.
   void setUpStream(Flags& flags, const char* points, std::vector<TableColumn> columns) {
     columns_ = std::move(columns);
-    flags.add("camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFile);
-    flags.add("points", &points_path_, points, kFile);
+    flags.add("camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFilePath);
+    flags.add("points", &points_path_, points, kFilePath);
     addReadOptions(flags, camera_);
     flags.addCommon(common_, false);
     flags.under(nullptr);
@@ -361,8 +361,8 @@ class ProjectCommand final : public StreamCommand {
         "omitted or -",
         {{"x", "m"}, {"y", "m"}, {"z", "m"}});
     flags.add("--pose", &pose_,
-              "Pose camera_from_points: a YAML file, or YAML text in braces. Default: identity", kFile);
-    flags.add("--poses", &poses_path_, "File of poses; all points are projected for each pose", kFile);
+              "Pose camera_from_points: a YAML file, or YAML text in braces. Default: identity", kFilePath);
+    flags.add("--poses", &poses_path_, "File of poses; all points are projected for each pose", kFilePath);
     flags.add("--poses-are", &direction_,
               "Direction of the poses, unless YAML keys state it: camera_from_world or world_from_camera",
               oneOf({"camera_from_world", "world_from_camera"}));

@@ -190,17 +190,17 @@ class RigCalibrateCommand final : public Command {
     flags.add("--fixed", &fixed_,
               "Camera files of cameras calibrated before, one for each camera, separated by commas ('-': "
               "calibrate this one); their lenses are kept",
-              {.word = kFile.word, .separator = ','});
+              {.word = kFilePath.word, .separator = ','});
     flags.add("--board-shape", &shape_,
               "Shape of the boards. flat: boards are flat; warp: their bend is estimated; uneven: the "
               "place of every point; auto: what is seen",
               kBoardShapes);
     flags.under(kOutputGroup);
-    flags.add("-o,--output", &output_, "Rig file to write (YAML)", kFile);
+    flags.add("-o,--output", &output_, "Rig file to write (YAML)", kFilePath);
     flags.add("--evidence", &evidence_, "JSON file to write: all results with the errors of all corners",
-              kFile);
+              kFilePath);
     flags.add("--report", &report_, "HTML page to write: the rig and its errors in figures, in one file",
-              kFile);
+              kFilePath);
     flags.under(kVerdictGroup);
     flags.add("--tolerance", &tolerance_, "Error of a projected point that you accept (95 %)", kPixelText);
     flags.under(kOutputGroup);

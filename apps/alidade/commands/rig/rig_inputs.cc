@@ -92,7 +92,8 @@ void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>
 
 void RigInputs::addOptions(Flags& flags) {
   flags.add("input", &inputs,
-            "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)", kFile);
+            "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)",
+            kFilePath);
   addBoards(flags);
   flags.under(kBoardGroup);
   flags.add("--names", &names, "Names of the cameras, separated by commas. Default: from the inputs",
@@ -106,7 +107,7 @@ void RigInputs::addMatch(Flags& flags) {
   flags.add("--match", &match,
             "CSV file that says which images were taken together: a column for each camera, a row for "
             "each frame. Default: images whose names match",
-            kFile);
+            kFilePath);
 }
 
 std::vector<std::string> RigInputs::sources() const {

@@ -117,12 +117,12 @@ class RigRectifyCommand final : public Command {
         "it has the same column. Around the baseline, cylindrical and equirectangular views show more "
         "than\nhalf of all directions. Corners files in place of the folders only measure the errors of the "
         "rows.");
-    flags.add("rig", &rig_path_, "Rig file, or another file with several cameras and their poses", kFile);
+    flags.add("rig", &rig_path_, "Rig file, or another file with several cameras and their poses", kFilePath);
     flags.add(
         "input", &views_.inputs,
         "For the first and the second camera: a folder of images, a pattern in quotes, or a corners file "
         "(.csv)",
-        kFile);
+        kFilePath);
     flags.add("-o,--output", &output_, "Folder to create", kFolder);
     flags.add("--cameras", &names_,
               "Names of the two cameras, separated by a comma. Default: those of a rig of two",

@@ -144,12 +144,12 @@ class RigTriangulateCommand final : public Command {
         "too_few_cameras, no_ray (of a pixel), at_infinity (parallel\nrays), behind (the rays meet behind a "
         "camera), undetermined (rays along the line through the cameras) or\nnot_converged; all numbers are "
         "nan unless it is ok.");
-    flags.add("rig", &rig_path_, "Rig file, or another file with several cameras and their poses", kFile);
+    flags.add("rig", &rig_path_, "Rig file, or another file with several cameras and their poses", kFilePath);
     flags.add("pixels", &pixels_path_,
               "Table with the header id,camera,u,v[,sigma_px] and one row per pixel; standard input if "
               "omitted or -",
-              kFile);
-    flags.add("-o,--output", &output_, "Table to write (CSV). Default: standard output", kFile);
+              kFilePath);
+    flags.add("-o,--output", &output_, "Table to write (CSV). Default: standard output", kFilePath);
     flags.add("--sigma", &sigma_,
               "Standard deviation of each coordinate of a pixel, for rows without sigma_px", kPixelText);
     flags.addSwitch("--covariance", has_covariance_,

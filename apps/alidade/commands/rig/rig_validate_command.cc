@@ -94,7 +94,7 @@ class RigValidateCommand final : public Command {
         "--names or their own names say otherwise.\n--footage needs no board: points that two cameras see at "
         "the same time show whether a camera was turned or its lens is\nanother one (docs/footage.md). It "
         "may be unable to tell.\nExit code 3: the images contradict the rig.");
-    flags.add("rig", &rig_path_, "Rig file of any format that states where its cameras are", kFile);
+    flags.add("rig", &rig_path_, "Rig file of any format that states where its cameras are", kFilePath);
     views_.addOptions(flags);
     flags.under(kFootageGroup);
     flags.addSwitch(

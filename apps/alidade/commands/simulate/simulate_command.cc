@@ -80,7 +80,7 @@ class SimulateCommand final : public Command {
         "Example: alidade simulate config/footage.yaml -o footage\nWrites tracks.csv (true pixels of points "
         "in each frame) in place of corners.csv, and trajectory.txt (the poses as TUM trajectory).");
     flags.add("scene", &scene_path_, "Scene file (YAML): camera and either board and views, or footage",
-              kFile);
+              kFilePath);
     flags.add("-o,--output", &output_, "Folder to create", kFolder);
     flags.addSwitch("--corners-only,--truth-only", truth_only_, "Write only the ground truth, no images");
     flags.addSwitch("--overwrite", overwrite_, kOverwriteText);

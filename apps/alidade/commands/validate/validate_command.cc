@@ -52,31 +52,32 @@ class ValidateCommand final : public Command {
         "be unable to tell; that is a warning.\nFiles may have any supported format (docs/formats.md); "
         "FILE#NAME selects one camera of a file with several.\nExit code 0: no file failed; 1: no camera "
         "file, or --images, --footage or --against cannot be used; 3: a file failed.");
-    flags.add("file", &files_, "Camera files, folders, or patterns in quotes", kFile);
+    flags.add("file", &files_, "Camera files, folders, or patterns in quotes", kFilePath);
     flags.addSwitch("--strict", is_strict_, "Treat warnings as failures");
     flags.addSwitch("--verbose", is_verbose_, "Print every check");
-    flags.add("--junit", &junit_path_, "Write the result as JUnit XML to this file", kFile);
+    flags.add("--junit", &junit_path_, "Write the result as JUnit XML to this file", kFilePath);
     flags.add("--report", &report_,
-              "HTML page to write: what was found, with figures, in one file that needs no network", kFile);
+              "HTML page to write: what was found, with figures, in one file that needs no network",
+              kFilePath);
     addReadOptions(flags, camera_);
     flags.add("--images", &images_.inputs,
               "Images of a board that were not used for the calibration: folders, files or patterns, or "
               "corners files (.csv or .vnl)",
-              kFile);
+              kFilePath);
     images_.addBoards(flags);
     images_.addDetection(flags, false);
     flags.under(kFootageGroup);
     flags.add("--footage", &footage_,
               "Pictures of a scene in which nothing moves: a video, a numbered sequence (img%04d.png), or "
               "photographs (folders, files or patterns)",
-              kFile);
+              kFilePath);
     flags.add("--front-end", &front_end_,
               "How points are followed from picture to picture. flow: small motions, as in a video; "
               "keypoints: by what they look like, as in photographs. Not given: flow for a video or "
               "sequence, else keypoints",
               oneOf({"flow", "keypoints"}));
     flags.under(nullptr);
-    flags.add("--against", &against_, "Camera file (any format) to compare with", kFile);
+    flags.add("--against", &against_, "Camera file (any format) to compare with", kFilePath);
     flags.add("--tolerance", &tests_.tolerance_px,
               "Largest accepted error in pixels (95th percentile; --images: where boards were "
               "seen), for --images and --against. For --footage, whose default is 1, a fifth of the "
