@@ -200,15 +200,18 @@ class CalibrateCommand final : public Command {
                       fmt::format("{}", fmt::join(options_.models, ", ")),
                       "choose one of these with --model, or another format");
     }
-    if (canRepresentK3(format)) return;
-    options_.held.emplace_back("radtan.k3");
-    if (!options_.initial || model != "radtan") return;
-    const ModelFit fit = fitModel(options_.initial->camera, options_.initial->size, model,
-                                  std::vector<std::string_view>{"k3"});
+    for (const std::string_view held : options_.models) {
+      for (const std::string_view parameter : unrepresentableParameters(format, held))
+        options_.held.push_back(fmt::format("{}.{}", held, parameter));
+    }
+    if (!options_.initial || model == kAutoModel) return;
+    const std::vector<std::string_view> zero = unrepresentableParameters(format, model);
+    if (zero.empty()) return;
+    const ModelFit fit = fitModel(options_.initial->camera, options_.initial->size, model, zero);
     if (!fit.is_exact && has_fixed) {
       throw flagError("--fix with --to " + format_,
                       "values of an initial camera that this format cannot represent",
-                      "an initial camera with k3 = 0");
+                      fmt::format("an initial camera with {} = 0", fmt::join(zero, ", ")));
     }
     options_.initial->camera = fit.camera;
   }

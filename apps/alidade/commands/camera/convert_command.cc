@@ -281,8 +281,7 @@ class ConvertCommand final : public Command {
       const auto n = pixelNumbers("--resize", resize_, 'x', 2, "WIDTHxHEIGHT in pixels, such as 320x180");
       request.resize = {.width = n[0], .height = n[1]};
     }
-    // The fit keeps at 0 a parameter that the format cannot store.
-    if (!format().holds_k3 && request.model == "radtan") request.absent.emplace_back("k3");
+    request.absent = absentParameters(format(), request.model);  // the fit keeps them at 0
     return request;
   }
 

@@ -105,8 +105,15 @@ std::vector<std::string_view> representableModels(const CameraFormat& format) {
   return models;
 }
 
-bool canRepresentK3(const CameraFormat& format) {
-  return format.holds_k3 || canHold(format, "radtan", true);
+std::vector<std::string_view> absentParameters(const CameraFormat& format, std::string_view model) {
+  if (format.holds_k3 || model != "radtan") return {};
+  return {"k3"};
+}
+
+std::vector<std::string_view> unrepresentableParameters(const CameraFormat& format, std::string_view model) {
+  std::vector<std::string_view> absent = absentParameters(format, model);
+  if (!absent.empty() && canHold(format, model, true)) absent.clear();
+  return absent;
 }
 
 namespace {

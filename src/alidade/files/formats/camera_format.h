@@ -56,8 +56,13 @@ struct CameraFormat {
 /// The models of which a format can represent every lens, radtan perhaps only without k3.
 [[nodiscard]] std::vector<std::string_view> representableModels(const CameraFormat& format);
 
-/// False if neither radtan nor another model of the format stores k3 of a radtan camera.
-[[nodiscard]] bool canRepresentK3(const CameraFormat& format);
+/// Parameters of the model that must be zero because this format does not store them with it.
+[[nodiscard]] std::vector<std::string_view> absentParameters(const CameraFormat& format,
+                                                             std::string_view model);
+
+/// Those among them that no other model of the format stores either.
+[[nodiscard]] std::vector<std::string_view> unrepresentableParameters(const CameraFormat& format,
+                                                                      std::string_view model);
 
 /// The file of these cameras. Each is converted to an equivalent model that `format` stores, including every
 /// parameter that is not zero. The text is read back before it is returned: every camera must project as
