@@ -10,7 +10,6 @@
 set(alidade_module_Eigen3::Eigen eigen3)
 set(alidade_module_fmt::fmt fmt)
 set(alidade_module_pugixml::pugixml pugixml)
-set(alidade_module_yaml-cpp yaml-cpp)
 set(alidade_module_yaml-cpp::yaml-cpp yaml-cpp)
 set(alidade_module_JPEG::JPEG libjpeg)
 set(alidade_module_TIFF::TIFF libtiff-4)

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/alidade_writer.h"
 #include "apps/command_line.h"
@@ -287,7 +288,7 @@ TEST(Calibrate, TakesFlagsBeforeTheSettingsFileBeforeTheDefault) {
     EXPECT_EQ(document.at("views").at(0).at("corners").at(0).size(), 5u);
     std::string settings;
     for (const auto& [key, values] : document.at("settings").items())
-      settings += fmt::format(" {}={}", key, fmt::join(values.get<std::vector<std::string>>(), ","));
+      settings += fmt::format(" {}={}", key, join(values.get<std::vector<std::string>>(), ","));
     return document.at("model").get<std::string>() + ":" + settings;
   };
   EXPECT_EQ(modelOf({}), "radtan: board-shape=auto model=auto to=alidade tolerance=1px");

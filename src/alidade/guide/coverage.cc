@@ -13,6 +13,7 @@
 #include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/text.h"
 #include "alidade/geometry/decompositions.h"
 
 namespace alidade {
@@ -290,13 +291,13 @@ std::string coverageText(const CoverageReport& report) {
       report.numTilted(kSteepRad), report.nearest_m, report.farthest_m);
   if (!report.empty_regions.empty())
     text += "almost no board corners in " + regionNames(report.empty_regions) + " of the image\n";
-  std::vector<const char*> sides;
+  std::vector<std::string> sides;
   for (std::size_t side = 0; side < kSideNames.size(); ++side)
-    if (report.num_tilted_to[side] == 0) sides.push_back(kSideNames[side]);
+    if (report.num_tilted_to[side] == 0) sides.emplace_back(kSideNames[side]);
   if (!sides.empty())
     text += fmt::format(
         "sides of the board that no view has turned towards the camera by more than 15 degrees: {}\n",
-        fmt::join(sides, ", "));
+        join(sides, ", "));
   return text;
 }
 

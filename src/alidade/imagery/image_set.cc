@@ -14,6 +14,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "alidade/core/digest.h"
 #include "alidade/core/mapped.h"

@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include <opencv2/aruco.hpp>
+#include "alidade/imagery/opencv_versions.h"
 
 namespace alidade {
 namespace {
@@ -18,10 +18,8 @@ void addSquare(std::vector<Eigen::AlignedBox2d>& boxes, double x, double y, doub
 void addMarker(std::vector<Eigen::AlignedBox2d>& boxes, std::string_view dictionary_name, int id,
                const Vector2d& low, double side, int border, bool is_upside_down) {
   const MarkerDictionary of = findMarkerDictionary(dictionary_name).value();
-  const auto dictionary = cv::aruco::getPredefinedDictionary(of.opencv_id);
   const int num_cells = of.num_bits + 2 * border;
-  cv::Mat cells;
-  cv::aruco::drawMarker(dictionary, id, num_cells, cells, border);
+  cv::Mat cells = detail::drawnMarker(detail::markerDictionary(of.opencv_id), id, num_cells, border);
   if (is_upside_down) cv::rotate(cells, cells, cv::ROTATE_180);
   const double cell = side / num_cells;
   for (int row = 0; row < num_cells; ++row) {

@@ -64,7 +64,7 @@ std::optional<PoseStep> likeliestPoseStep(const Fit& given, double variance) {
   for (Eigen::Index i = 0; i < all.cols(); ++i) {
     if (all.col(i).segment<kTangent>(columns.pose.front()).isZero(0)) kept.push_back(i);
   }
-  const Eigen::MatrixXd free = all(Eigen::all, kept);
+  const Eigen::MatrixXd free = all(Eigen::seqN(0, all.rows()), kept);
   const ScaledInverse inverse = scaledInverse(free.transpose() * information * free);
   if (!inverse.inverse) return std::nullopt;
   PoseStep step = likeliestStep(frames, columns, free, *inverse.inverse, variance);

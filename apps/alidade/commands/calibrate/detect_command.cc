@@ -5,6 +5,7 @@
 
 #include "alidade/core/error_text.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/text.h"
 #include "alidade/files/board_file.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/text/table_lines.h"
@@ -130,7 +131,7 @@ class DetectCommand final : public Command {
     file.views = found.views;
     file.comments.push_back(maker() + "; pixel (0, 0) is the centre of the top-left pixel");
     for (const auto& [key, values] : flags.settings())
-      file.comments.push_back(fmt::format("{}: {}", key, fmt::join(values, " ")));
+      file.comments.push_back(fmt::format("{}: {}", key, join(values, " ")));
     for (const std::string& note : found.notes) file.comments.push_back("note: " + note);
     for (const BoardSurvey& survey : found.surveys) {
       if (found.surveys.size() > 1) file.comments.push_back("images of " + survey.board.spec());

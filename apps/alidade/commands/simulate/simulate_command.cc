@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
+#include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/pose_list.h"
@@ -167,7 +168,7 @@ class SimulateCommand final : public Command {
         });
     if (!without_corners.empty() && !common_.quiet) {
       printMessage(fmt::format("warning: no corner of the board is visible in {}\n  next: check these poses",
-                               fmt::join(without_corners, ", ")));
+                               join(without_corners, ", ")));
     }
     return 0;
   }

@@ -211,10 +211,11 @@ class SceneSums {
       const Eigen::Matrix<double, SightingColumns::kSize, 3> WV = factor.solve(own.W.transpose()).transpose();
       for (std::size_t k = 0; k <= i; ++k)
         own.addProducts(reduced_, columns_[k], -1, WV.data(), columns_[k].W.data(), 3);
+      const auto every = Eigen::seqN(0, Eigen::fix<3>);
       own.forEach([&](Eigen::Index at, auto part) {
-        gradient.segment(at, part.size()).noalias() -= own.W(part, Eigen::all) * shift;
+        gradient.segment(at, part.size()).noalias() -= own.W(part, every) * shift;
         reduced_.block(num_gone_, at, num_extra_, part.size()).noalias() -=
-            WV_camera * own.W(part, Eigen::all).transpose();
+            WV_camera * own.W(part, every).transpose();
       });
     }
     gradient.tail(num_extra_).noalias() -= W_camera_ * shift;

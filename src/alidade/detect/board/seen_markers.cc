@@ -8,11 +8,11 @@
 #include <optional>
 #include <utility>
 
-#include <opencv2/aruco.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "alidade/detect/corner/grey_at.h"
 #include "alidade/imagery/gray_image.h"
+#include "alidade/imagery/opencv_versions.h"
 #include "alidade/target/board_kinds.h"
 
 namespace alidade {
@@ -24,7 +24,7 @@ using Quad = std::vector<cv::Point2f>;
 struct PrintReader {
   explicit PrintReader(const MarkerPrint& print)
       : known(findMarkerDictionary(print.dictionary).value()),
-        dictionary(cv::aruco::getPredefinedDictionary(known.opencv_id)),
+        dictionary(detail::markerDictionary(known.opencv_id)),
         border(print.border),
         is_apart(print.is_apart) {
     // With fewer bits, correcting all errors that the dictionary allows would find its markers in any
@@ -34,7 +34,7 @@ struct PrintReader {
   }
 
   MarkerDictionary known;
-  cv::Ptr<cv::aruco::Dictionary> dictionary;
+  cv::aruco::Dictionary dictionary;
   int border = 1;
   bool is_apart = false;
   double correction_rate = 0.6;
@@ -139,7 +139,7 @@ std::optional<std::pair<int, Quad>> readMarker(const cv::Mat& levels, const Quad
     if (cv::countNonZero(seen) - cv::countNonZero(bits) > most) continue;
     int id = 0;
     int turns = 0;
-    if (!reader.dictionary->identify(bits, id, turns, reader.correction_rate)) return std::nullopt;
+    if (!reader.dictionary.identify(bits, id, turns, reader.correction_rate)) return std::nullopt;
     Quad turned = corners;
     std::rotate(turned.begin(), turned.end() - turns, turned.end());
     return std::pair(id, turned);
@@ -156,16 +156,17 @@ SeenMarker inImage(int id, const Quad& corners, double scale) {
   return marker;
 }
 
-cv::Ptr<cv::aruco::DetectorParameters> searchParameters(const PrintReader& reader) {
-  auto parameters = cv::aruco::DetectorParameters::create();
-  parameters->markerBorderBits = reader.border;
-  parameters->detectInvertedMarker = true;
-  parameters->minMarkerPerimeterRate = 0.02;
-  parameters->adaptiveThreshWinSizeMax = 43;
-  parameters->perspectiveRemovePixelPerCell = kCellPx;
-  parameters->perspectiveRemoveIgnoredMarginPerCell = kCellMargin;
-  parameters->maxErroneousBitsInBorderRate = kMostBorderErrors;
-  parameters->errorCorrectionRate = reader.correction_rate;
+cv::aruco::DetectorParameters searchParameters(const PrintReader& reader) {
+  cv::aruco::DetectorParameters parameters;
+  parameters.markerBorderBits = reader.border;
+  parameters.detectInvertedMarker = true;
+  parameters.minMarkerPerimeterRate = 0.02;
+  parameters.adaptiveThreshWinSizeMax = 43;
+  parameters.perspectiveRemovePixelPerCell = kCellPx;
+  parameters.perspectiveRemoveIgnoredMarginPerCell = kCellMargin;
+  parameters.maxErroneousBitsInBorderRate = kMostBorderErrors;
+  parameters.errorCorrectionRate = reader.correction_rate;
+  parameters.minMarkerDistanceRate = 0.05;  // the default until 4.9
   return parameters;
 }
 
@@ -212,8 +213,8 @@ std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image, std::spa
     const PrintReader reader(prints[0]);
     std::vector<Quad> found;
     std::vector<int> ids;
-    cv::aruco::detectMarkers(detail::matOf(searched), reader.dictionary, found, ids, searchParameters(reader),
-                             rest);
+    detail::findMarkers(detail::matOf(searched), reader.dictionary, searchParameters(reader), found, ids,
+                        rest);
     const int num_cells = prints[0].numCells();
     for (std::size_t i = 0; i < ids.size(); ++i) {
       if (reader.is_apart && !hasEdges(searched, found[i], num_cells)) continue;

@@ -82,7 +82,7 @@ std::vector<SE3> readPoses(const YamlNode& value, std::size_t num_cameras) {
 }
 
 StatedCamera readOne(const YamlNode& node, const YamlNode& resolution) {
-  const LensLayout& lens =
+  const LensLayout lens =
       layoutNamed(kLenses, node.at("camera_type"),
                   "calibrate with one of these types, or remove the camera from the file");
   std::vector<std::string> keys = words(lens.order);

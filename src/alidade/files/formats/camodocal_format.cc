@@ -40,7 +40,7 @@ bool recognises(const CameraDocument& document) {
 
 CameraSource read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
-  const LensLayout& lens =
+  const LensLayout lens =
       layoutNamed(kLenses, root.at("model_type"),
                   "calibrate with one of these models, in camodocal or with alidade calibrate");
   std::vector<StatedNumber> listed;

@@ -227,7 +227,7 @@ StatedCamera readOne(const YamlNode& node) {
     throw node.error("a camera without intrinsics", "camera_model_name and camera_params",
                      "add them: without, COLMAP uses the cameras of its database");
   }
-  const LensLayout& lens =
+  const LensLayout lens =
       layoutNamed(kLenses, node.at("camera_model_name"), "run COLMAP with one of these models");
   const YamlNode listed = node.at("camera_params");
   std::vector<StatedNumber> parameters = storageOrder(lens, statedNumbers(listed, words(lens.order).size()));

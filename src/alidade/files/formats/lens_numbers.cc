@@ -205,8 +205,7 @@ std::vector<std::string> layoutNames(std::span<const LensLayout> layouts) {
   return mapped(layouts, [](const LensLayout& layout) { return std::string(layout.name); });
 }
 
-const LensLayout& layoutNamed(std::span<const LensLayout> layouts, const YamlNode& name,
-                              const std::string& advice) {
+LensLayout layoutNamed(std::span<const LensLayout> layouts, const YamlNode& name, const std::string& advice) {
   if (const LensLayout* layout = findLayout(layouts, name.text())) return *layout;
   const std::vector<std::string> names = layoutNames(layouts);
   throw UnsupportedCamera(

@@ -72,8 +72,8 @@ struct LensLayout {
 
 /// The layout that a file names. `advice` is for a name that does not resemble any of them.
 /// @throws UnsupportedCamera with the known names
-[[nodiscard]] const LensLayout& layoutNamed(std::span<const LensLayout> layouts, const YamlNode& name,
-                                            const std::string& advice);
+[[nodiscard]] LensLayout layoutNamed(std::span<const LensLayout> layouts, const YamlNode& name,
+                                     const std::string& advice);
 [[nodiscard]] std::vector<std::string> layoutNames(std::span<const LensLayout> layouts);
 
 /// The first layout for a camera of this model; @pre there is one.

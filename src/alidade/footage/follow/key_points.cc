@@ -11,12 +11,12 @@
 #include <utility>
 
 #include <Eigen/Geometry>
-#include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "alidade/footage/follow/front_end.h"
 #include "alidade/footage/follow/image_patch.h"
 #include "alidade/footage/follow/image_view.h"
+#include "alidade/imagery/opencv_versions.h"
 
 namespace alidade {
 namespace {

@@ -10,6 +10,7 @@
 
 #include "alidade/core/size_groups.h"
 #include "alidade/core/statistics.h"
+#include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
@@ -176,7 +177,7 @@ Diagnosis findingOfSize(const FootageJudgement& judgement, const std::string& fi
         fmt::format("; the footage cannot tell what was done to the images: {}", gapWords(judgement));
     finding.next_step =
         fmt::format("test with other footage, or convert the file: alidade convert {} -o OUT {}", file,
-                    fmt::join(undecided, ", or "));
+                    join(undecided, ", or "));
   }
   return finding;
 }
@@ -223,7 +224,7 @@ std::string editFlags(const ConversionRequest& edit) {
   }
   if (edit.resize) flags.push_back("--resize " + sizeText(*edit.resize));
   if (edit.rotate_deg) flags.push_back(fmt::format("--rotate {}", *edit.rotate_deg));
-  return fmt::format("{}", fmt::join(flags, " "));
+  return join(flags, " ");
 }
 
 FootageJudgement judgeOnFootage(const CameraRecord& camera, const FootageTracks& tracks,

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include <opencv2/core.hpp>
+#include <opencv2/core/version.hpp>
+
+#if CV_VERSION_MAJOR >= 5
+#include <opencv2/features.hpp>
+#else
+#include <opencv2/features2d.hpp>
+#endif
+#if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 7
+#include <opencv2/objdetect/aruco_detector.hpp>
+#define ALIDADE_MARKERS_ARE_VALUES
+#else
+#include <opencv2/aruco.hpp>
+#endif
+
+namespace alidade::detail {
+
+// Markers and key points of OpenCV, whose headers and functions differ between its versions 4.5 to 5.
+
+using MarkerCorners = std::vector<std::vector<cv::Point2f>>;
+
+/// The dictionary `id` of cv::aruco::PREDEFINED_DICTIONARY_NAME (PredefinedDictionaryType from 4.7 on).
+inline cv::aruco::Dictionary markerDictionary(int id) {
+#ifdef ALIDADE_MARKERS_ARE_VALUES
+  return cv::aruco::getPredefinedDictionary(id);
+#else
+  return *cv::aruco::getPredefinedDictionary(id);
+#endif
+}
+
+/// The marker `id` as an image of `side` pixels along a side, 0 where it is dark, with a border of
+/// `border_cells`.
+inline cv::Mat drawnMarker(const cv::aruco::Dictionary& dictionary, int id, int side, int border_cells) {
+  cv::Mat drawn;
+#ifdef ALIDADE_MARKERS_ARE_VALUES
+  dictionary.generateImageMarker(id, side, drawn, border_cells);
+#else
+  dictionary.drawMarker(id, side, drawn, border_cells);
+#endif
+  return drawn;
+}
+
+/// Finds markers, and the quadrilaterals that are none (`rest`).
+inline void findMarkers(const cv::Mat& image, const cv::aruco::Dictionary& dictionary,
+                        const cv::aruco::DetectorParameters& parameters, MarkerCorners& corners,
+                        std::vector<int>& ids, MarkerCorners& rest) {
+#ifdef ALIDADE_MARKERS_ARE_VALUES
+  cv::aruco::ArucoDetector(dictionary, parameters).detectMarkers(image, corners, ids, rest);
+#else
+  cv::aruco::detectMarkers(image, cv::makePtr<cv::aruco::Dictionary>(dictionary), corners, ids,
+                           cv::makePtr<cv::aruco::DetectorParameters>(parameters), rest);
+#endif
+}
+
+}  // namespace alidade::detail
