@@ -14,7 +14,7 @@ skip() { echo "SKIPPED: $*"; exit 0; }
 failed() { echo "$*" >&2; exit 1; }
 
 . /etc/os-release
-[ "$ID ${VERSION_ID:-}" = "debian 12" ] || skip "the packages are for Debian 12, and this is ${PRETTY_NAME:-$ID}"
+[[ "$ID ${VERSION_ID:-}" =~ ^debian\ 1[23]$ ]] || skip "the packages are for Debian 12 and 13, and this is ${PRETTY_NAME:-$ID}"
 for tool in dpkg-shlibdeps lintian cpack; do
   command -v $tool >/dev/null || skip "$tool was not found; run scripts/setup package"
 done
