@@ -40,17 +40,20 @@ endfunction()
 
 set(ALIDADE_TEXT_ROOMS record files print report)  # what they compute is little
 
-# One folder, one target: alidade_add_library(core HEADERS a.h SOURCES a.cc PUBLIC dep PRIVATE dep).
+# One folder, one target: alidade_add_library(core HEADERS a.h SOURCES a.cc PUBLIC dep PRIVATE dep). A static library,
+# except with BUILD_SHARED_LIBS.
 # The links are the import rule: a layer that does not link another one cannot use it.
 function(alidade_add_library name)
   cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES;PUBLIC;PRIVATE" ${ARGN})
   set(target alidade_${name})
-  add_library(${target} STATIC ${ARG_SOURCES})
+  add_library(${target} ${ARG_SOURCES})
   add_library(alidade::${name} ALIAS ${target})
   alidade_compile_options(${target})
   alidade_compile_together(${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
-                                             VERIFY_INTERFACE_HEADER_SETS ON)
+                                             VERIFY_INTERFACE_HEADER_SETS ON VERSION ${PROJECT_VERSION}
+                                             SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
+                                             DEFINE_SYMBOL "")  # precompiled headers are shared
   target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${ARG_HEADERS})
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   # What most sources include, compiled once for the rooms that compute and once for those of text: a precompiled header
@@ -77,8 +80,9 @@ function(alidade_add_library name)
   endforeach()
   install(TARGETS ${target} EXPORT ${export_set}
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT program NAMELINK_COMPONENT development
           FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
-  if(ALIDADE_CAN_SEAL)
+  if(ALIDADE_CAN_SEAL AND NOT BUILD_SHARED_LIBS)
     set(archive "${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:${target}>")
     if(NOT IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
       set(archive "\${CMAKE_INSTALL_PREFIX}/${archive}")
