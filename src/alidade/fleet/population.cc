@@ -52,11 +52,7 @@ ScaledSamples scaled(std::span<const PopulationSample> samples) {
   std::vector<double> scales;
   for (Eigen::Index j = 0; j < k; ++j) {
     std::vector<double> values;
-    double variance = 0;
-    for (const PopulationSample& sample : samples) {
-      values.push_back(sample.value(j));
-      variance += sample.covariance(j, j);
-    }
+    for (const PopulationSample& sample : samples) values.push_back(sample.value(j));
     result.centre(j) = medianOf(values);
     const double spread = deviationOf(values, result.centre(j));
     if (!(spread > kNoSpread * (1 + std::abs(result.centre(j))))) continue;

@@ -8,6 +8,7 @@
 
 #if CV_VERSION_MAJOR >= 5
 #include <opencv2/features.hpp>
+#include <opencv2/geometry.hpp>
 #else
 #include <opencv2/features2d.hpp>
 #endif
@@ -20,7 +21,8 @@
 
 namespace alidade::detail {
 
-// Markers and key points of OpenCV, whose headers and functions differ between its versions 4.5 to 5.
+// What differs between OpenCV 4.5 and 5: the functions for markers, and the headers for key points and
+// homographies.
 
 using MarkerCorners = std::vector<std::vector<cv::Point2f>>;
 
