@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "alidade/files.h"
+#include "apps/command_line.h"
+#include "support/grid_difference.h"
+#include "support/scratch_test.h"
+#include "support/source_tree.h"
+
+namespace alidade {
+namespace {
+
+// The same answers with all versions of the libraries: cameras of this build beside those in bases/, which
+// were calibrated on Debian 12 with OpenCV 4.6, Ceres 2.1 and Eigen 3.4 (bases/remake).
+
+struct BaseCase {
+  std::string name;  // of the camera file in bases/
+  std::vector<std::string> inputs;
+};
+
+using BasesTest = ScratchTest;
+
+const std::string kOpencvData = "/usr/share/doc/opencv-doc/examples/data/";
+
+// Path of a stored camera.
+std::string basePath(const std::string& name) {
+  return sourcePath("tests/apps/bases/" + name + ".yaml");
+}
+
+// Difference of the camera calibrated now: in pixels, and in stated standard deviations of its parameters.
+struct Difference {
+  double worst_px = 0;
+  double worst_sigma = 0;
+};
+
+Difference differenceFrom(const BaseCase& base, const std::string& out) {
+  std::vector<std::string> args = {"calibrate", "-o", out};
+  args.insert(args.end(), base.inputs.begin(), base.inputs.end());
+  EXPECT_THAT(runAlidade(args), EndsWith(0)) << base.name;
+  const CameraRecord now = loadCamera(out);
+  const CameraRecord then = loadCamera(basePath(base.name));
+  EXPECT_EQ(now.camera.modelId(), then.camera.modelId()) << base.name;
+  EXPECT_EQ(now.calibration->num_corners, then.calibration->num_corners) << base.name;
+  const GridDifference grid = gridDifference(then.camera, now.camera, then.image_size);
+  EXPECT_GE(grid.num_points, 400) << base.name;
+  const DenseMatrix covariance = statedCovariance(then).value();
+  Difference difference{.worst_px = grid.worst_px};
+  for (std::size_t i = 0; i < then.camera.parameters().size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    const double change = std::abs(now.camera.parameters()[i] - then.camera.parameters()[i]);
+    difference.worst_sigma = std::max(difference.worst_sigma, change / std::sqrt(covariance(at, at)));
+  }
+  std::printf("%s: %.2g px, %.2g sigma\n", base.name.c_str(), difference.worst_px, difference.worst_sigma);
+  return difference;
+}
+
+TEST_F(BasesTest, CamerasFromCornersAndRenderedImagesDifferByLessThanABillionthOfAPixel) {
+  std::vector<BaseCase> cases = {{"images", {dataPath("images"), "--board", kBoard}}};
+  for (const char* model : {"radtan", "kannala_brandt", "double_sphere", "ucm"})
+    cases.push_back({std::string("corners_") + model, {dataPath("corners.csv"), "--model", model}});
+  for (const BaseCase& base : cases)
+    EXPECT_LT(differenceFrom(base, path(base.name + ".yaml")).worst_px, 1e-9) << base.name;
+}
+
+TEST_F(BasesTest, CamerasFromPhotographsDifferByLessThanAHundredthOfTheirStandardDeviations) {
+  std::vector<BaseCase> cases = {
+      {"opencv_left", {kOpencvData + "left[0-9][0-9].jpg", "--board", kBoard}},
+      {"opencv_right", {kOpencvData + "right[0-9][0-9].jpg", "--board", kBoard}},
+  };
+  if (const char* root = std::getenv("ALIDADE_REAL_DATA")) {
+    const std::string folder = std::string(root) + "/";
+    cases.push_back({"sony_chess", {folder + "sony_chess", "--board", "checkerboard:4x6:30mm"}});
+    cases.push_back({"sony_circles", {folder + "sony_circles/regular", "--board", "circles:10x8:25mm:15mm"}});
+    cases.push_back({"lifecam",
+                     {folder + "photonvision_charuco/lifecam/2024-05-07_lifecam_480", "--board",
+                      "charuco:8x8:25.4mm:19.05mm:DICT_4X4_1000"}});
+  }
+  int num_compared = 0;
+  for (const BaseCase& base : cases) {
+    const std::string folder = std::filesystem::path(base.inputs.front()).parent_path();
+    if (!std::filesystem::exists(folder)) continue;
+    ++num_compared;
+    EXPECT_LT(differenceFrom(base, path(base.name + ".yaml")).worst_sigma, 0.01) << base.name;
+  }
+  if (num_compared == 0) GTEST_SKIP() << "no photographs; scripts/setup photos installs some";
+  EXPECT_GE(num_compared, 2);
+}
+
+}  // namespace
+}  // namespace alidade
