@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/start/held_params.h"
@@ -197,21 +198,21 @@ class CalibrateCommand final : public Command {
     const std::string model = namedModel(options_);
     if (model != kAutoModel && std::ranges::find(options_.models, model) == options_.models.end()) {
       throw flagError("--to " + format_, "the model " + model + ", which this format cannot represent",
-                      join(options_.models, ", "), "choose one of these with --model, or another format");
+                      fmt::format("{}", fmt::join(options_.models, ", ")),
+                      "choose one of these with --model, or another format");
     }
     for (const std::string_view held : options_.models) {
       for (const std::string_view parameter : unrepresentableParameters(format, held))
         options_.held.push_back(fmt::format("{}.{}", held, parameter));
     }
     if (!options_.initial || model == kAutoModel) return;
-    const auto zero = unrepresentableParameters(format, model);
+    const std::vector<std::string_view> zero = unrepresentableParameters(format, model);
     if (zero.empty()) return;
     const ModelFit fit = fitModel(options_.initial->camera, options_.initial->size, model, zero);
     if (!fit.is_exact && has_fixed) {
       throw flagError("--fix with --to " + format_,
                       "values of an initial camera that this format cannot represent",
-                      fmt::format("an initial camera with {} = 0",
-                                  join(std::vector<std::string>(zero.begin(), zero.end()), ", ")));
+                      fmt::format("an initial camera with {} = 0", fmt::join(zero, ", ")));
     }
     options_.initial->camera = fit.camera;
   }
