@@ -29,7 +29,7 @@ Calibration chosenFor(const SimulatedSet& set, const CalibratorOptions& options 
   return calibrate(set.board, set.views, options);
 }
 
-const ModelCandidate& candidate(const Calibration& result, const std::string& id) {
+const ModelCandidate& candidate(const Calibration& result, std::string_view id) {
   const auto& all = result.choice.model->candidates;
   const auto at = std::find_if(all.begin(), all.end(), [&](const auto& c) { return c.id == id; });
   EXPECT_NE(at, all.end()) << id;
