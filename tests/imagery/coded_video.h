@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "alidade/core/image.h"
 
@@ -17,8 +18,9 @@ struct CodedVideo {
   /// Value of the first component (luma) at (x, y) of a frame; of each component for RGB.
   std::function<unsigned(int x, int y, int frame)> sample;
   double frames_per_second = 30;
-  bool is_header_first = false;  ///< of MP4 and MOV
-  int quality = 3;               ///< of encoders with a fixed step of quantisation: 1 (best) to 31
+  bool is_header_first = false;        ///< of MP4 and MOV
+  int quality = 3;                     ///< of encoders with a fixed step of quantisation: 1 (best) to 31
+  std::vector<std::string> options{};  ///< more of ffmpeg's options, such as {"-bf", "2"}
 };
 
 /// Writes it in the container that the name asks for. @throws std::runtime_error. @returns the path

@@ -12,7 +12,7 @@
 #include "alidade/core/digest.h"
 #include "alidade/core/parallel.h"
 #include "alidade/files/content_cache.h"
-#include "alidade/imagery/video_reader.h"
+#include "alidade/imagery/video_program.h"
 #include "imagery/video_files.h"
 #include "support/message_of.h"
 #include "support/scratch_test.h"
@@ -178,7 +178,8 @@ TEST_F(OpenImages, ChoosesAgainWhereTheCacheIsWrong) {
   const OpenImagesOptions options{.num_frames = 5, .cache = &cache};
   const ImageSet plain = open({"clip.mp4"}, {.num_frames = 5});
   ASSERT_EQ(plain.size(), 5u);
-  const std::string key = "frames 2 5 " + digestOf(scratch_.read("clip.mp4")) + " " + videoDecoderVersion();
+  const std::string key =
+      "frames 2 5 " + digestOf(scratch_.read("clip.mp4")) + " " + videoDecoderVersion(path("clip.mp4"));
   std::size_t num_wrong = 0;
   for (const char* wrong :
        {"", "90", "90 0 0 0", "90 0 0 0 1 2 3 4 5 6", "90 0 0 0 3 2", "90 0 0 0 2 2", "90 0 0 0 90",

@@ -5,11 +5,17 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <random>
+#include <thread>
 
 #include <sys/resource.h>
+#include <sys/wait.h>
+
+#include "alidade/imagery/video_program.h"
 
 #include "imagery/coded_video.h"
 #include "imagery/video_files.h"
@@ -139,7 +145,8 @@ struct Depth {
 };
 
 TEST_F(VideoFile, RoundsLumaToEightBits) {
-  constexpr std::array<Depth, 8> kDepths = {{{"a.mkv", "ffv1", "yuv420p", 8},
+  constexpr std::array<Depth, 9> kDepths = {{{"a.mkv", "ffv1", "yuv420p", 8},
+                                             {"packed.avi", "rawvideo", "nv12", 8},
                                              {"b.mov", "rawvideo", "uyvy422", 8},
                                              {"c.mkv", "ffv1", "yuv420p10le", 10},
                                              {"d.mov", "rawvideo", "yuyv422", 8},
@@ -168,7 +175,7 @@ TEST_F(VideoFile, RoundsLumaToEightBits) {
     EXPECT_EQ(num_wrong, 0);
     ++num_files;
   }
-  EXPECT_EQ(num_files, 8);
+  EXPECT_EQ(num_files, 9);
 }
 
 TEST_F(VideoFile, MakesColourGreyWithoutNoise) {
@@ -189,7 +196,7 @@ TEST_F(VideoFile, MakesColourGreyWithoutNoise) {
         worst =
             std::max(worst, std::abs(image.at(x, y) - ramp(x, y, depth.bits) / std::exp2(depth.bits - 8)));
     }
-    EXPECT_LE(worst, 1);
+    EXPECT_LE(worst, 1.5);  // FFmpeg 9 makes 255, not 254.75, of the largest of 10 bits
     ++num_files;
   }
   EXPECT_EQ(num_files, 3);
@@ -325,8 +332,8 @@ TEST_F(VideoFile, DoesNotReadTheSameDataWithoutEnd) {
   }
   scratch_.write("bomb.mp4", bytes);
   ASSERT_GT(kNumFrames * num_data, 5 * bytes.size() + (1U << 20U));
-  VideoReader reader(path("bomb.mp4"));
   EXPECT_THAT(messageOf([&] {
+                VideoReader reader(path("bomb.mp4"));
                 while (reader.advance()) {
                 }
               }),
@@ -345,19 +352,20 @@ TEST_F(VideoFile, TakesNoMemoryForFramesThatCannotBe) {
   bytes.replace(bytes.find("stsc") + 16, 4, many);
   bytes.replace(bytes.find("stts") + 12, 4, many);
   scratch_.write("bomb.mov", bytes);
-  const auto peakMegabytes = [] {
+  const auto peakMegabytes = [](int of_whom) {
     rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
+    getrusage(of_whom, &usage);
     return usage.ru_maxrss / 1024;
   };
-  const long before = peakMegabytes();
+  const long before = peakMegabytes(RUSAGE_SELF);
   try {
     VideoReader reader(path("bomb.mov"));
     while (reader.advance()) EXPECT_FALSE(reader.isIntact());
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("bomb.mov"));
   }
-  EXPECT_LT(peakMegabytes() - before, 500);
+  EXPECT_LT(peakMegabytes(RUSAGE_SELF) - before, 100);
+  EXPECT_LT(peakMegabytes(RUSAGE_CHILDREN), 500);  // of the largest program that was started
 }
 
 TEST_F(VideoFile, StopsWhenItIsCancelled) {
@@ -417,7 +425,7 @@ TEST_F(VideoFile, NoticesDamageOfH264) {
   // Many a changed bit leaves valid codes.
   EXPECT_GE(num_noticed, 40);
   EXPECT_GT(num_intact, 10 * num_damaged);
-  EXPECT_LE(num_wrong, 60);
+  EXPECT_LE(num_wrong, 80);
 }
 
 TEST_F(VideoFile, NoticesMissingPacketsOfMatroska) {
@@ -439,6 +447,209 @@ TEST_F(VideoFile, NoticesMissingPacketsOfMatroska) {
   EXPECT_LT(num_frames, 35u);
   EXPECT_EQ(reader.numLost(), 1u);
   EXPECT_TRUE(reader.isIntact());  // since a key frame
+}
+
+TEST_F(VideoFile, HasItsFramesAndTimesInTheOrderInWhichTheyAreShown) {
+  // Frame i is all of one brightness, and is shown after i(i+1)/2 thirtieths of a second, in whole
+  // milliseconds; B-frames are stored after later ones.
+  const auto sample = [](int, int, int frame) { return 20U + 7U * static_cast<unsigned>(frame); };
+  VideoReader reader(writeVideo(path("clip.mkv"), {.codec = "mpeg4",
+                                                   .pixel_format = "yuv420p",
+                                                   .num_frames = 30,
+                                                   .sample = sample,
+                                                   .options = {"-bf", "2", "-vf", "setpts=N*(N+1)/60/TB"}}));
+  std::size_t num_frames = 0;
+  for (; reader.advance(); ++num_frames) {
+    const auto i = static_cast<double>(num_frames);
+    EXPECT_EQ(reader.number(), num_frames);
+    EXPECT_DOUBLE_EQ(reader.seconds(), std::round(i * (i + 1) / 60 * 1000) / 1000) << i;
+    EXPECT_NEAR(reader.image().image.at(32, 24), 20 + 7 * i, 2) << i;
+    EXPECT_TRUE(reader.isIntact());
+  }
+  EXPECT_EQ(num_frames, 30u);
+  EXPECT_FALSE(reader.advance());  // still at the end
+}
+
+TEST_F(VideoFile, KnowsHowPlayersTurnIt) {
+  writeVideo(path("clip.mov"),
+             {.codec = "mjpeg", .pixel_format = "yuvj420p", .num_frames = 2, .sample = [](int x, int y, int) {
+                return static_cast<unsigned>(x + y);
+              }});
+  const std::string bytes = scratch_.read("clip.mov");
+  const std::size_t matrix = bytes.find("tkhd") + 4 + 40;
+  const std::string one("\0\1\0\0", 4);
+  const std::string minus_one("\xFF\xFF\0\0", 4);
+  const std::string zero(4, '\0');
+  ASSERT_EQ(bytes.substr(matrix, 8), one + zero);
+  struct Turn {
+    int exif_orientation;
+    std::array<std::string, 4> matrix;  // x to x, x to y, y to x, y to y; y points down
+  };
+  int num_turns = 0;
+  for (const Turn& turn :
+       {Turn{1, {one, zero, zero, one}}, Turn{6, {zero, one, minus_one, zero}},
+        Turn{3, {minus_one, zero, zero, minus_one}}, Turn{8, {zero, minus_one, one, zero}}}) {
+    std::string turned = bytes;
+    for (std::size_t i = 0; i < 4; ++i) turned.replace(matrix + 4 * (i + i / 2), 4, turn.matrix[i]);
+    scratch_.write("turned.mov", turned);
+    VideoReader reader(path("turned.mov"));
+    ASSERT_TRUE(reader.advance());
+    EXPECT_EQ(reader.image().exif_orientation, turn.exif_orientation);
+    EXPECT_EQ(reader.image().image.size, (ImageSize{64, 48}));
+    ++num_turns;
+  }
+  EXPECT_EQ(num_turns, 4);
+}
+
+TEST_F(VideoFile, SaysThatItIsInterlaced) {
+  VideoReader reader(
+      writeVideo(path("clip.mkv"), {.codec = "mpeg2video",
+                                    .pixel_format = "yuv420p",
+                                    .num_frames = 5,
+                                    .sample = movingTexture,
+                                    .options = {"-flags", "+ildct+ilme", "-vf", "setfield=tff"}}));
+  int num_interlaced = 0;
+  while (reader.advance()) num_interlaced += reader.isInterlaced() ? 1 : 0;
+  EXPECT_EQ(num_interlaced, 5);
+}
+
+TEST_F(VideoFile, MayChangeItsSize) {
+  std::string frames;
+  for (int i = 0; i < 9; ++i) {
+    cv::Mat image = movingSquare(i);
+    if (i % 3 != 0) cv::resize(image, image, {100 + 20 * i, 80 + 10 * i});
+    std::vector<std::uint8_t> frame;
+    cv::imencode(".jpg", image, frame);
+    frames.append(frame.begin(), frame.end());
+  }
+  scratch_.write("clip.mjpeg", frames);
+  VideoReader reader(path("clip.mjpeg"));
+  int i = 0;
+  for (; reader.advance(); ++i) {
+    const ImageSize expected = i % 3 == 0 ? ImageSize{160, 120} : ImageSize{100 + 20 * i, 80 + 10 * i};
+    const GrayImage image = reader.image().image;
+    ASSERT_EQ(image.size, expected) << i;
+    cv::Mat square = movingSquare(i);
+    cv::resize(square, square, {expected.width, expected.height});
+    EXPECT_LT(differenceOf(image, square).first, 3) << i;
+  }
+  EXPECT_EQ(i, 9);
+}
+
+TEST_F(VideoFile, MayHaveAnyName) {
+  const std::string bytes = scratch_.read(
+      std::filesystem::path(writeVideo(path("clip.avi"), movingSquares(3))).filename().string());
+  int num_files = 0;
+  for (const char* name : {"-i.avi", "a b.avi", "it's \"so\".avi", "file:c.avi", "http://d.avi", "100%d.avi",
+                           "two\nlines.avi", "Bär 板.avi", "$(touch x)|;&.avi", "e.avi?f=1.avi"}) {
+    scratch_.write(name, bytes);
+    VideoReader reader(path(name));
+    int num_frames = 0;
+    while (reader.advance()) ++num_frames;
+    EXPECT_EQ(num_frames, 3) << name;
+    scratch_.write(name, "no video");
+    EXPECT_THAT(messageOf([&] { VideoReader bad(path(name)); }), HasSubstr("cannot be opened (")) << name;
+    ++num_files;
+  }
+  // Without a folder before it.
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder_);
+  scratch_.write("-i.avi", bytes);
+  EXPECT_TRUE(VideoReader("-i.avi").advance());
+  std::filesystem::current_path(before);
+  EXPECT_EQ(num_files, 10);
+}
+
+// Programs that stand before or instead of those in PATH.
+class VideoProgram : public VideoFile {
+ protected:
+  void SetUp() override { writeVideo(clip_, movingSquares(10)); }
+  void TearDown() override { ::setenv("PATH", path_.c_str(), 1); }
+
+  void usePath(const std::string& path) const { ::setenv("PATH", path.c_str(), 1); }
+  void addScript(const std::string& name, const std::string& text) const {
+    const std::string file = scratch_.write("bin/" + name, "#!/bin/sh\nPATH='" + path_ + "'\n" + text);
+    std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+  }
+  [[nodiscard]] std::string complaint() const {
+    return messageOf([&] {
+      VideoReader reader(clip_);
+      while (reader.advance()) {
+      }
+    });
+  }
+
+  std::string path_ = std::getenv("PATH");
+  std::string clip_ = path("clip.avi");
+};
+
+TEST_F(VideoProgram, IsNamedIfItIsMissing) {
+  usePath(path("bin"));
+  const auto names = [&](const std::string& name) {
+    return AllOf(HasSubstr(clip_), HasSubstr("program " + name), HasSubstr("not found"),
+                 HasSubstr("sudo apt install ffmpeg"));
+  };
+  EXPECT_THAT(complaint(), names("ffprobe"));
+  EXPECT_THAT(messageOf([&] { (void)videoDecoderVersion(clip_); }), names("ffmpeg"));
+  addScript("ffprobe", "exec ffprobe \"$@\"");
+  EXPECT_THAT(complaint(), names("ffmpeg"));
+  addScript("ffmpeg", "exec ffmpeg \"$@\"");
+  EXPECT_EQ(complaint(), "nothing was thrown");
+}
+
+TEST_F(VideoProgram, MayBeBroken) {
+  usePath(path("bin") + ":" + path_);
+  const std::string broken = "echo 'error while loading: libx.so' >&2; echo more >&2; exit 127";
+  addScript("ffmpeg", broken);
+  const auto explains = [&](const std::string& name) {
+    return AllOf(HasSubstr(clip_), HasSubstr("program " + name),
+                 HasSubstr("status 127: error while loading: libx.so"), testing::Not(HasSubstr("more")),
+                 HasSubstr("next: "));
+  };
+  EXPECT_THAT(complaint(), explains("ffmpeg"));
+  EXPECT_THAT(messageOf([&] { (void)videoDecoderVersion(clip_); }), explains("ffmpeg"));
+  addScript("ffprobe", broken);
+  EXPECT_THAT(complaint(), explains("ffprobe"));
+  addScript("ffprobe", "exit 0");
+  EXPECT_THAT(complaint(), HasSubstr("nothing to show"));
+  // Prints what is unknown.
+  std::filesystem::remove(path("bin/ffprobe"));
+  addScript("ffmpeg", "ffmpeg \"$@\" 2>/dev/null");
+  EXPECT_THAT(complaint(), HasSubstr("more pixels than it announced"));
+}
+
+TEST_F(VideoProgram, MayDieHalfWay) {
+  usePath(path("bin") + ":" + path_);
+  addScript("ffmpeg", "ffmpeg \"$@\" | head -c 67200; kill -SEGV $$");  // three frames and a half
+  VideoReader reader(clip_);
+  int num_frames = 0;
+  const std::string message = messageOf([&] {
+    for (; reader.advance(); ++num_frames) {
+      EXPECT_TRUE(reader.isIntact());
+      EXPECT_LT(differenceOf(reader.image().image, movingSquare(num_frames)).first, 6);
+    }
+  });
+  EXPECT_EQ(num_frames, 3);
+  EXPECT_THAT(message, AllOf(HasSubstr(clip_), HasSubstr("signal 11"), HasSubstr("next: ")));
+}
+
+TEST_F(VideoProgram, EndsWithItsReader) {
+  // Waits for ever before its frames.
+  usePath(path("bin") + ":" + path_);
+  addScript("ffmpeg", "echo $$ > '" + path("pid") + "'; sleep 1000; ffmpeg \"$@\"");
+  CancelFlag cancel{false};
+  VideoReader reader(clip_, {.cancel = &cancel});
+  std::thread canceller([&] {
+    while (scratch_.read("pid").empty()) std::this_thread::yield();
+    cancel = true;
+  });
+  EXPECT_THROW((void)reader.advance(), Cancelled);
+  canceller.join();
+  const pid_t group = std::stoi(scratch_.read("pid"));
+  EXPECT_EQ(::kill(-group, 0), 0);
+  { const VideoReader ended = std::move(reader); }
+  EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1);  // no child, not even a dead one
+  EXPECT_EQ(errno, ECHILD);
 }
 
 TEST(VideoName, IsKnownByItsExtension) {

@@ -85,11 +85,15 @@ needs() {  # PACKAGE DEPENDENCY...
     num_needs=$((num_needs + 1))
   done
 }
-needs alidade libc6 libstdc++6 libopencv-core406 libopencv-imgcodecs406 libavformat59 libcholmod3 libyaml-cpp0.7 libcairo2
+needs alidade libc6 libstdc++6 libopencv-core406 libopencv-imgcodecs406 libcholmod3 libyaml-cpp0.7 libcairo2
 needs python3-alidade 'python3 (>= 3.11)' 'python3 (<< 3.12)' python3-numpy libc6 libopencv-core406 libcholmod3
 needs libalidade-dev libeigen3-dev libyaml-cpp-dev libfmt-dev nlohmann-json3-dev libpugixml-dev libopencv-dev libjpeg-dev \
-  libtiff-dev zlib1g-dev libwebp-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libceres-dev libgoogle-glog-dev
+  libtiff-dev zlib1g-dev libwebp-dev libceres-dev libgoogle-glog-dev
 [ "$(field alidade Suggests)" = snakemake ] || failed "alidade suggests '$(field alidade Suggests)', not snakemake"
+for name in alidade libalidade-dev python3-alidade; do
+  [[ ", $(field $name Recommends)" == *", ffmpeg" ]] || failed "$name does not recommend ffmpeg: $(field $name Recommends)"
+  [[ $(field $name Depends) != *libav* ]] || failed "$name depends on FFmpeg's libraries: $(field $name Depends)"
+done
 for name in alidade python3-alidade; do
   [[ $(field $name Depends) != *-dev* ]] || failed "$name depends on a -dev package: $(field $name Depends)"
 done

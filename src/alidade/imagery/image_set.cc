@@ -23,6 +23,7 @@
 #include "alidade/files/content_cache.h"
 #include "alidade/imagery/frame_choice.h"
 #include "alidade/imagery/image_list.h"
+#include "alidade/imagery/video_program.h"
 #include "alidade/imagery/video_reader.h"
 
 namespace alidade {
@@ -56,7 +57,7 @@ class VideoIdentity {
   /// @throws Error (kInput) if it is not a regular file, such as a pipe, which could be read only once
   VideoIdentity(const std::string& path, const CancelFlag* cancel) : path_(path), stamp_(stampOf(path)) {
     checkVideoFile(path);
-    text_ = digestOfFile(path, cancel) + " " + videoDecoderVersion();
+    text_ = digestOfFile(path, cancel) + " " + videoDecoderVersion(path);
   }
 
   [[nodiscard]] const std::string& text() const { return text_; }

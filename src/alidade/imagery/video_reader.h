@@ -19,27 +19,30 @@ struct VideoOptions {
   const CancelFlag* cancel = nullptr;  ///< must outlive the reader
 };
 
-/// The frames of a video file, in the order in which they are shown; one is in memory at a time. Frames are
-/// counted from 0. A frame is the luma of the stored pixels, as coded (often 16 to 235), rounded to 8 bits;
-/// pixels without luma (RGB) are converted to grey, 0 to 255. The display orientation is not applied.
+/// The frames of a video file, in the order in which they are shown; one is in memory at a time. FFmpeg's
+/// programs ffprobe and ffmpeg (4.4 or later, in PATH) decode them. Frames are counted from 0. A frame is the
+/// luma of the stored pixels, as coded (often 16 to 235), rounded to 8 bits; pixels without luma (RGB) are
+/// converted to grey, 0 to 255. The display orientation is not applied.
 ///
 /// Decoders replace damaged data with invented pixels. A frame is intact only if the decoder did not complain
-/// about it or any frame since the last key frame. Damage that leaves valid codes goes unnoticed; HEVC and
-/// VP9 detect little.
+/// about it or any frame since the last key frame. Some good frames before damage may count as damaged,
+/// because the decoder works ahead. Damage that leaves valid codes goes unnoticed; HEVC and VP9 detect
+/// little.
 ///
 /// All functions that read throw Cancelled soon after the flag is set, even during a long search for the next
 /// frame.
 class VideoReader {
  public:
-  /// @throws Error (kInput) if the file is missing, not a regular file, not a video, too large, or in a
-  /// format or codec that FFmpeg lacks
+  /// Reads the file once, without decoding it.
+  /// @throws Error (kInput) if FFmpeg's programs are missing, or the file is missing, not a regular file, not
+  /// a video, too large, in a format that FFmpeg lacks, or yields more data than it can hold
   explicit VideoReader(const std::string& path, const VideoOptions& options = {});
   ~VideoReader();
   VideoReader(VideoReader&&) noexcept;
   VideoReader& operator=(VideoReader&&) noexcept;
 
   /// Goes to the next frame; false at the end. Before the first call there is no frame.
-  /// @throws Error (kInput) if frames become too large, or the file yields more data than it can hold
+  /// @throws Error (kInput) if frames become too large, FFmpeg lacks the codec, or ffmpeg crashes
   [[nodiscard]] bool advance();
 
   [[nodiscard]] std::size_t number() const;   ///< number of the frame
@@ -47,7 +50,7 @@ class VideoReader {
   [[nodiscard]] std::size_t numLost() const;  ///< parts of the file so far that yielded no frame because of
                                               ///< damage
   [[nodiscard]] bool isInterlaced() const;    ///< the frame holds two instants, in alternating rows
-  /// The frame as a grey image. @throws Error (kInput) if it is too large
+  /// The frame as a grey image.
   [[nodiscard]] LoadedImage image() const;
 
   /// The number of frames and the seconds that the file states; 0 if unknown.
@@ -67,9 +70,6 @@ class VideoReader {
 
 /// @throws Error (kInput) if the file is missing, empty, or not a regular file. Does not wait for a pipe.
 void checkVideoFile(const std::string& path);
-
-/// Versions of the libraries that decode the pixels.
-[[nodiscard]] std::string videoDecoderVersion();
 
 /// True for a name with the extension of a video file, in upper or lower case.
 [[nodiscard]] bool hasVideoName(const std::string& path);
