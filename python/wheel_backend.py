@@ -17,6 +17,7 @@ import sys
 import sysconfig
 import tarfile
 import zipfile
+from collections.abc import Iterable
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
@@ -32,11 +33,11 @@ def tag() -> str:
     return f"{python}-{python}-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
 
 
-def info_files() -> dict[str, bytes]:
+def info_files(wheel_tag: str, licence: str = "MIT") -> dict[str, bytes]:
     """Returns the files about the package, by name."""
     metadata = (f"Metadata-Version: 2.1\nName: alidade\nVersion: {version()}\nSummary: Camera calibration and projection\n"
-                "License: MIT\nRequires-Python: >=3.9\nRequires-Dist: numpy\n")
-    wheel = f"Wheel-Version: 1.0\nGenerator: alidade\nRoot-Is-Purelib: false\nTag: {tag()}\n"
+                f"License: {licence}\nRequires-Python: >=3.9\nRequires-Dist: numpy\n")
+    wheel = f"Wheel-Version: 1.0\nGenerator: alidade\nRoot-Is-Purelib: false\nTag: {wheel_tag}\n"
     return {"METADATA": metadata.encode(), "WHEEL": wheel.encode(), "LICENSE": (ROOT / "LICENSE").read_bytes()}
 
 
@@ -50,29 +51,35 @@ def build() -> pathlib.Path:
     return folder / "python" / "alidade"
 
 
-def build_wheel(wheel_directory: str, config_settings: object = None, metadata_directory: object = None) -> str:
-    """PEP 517: builds the wheel and returns its name."""
-    package = build()
-    files = {f"alidade/{path.name}": path.read_bytes() for path in sorted(package.iterdir()) if path.is_file()}
+def write_wheel(folder: str | pathlib.Path, package: Iterable[pathlib.Path], wheel_tag: str, licences: pathlib.Path | None = None) -> str:
+    """Writes the files of the package, and the licences of the libraries inside (see scripts/portable), as a wheel and returns its name."""
+    files = {f"alidade/{path.name}": path.read_bytes() for path in sorted(package)}
     info = f"alidade-{version()}.dist-info"
-    files |= {f"{info}/{name}": content for name, content in info_files().items()}
+    files |= {f"{info}/{name}": content for name, content in info_files(wheel_tag, "GPL-3.0-or-later" if licences else "MIT").items()}
+    if licences:
+        files |= {f"{info}/licences/{path.relative_to(licences)}": path.read_bytes() for path in sorted(licences.rglob("*")) if path.is_file()}
     record = ""
     for name, content in files.items():
         digest = base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
         record += f"{name},sha256={digest},{len(content)}\n"
     files[f"{info}/RECORD"] = f"{record}{info}/RECORD,,\n".encode()
-    name = f"alidade-{version()}-{tag()}.whl"
-    with zipfile.ZipFile(os.path.join(wheel_directory, name), "w", zipfile.ZIP_DEFLATED) as archive:
+    name = f"alidade-{version()}-{wheel_tag}.whl"
+    with zipfile.ZipFile(pathlib.Path(folder) / name, "w", zipfile.ZIP_DEFLATED) as archive:
         for path, content in files.items():
-            archive.writestr(path, content)
+            archive.writestr(zipfile.ZipInfo(path), content, zipfile.ZIP_DEFLATED)  # without the time: the same bytes each time
     return name
+
+
+def build_wheel(wheel_directory: str, config_settings: object = None, metadata_directory: object = None) -> str:
+    """PEP 517: builds the wheel and returns its name."""
+    return write_wheel(wheel_directory, (path for path in build().iterdir() if path.is_file()), tag())
 
 
 def prepare_metadata_for_build_wheel(metadata_directory: str, config_settings: object = None) -> str:
     """PEP 517: writes the files about the package, without a build, and returns their folder."""
     folder = pathlib.Path(metadata_directory) / f"alidade-{version()}.dist-info"
     folder.mkdir()
-    for name, content in info_files().items():
+    for name, content in info_files(tag()).items():
         (folder / name).write_bytes(content)
     return folder.name
 
