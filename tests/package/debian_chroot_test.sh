@@ -1,52 +1,54 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Installs the Debian packages on a bare Debian of this machine's release in a folder of its own, uses them, removes them,
-# and looks for what is left: debian_chroot_test.sh PACKAGES_DIR
+# Does steps on a bare Debian in a folder of its own: debian_chroot_test.sh SUITE STEPS PACKAGES_DIR CACHE_DIR
 #
-# PACKAGES_DIR holds the packages (debian_test.sh). Beside it, a folder debian_cache keeps the bare system and the
-# downloaded packages for the next run.
+# SUITE is bookworm, trixie, or host for that of this machine. STEPS is a script in this folder, which finds in /test what
+# PACKAGES_DIR holds (made by package.debian, or by scripts/portable), data and examples. CACHE_DIR keeps the bare system and
+# the downloaded packages for the next run.
 set -euo pipefail
 unset CDPATH
 skip() { echo "SKIPPED: $*"; exit 0; }
-failed() { echo "$*" >&2; exit 1; }
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$(cd "$here/../.." && pwd)
+. "$root/scripts/packaging/bare_system.sh"
 
-. "$here/../../scripts/packaging/bare_system.sh"
-
-# ---- inside the namespace: debian_chroot_test.sh --inside SYSTEM CACHE MIRROR SUITE ------------------------------------
+# ---- inside the namespace: debian_chroot_test.sh --inside SUITE STEPS SYSTEM CACHE MIRROR ------------------------------
 if [ "$1" = --inside ]; then
-  system=$2
-  cache=$3
-  mirror=$4
-  suite=$5
-  if [ ! -f "$cache/bare.tar" ]; then
+  suite=$2
+  steps=$3
+  system=$4
+  cache=$5
+  mirror=$6
+  if [ ! -f "$cache/$suite.tar" ]; then
     make_bare_system "$suite" "$system" "$mirror" "$cache/debootstrap.log"
-    tar -C "$system" --one-file-system --exclude="./proc/*" --exclude=./test -cf "$cache/bare.tar.new" .
-    mv "$cache/bare.tar.new" "$cache/bare.tar"
+    tar -C "$system" --one-file-system --exclude="./proc/*" --exclude=./test -cf "$cache/$suite.tar.new" .
+    mv "$cache/$suite.tar.new" "$cache/$suite.tar"
   else
-    tar -C "$system" -xpf "$cache/bare.tar"
+    tar -C "$system" -xpf "$cache/$suite.tar"
   fi
   prepare_bare_system "$suite" "$system" "$mirror"
   mount --bind "$cache/archives" "$system/var/cache/apt/archives"
-  in_bare_system "$system" bash /test/debian_chroot_steps.sh
+  in_bare_system "$system" bash "/test/$steps"
 fi
 
 # ---- outside ------------------------------------------------------------------------------------------------------------
-packages=$1
-root=$(cd "$here/../.." && pwd)
+suite=$1
+steps=$2
+packages=$3
+cache=$4
 . /etc/os-release
 [[ "$ID ${VERSION_ID:-}" =~ ^debian\ 1[23]$ ]] || skip "the packages are for Debian 12 and 13, and this is ${PRETTY_NAME:-$ID}"
+[ "$suite" != host ] || suite=$VERSION_CODENAME
 [ "$(id -u)" -eq 0 ] || skip "only root can make another root folder"
 command -v debootstrap >/dev/null || skip "debootstrap was not found; run scripts/setup package"
 unshare --mount --pid --fork true 2>/dev/null || skip "this machine allows no namespaces for mounts"
-compgen -G "$packages/*.deb" >/dev/null || skip "$packages holds no packages (see package.debian)"
+compgen -G "$packages/*" >/dev/null || skip "$packages holds no packages"
 
-cache=$packages/../debian_cache
 mkdir -p "$cache/archives/partial"
 cache=$(cd "$cache" && pwd)
 mirror=$(debian_mirror)
-[ -n "$mirror" ] || skip "apt has no source for $VERSION_CODENAME main"
-/usr/lib/apt/apt-helper download-file "${mirror%/}/dists/$VERSION_CODENAME/Release" "$cache/Release" >/dev/null 2>&1 ||
+[ -n "$mirror" ] || skip "apt has no source for Debian's main archive"
+/usr/lib/apt/apt-helper download-file "${mirror%/}/dists/$suite/Release" "$cache/Release" >/dev/null 2>&1 ||
   skip "the mirror $mirror cannot be reached"
 
 # What a killed run left goes first. The lock is held until all processes of a run have ended.
@@ -58,7 +60,7 @@ trap 'rm -rf --one-file-system "$system"' EXIT
 chmod 755 "$system"
 # Debian has no folder of this name.
 mkdir "$system/test"
-cp "$packages"/*.deb "$root/testdata/checkerboard.yaml" "$here/debian_chroot_steps.sh" "$system/test"
-cp -r "$root"/docs/examples/{test_harness,rig} "$system/test"
+cp "$packages"/* "$root/testdata/checkerboard.yaml" "$here/$steps" "$system/test"
+cp -r "$root"/docs/examples/{test_harness,rig} "$root/testdata/checkerboard/images" "$system/test"
 cp "$root/testdata/checkerboard/camera.yaml" "$system/test/true_camera.yaml"
-unshare --mount --pid --fork --kill-child "$here/debian_chroot_test.sh" --inside "$system" "$cache" "$mirror" "$VERSION_CODENAME"
+unshare --mount --pid --fork --kill-child "$here/debian_chroot_test.sh" --inside "$suite" "$steps" "$system" "$cache" "$mirror"
