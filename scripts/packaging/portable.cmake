@@ -33,6 +33,7 @@ extern "C" {
 void GOMP_parallel(void (*run)(void*), void* data, unsigned, unsigned) { run(data); }
 int omp_get_num_threads() { return 1; }
 int omp_get_thread_num() { return 0; }
+// Most archives are compiled for programs and address glibc's data directly, which a module cannot: they get copies.
 extern FILE *__real_stdin, *__real_stdout, *__real_stderr;
 FILE *__wrap_stdin, *__wrap_stdout, *__wrap_stderr;
 __attribute__((constructor(101))) void setStreams() {
