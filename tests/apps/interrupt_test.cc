@@ -2,6 +2,9 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
@@ -64,6 +67,18 @@ TEST(Interrupt, LeavesNothingBehind) {
   EXPECT_EQ(scratch.list(), before);
 }
 
+// The programs whose arguments have these words.
+int numRunning(const std::string& words) {
+  int num_found = 0;
+  std::error_code ended;  // of a program that ends meanwhile
+  for (const auto& entry : std::filesystem::directory_iterator("/proc", ended)) {
+    std::ifstream file(entry.path() / "cmdline", std::ios::binary);
+    num_found +=
+        std::string(std::istreambuf_iterator<char>(file), {}).find(words) != std::string::npos ? 1 : 0;
+  }
+  return num_found;
+}
+
 TEST(Interrupt, StopsWhileAVideoIsRead) {
   const ScratchFolder scratch;
   // Two thousand large frames, which take many seconds.
@@ -78,6 +93,7 @@ TEST(Interrupt, StopsWhileAVideoIsRead) {
   const std::string output = scratch.path("out");
   expectInterrupted(interrupted({"detect", clip, "--board", kBoard, "-o", output}, SIGINT), SIGINT);
   expectInterrupted(interrupted({"calibrate", clip, "--board", kBoard, "-o", output}, SIGTERM), SIGTERM);
+  EXPECT_EQ(numRunning(clip), 0);  // neither do the programs that decode it
   EXPECT_EQ(scratch.list(), before);
 }
 

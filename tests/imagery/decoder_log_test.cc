@@ -12,6 +12,9 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
+const std::string kBegin =
+    "[info] Stream mapping:\n[info]   Stream #0:0 -> #0:0 (h264 (native) -> rawvideo (native))\n";
+
 std::string packet(int ticks) {
   const std::string pts = std::to_string(ticks);
   return "[vist#0:0/h264 @ 0x1] [info] demuxer -> ist_index:0:0 type:video pkt_pts:" + pts +
@@ -39,6 +42,7 @@ VideoFacts h264() {
 
 std::vector<bool> intactFrames(const std::string& text, const VideoFacts& facts = h264()) {
   DecoderLog log("clip.mkv", facts);
+  log.add(kBegin);
   for (const char c : text) log.add({&c, 1});  // in any pieces
   std::vector<bool> intact;
   for (const DecoderLog::Frame& frame : log.frames) intact.push_back(frame.is_intact);
@@ -48,7 +52,7 @@ std::vector<bool> intactFrames(const std::string& text, const VideoFacts& facts 
 TEST(DecoderLog, TellsWhatFramesAre) {
   const VideoFacts facts = h264();
   DecoderLog log("clip.mkv", facts);
-  log.add(packet(7) + kDecoded + shown(7, true, "gray10le") + "\n");
+  log.add(kBegin + packet(7) + kDecoded + shown(7, true, "gray10le") + "\n");
   ASSERT_EQ(log.frames.size(), 1u);
   EXPECT_EQ(log.frames.front().ticks, 7);
   EXPECT_EQ(log.frames.front().size, (ImageSize{64, 48}));
@@ -56,7 +60,7 @@ TEST(DecoderLog, TellsWhatFramesAre) {
   EXPECT_EQ(log.frames.front().high_byte, 1);
   EXPECT_FALSE(log.frames.front().is_interlaced);
   const auto complaint = [&](const std::string& text) {
-    return messageOf([&] { DecoderLog("clip.mkv", facts).add(text); });
+    return messageOf([&] { DecoderLog("clip.mkv", facts).add(kBegin + text); });
   };
   EXPECT_THAT(complaint(kDecoded + shown(1, true, "gray10le") + "\n" + kDecoded + shown(2) + "\n"),
               AllOf(HasSubstr("clip.mkv"), HasSubstr("from gray10le to gray")));
@@ -85,7 +89,7 @@ TEST(DecoderLog, KnowsThatKeyFramesAloneDoNotSpreadDamage) {
                            shown(4, true) + "\n" + shown(5, true) + "\n";
   EXPECT_THAT(intactFrames(text, facts), ElementsAre(true, true, false, true));
   DecoderLog log("clip.mkv", facts);
-  log.add(text);
+  log.add(kBegin + text);
   EXPECT_EQ(log.frames[0].num_lost, 0u);
   EXPECT_EQ(log.frames[1].num_lost, 1u);
 }
@@ -97,7 +101,7 @@ TEST(DecoderLog, FlagsFramesAfterPacketsThatAreMissing) {
   for (int i = 0; i < 6; ++i) text += packet(i) + kDecoded + shown(i, i == 3 || i == 4) + "\n";
   EXPECT_THAT(intactFrames(text, facts), ElementsAre(true, false, false, true, true, true));
   DecoderLog log("clip.mkv", facts);
-  log.add(text);
+  log.add(kBegin + text);
   EXPECT_EQ(log.frames.back().num_lost, 2u);
   EXPECT_EQ(log.numLostAtEnd(), 3u);
   // What the demuxer cannot read concerns the packets that follow.
@@ -124,9 +128,27 @@ TEST(DecoderLog, SeparatesWhatThreadsSayAtOnce) {
   EXPECT_THAT(intactFrames(before + "muxer <- pts:1 size:640\n" + kDecoded + tail), ElementsAre(true, true));
 }
 
+TEST(DecoderLog, ReadsOnWhileTheOutputIsDescribed) {
+  const std::string before =
+      packet(1) + kDecoded + shown(1) + "\n[info]   Stream #0:0: Video: rawvideo, gray";
+  const std::string after = "[info] , 30 fps, 30 tbn (default)\n" + shown(2) + "\n";
+  EXPECT_THAT(intactFrames(before + "decoder -> pts:0 keyframe:0\n" + after), ElementsAre(true, true));
+  EXPECT_THAT(intactFrames(before + "error while decoding MB 3 4\n" + kDecoded + after),
+              ElementsAre(true, false));
+  EXPECT_THAT(
+      intactFrames(packet(1) + kDecoded + kColours + "  Stream #0:0: Video: rawvideo, gray, 30 tbn\n" +
+                   shown(1) + "(default)\n" + kDecoded + shown(2) + "\n"),
+      ElementsAre(true, true));
+}
+
 TEST(DecoderLog, IsNotMisledByWhatTheFileSays) {
-  const std::string title = "[info]     title           : decoder -> demuxer -> iskey:1 corrupt [error]\n";
-  EXPECT_THAT(intactFrames(title + packet(1) + kDecoded + shown(1) + "\n"), ElementsAre(true));
+  const VideoFacts facts = h264();
+  DecoderLog log("clip.mkv", facts);
+  log.add(
+      "[info] Input #0, avi, from 'file:Error.avi':\n[info]     title           : decoder -> iskey:1 corrupt\n");
+  log.add(kBegin + packet(1) + kDecoded + shown(1) + "\n");
+  ASSERT_EQ(log.frames.size(), 1u);
+  EXPECT_TRUE(log.frames.front().is_intact);
 }
 
 }  // namespace

@@ -49,8 +49,6 @@ struct DecoderLog::Message {
   }
 
   [[nodiscard]] bool has(std::string_view words) const { return text.find(words) != std::string_view::npos; }
-  // What the file says about itself, such as its title, is indented.
-  [[nodiscard]] bool isOfFile() const { return speaker.empty() && level == "info" && text.starts_with(' '); }
   [[nodiscard]] bool isFrame() const { return has(" iskey:"); }  // of the filter showinfo
   [[nodiscard]] bool isComplaint() const {
     return level == "error" || level == "fatal" || level == "panic" ||
@@ -58,10 +56,19 @@ struct DecoderLog::Message {
   }
 
   // The filter showinfo writes its lines in pieces: "n:   4 pts:   8192 ... type:P " and "color_range:tv
-  // color_space:bt709 ...". What another thread writes in between is appended to a piece without its level.
-  // Debugging lines, which have an arrow, are no complaints.
+  // color_space:bt709 ...". So is the description of the output. What another thread writes in between is
+  // appended to a piece without its level. Debugging lines, which have an arrow, are no complaints.
   [[nodiscard]] bool hasForeignWords() const {
-    if (!speaker.starts_with("Parsed_showinfo") || text.starts_with("config ") || has(" -> ") || has(" <- "))
+    const auto isIn = [this](std::string_view words) { return has(words); };
+    if (has(" -> ") || has(" <- ")) return false;
+    if (speaker.empty() && level == "info") {
+      constexpr std::array<std::string_view, 4> kComplaints = {"rror", "nvalid", "corrupt", "issing"};
+      return std::ranges::any_of(kComplaints, isIn);
+    }
+    constexpr std::array<std::string_view, 8> kDescriptions = {
+        "Output #", "Metadata", "encoder", "Stream #", "rawvideo", "SAR ", " tbn", "(default)"};
+    if (!speaker.starts_with("Parsed_showinfo") || text.starts_with("config ") ||
+        std::ranges::any_of(kDescriptions, isIn))
       return false;
     if (isFrame()) return !trim(text.substr(std::min(text.size(), text.find(" type:") + 7))).empty();
     const std::vector<std::string_view> words = split(trim(text), ' ');
@@ -88,7 +95,9 @@ void DecoderLog::add(std::string_view text) {
 
 // A line may hold several messages; see hasForeignWords().
 void DecoderLog::note(const Message& message) {
-  if (message.isOfFile()) return;
+  // Before that, the file says what it is, such as its title.
+  if (message.text == "Stream mapping:") is_decoding_ = true;
+  if (!is_decoding_ && message.level == "info") return;
   if (message.isFrame()) announce(message);
   if (message.has("demuxer -> ")) notePacket(message);
   if (message.has("decoder -> ")) {

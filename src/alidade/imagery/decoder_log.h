@@ -66,6 +66,7 @@ class DecoderLog {
   std::size_t num_packets_ = 0;
   std::size_t num_gaps_ = 0;  // of facts_.gaps, those passed
   std::size_t num_lost_ = 0;
+  bool is_decoding_ = false;  // what threads say can be mixed
   bool is_skipping_ = false;  // complaints of the demuxer since the last packet
   bool is_flawed_ = false;    // complaints since the last frame left the decoder
   bool is_repaired_ = false;  // a frame since the last key frame was repaired

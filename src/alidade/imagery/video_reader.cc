@@ -67,9 +67,15 @@ ChildProcess startDecoder(const std::string& path, const VideoFacts& facts, cons
   // With several slices at once, the H.264 decoder does not check for missing parts.
   if (facts.codec == "h264") before.insert(before.end(), {"-threads:v", "1"});
   if (version >= std::pair(7, 1)) before.insert(before.end(), {"-apply_cropping:v", "codec"});
-  std::vector<std::string> after = {"-map", "0:" + std::to_string(facts.stream), "-vf",
+  std::vector<std::string> after = {"-map",
+                                    "0:" + std::to_string(facts.stream),
+                                    "-vf",
                                     grayFilter(facts.pixel_format) + "sidedata=delete,showinfo=checksum=0",
-                                    "-noautoscale"};
+                                    "-noautoscale",
+                                    "-map_metadata",
+                                    "-1",
+                                    "-map_metadata:s:v",
+                                    "-1"};
   const bool is_old = version < std::pair(5, 1);
   after.insert(after.end(),
                {is_old ? "-vsync" : "-fps_mode", is_old ? "0" : "passthrough", "-f", "rawvideo", "pipe:1"});
