@@ -36,7 +36,7 @@ TEST(Advice, StandsInTheSummary) {
 TEST(Advice, StandsInTheDocument) {
   const ScratchFolder scratch;  // the corners file is exact, and leaves no uncertainty
   const json document =
-      jsonOf({"--board", kBoard, "--target-sigma", "0.001px"}, linkImages(scratch, "photos", 6));
+      jsonOf({"--board", kBoardSpec, "--target-sigma", "0.001px"}, linkImages(scratch, "photos", 6));
   const json& coverage = document["coverage"];
   EXPECT_EQ(coverage["grid"]["columns"], 8);
   EXPECT_EQ(coverage["grid"]["num_corners"].size(), 48u);

@@ -61,7 +61,7 @@ Difference differenceFrom(const BaseCase& base, const std::string& out) {
 }
 
 TEST_F(BasesTest, CamerasFromCornersAndRenderedImagesDifferByLessThanABillionthOfAPixel) {
-  std::vector<BaseCase> cases = {{"images", {dataPath("images"), "--board", kBoard}}};
+  std::vector<BaseCase> cases = {{"images", {dataPath("images"), "--board", kBoardSpec}}};
   for (const char* model : {"radtan", "kannala_brandt", "double_sphere", "ucm"})
     cases.push_back({std::string("corners_") + model, {dataPath("corners.csv"), "--model", model}});
   for (const BaseCase& base : cases)
@@ -70,8 +70,8 @@ TEST_F(BasesTest, CamerasFromCornersAndRenderedImagesDifferByLessThanABillionthO
 
 TEST_F(BasesTest, CamerasFromPhotographsDifferByLessThanAHundredthOfTheirStandardDeviations) {
   std::vector<BaseCase> cases = {
-      {"opencv_left", {kOpencvData + "left[0-9][0-9].jpg", "--board", kBoard}},
-      {"opencv_right", {kOpencvData + "right[0-9][0-9].jpg", "--board", kBoard}},
+      {"opencv_left", {kOpencvData + "left[0-9][0-9].jpg", "--board", kBoardSpec}},
+      {"opencv_right", {kOpencvData + "right[0-9][0-9].jpg", "--board", kBoardSpec}},
   };
   if (const char* root = std::getenv("ALIDADE_REAL_DATA")) {
     const std::string folder = std::string(root) + "/";

@@ -19,7 +19,7 @@ TEST(Board, OfTheWrongSizeIsNeverFoundAsAPart) {
   int num_refused = 0;
   for (const char* board : {"checkerboard:8x5:25mm", "checkerboard:10x7:25mm"}) {
     EXPECT_THAT(detectAs(board, scratch.path("corners.csv")),
-                FailsWith(1, AllOf(HasSubstr("no board"), HasSubstr("inner corners"), HasSubstr(kBoard))))
+                FailsWith(1, AllOf(HasSubstr("no board"), HasSubstr("inner corners"), HasSubstr(kBoardSpec))))
         << board;
     ++num_refused;
   }
@@ -120,7 +120,7 @@ TEST(Board, FilesDescribeItToo) {
   const std::string file = scratch.write(
       "board.yaml", "kind: checkerboard\ncolumns: 9\nrows: 6\nsquare: 25mm\nx_note: my board\n");
   ASSERT_THAT(detectAs(file, scratch.path("a.csv")), EndsWith(0));
-  ASSERT_THAT(detectAs(kBoard, scratch.path("b.csv")), EndsWith(0));
+  ASSERT_THAT(detectAs(kBoardSpec, scratch.path("b.csv")), EndsWith(0));
   const auto rows = [&](const char* name) {
     const std::string text = scratch.read(name);
     return text.substr(text.find("\ncamera,"));

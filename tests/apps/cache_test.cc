@@ -20,7 +20,7 @@ using testing::HasSubstr;
 class DetectionCache : public testing::Test {
  protected:
   [[nodiscard]] RunResult detect(std::vector<std::string> more) const {
-    more.insert(more.begin(), {"detect", "--board", kBoard, "--cache", scratch_.path("cache")});
+    more.insert(more.begin(), {"detect", "--board", kBoardSpec, "--cache", scratch_.path("cache")});
     return runAlidade(more);
   }
   /// The files of entries.
@@ -38,14 +38,15 @@ class DetectionCache : public testing::Test {
 
 TEST_F(DetectionCache, GivesTheSameBytes) {
   const std::string photos = linkImages(scratch_, "photos", 3);
-  const RunResult plain = runAlidade({"detect", photos, "--board", kBoard});
+  const RunResult plain = runAlidade({"detect", photos, "--board", kBoardSpec});
   const RunResult cold = detect({photos});
   const RunResult warm = detect({photos});
   ASSERT_THAT(plain, EndsWith(0));
   EXPECT_EQ(cold.out, plain.out);
   EXPECT_EQ(warm.out, plain.out);
   EXPECT_EQ(warm.err, plain.err);
-  EXPECT_EQ(detect({photos, "--json"}).out, runAlidade({"detect", photos, "--board", kBoard, "--json"}).out);
+  EXPECT_EQ(detect({photos, "--json"}).out,
+            runAlidade({"detect", photos, "--board", kBoardSpec, "--json"}).out);
   EXPECT_EQ(entries().size(), 3u);
 }
 
@@ -119,12 +120,12 @@ TEST_F(DetectionCache, RefusesPipesAndDevices) {
 
 TEST_F(DetectionCache, IsWholeAfterAKill) {
   const std::string photos = linkImages(scratch_, "photos", 12);
-  const RunResult plain = runAlidade({"detect", photos, "--board", kBoard});
+  const RunResult plain = runAlidade({"detect", photos, "--board", kBoardSpec});
   std::mt19937 random(7);
   int num_killed = 0;
   for (int i = 0; i < 20; ++i) {
     if (i % 5 == 0) fs::remove_all(scratch_.path("cache"));
-    RunningProgram program(alidadeProgram(), {"detect", photos, "--board", kBoard, "--cache",
+    RunningProgram program(alidadeProgram(), {"detect", photos, "--board", kBoardSpec, "--cache",
                                               scratch_.path("cache"), "--jobs", "2"});
     std::this_thread::sleep_for(std::chrono::milliseconds(20 + random() % 300));
     program.sendSignal(SIGKILL);
@@ -138,7 +139,7 @@ TEST_F(DetectionCache, IsWholeAfterAKill) {
 
 TEST_F(DetectionCache, ServesSeveralRunsAtATime) {
   const std::string photos = linkImages(scratch_, "photos", 4);
-  const RunResult plain = runAlidade({"detect", photos, "--board", kBoard});
+  const RunResult plain = runAlidade({"detect", photos, "--board", kBoardSpec});
   std::vector<RunResult> results(4);
   std::vector<std::thread> threads;
   for (RunResult& result : results) threads.emplace_back([&] { result = detect({photos}); });
@@ -152,14 +153,14 @@ TEST_F(DetectionCache, ServesSeveralRunsAtATime) {
 
 TEST_F(DetectionCache, IsNoFolderOfOtherFiles) {
   const std::string photos = linkImages(scratch_, "photos", 1);
-  EXPECT_THAT(runAlidade({"detect", photos, "--board", kBoard, "--cache", photos}),
+  EXPECT_THAT(runAlidade({"detect", photos, "--board", kBoardSpec, "--cache", photos}),
               FailsWith(2, AllOf(HasSubstr("--cache " + photos), HasSubstr("next: "))));
   EXPECT_EQ(scratch_.list().size(), 2u);
 }
 
 TEST_F(DetectionCache, ServesCalibrationToo) {
   const std::string photos = linkImages(scratch_, "photos", 12);
-  const std::vector<std::string> args = {"calibrate", photos,   "--board", kBoard,
+  const std::vector<std::string> args = {"calibrate", photos,   "--board", kBoardSpec,
                                          "--model",   "radtan", "-o",      "-"};
   std::vector<std::string> with_cache = args;
   with_cache.insert(with_cache.end(), {"--cache", scratch_.path("cache")});

@@ -23,7 +23,7 @@ TEST(Calibrate, RecoversTheTrueCamera) {
   const ScratchFolder scratch;
   const std::string output = scratch.path("camera.yaml");
   const RunResult result =
-      runAlidade({"calibrate", dataPath("images"), "--board", kBoard, "-o", output, "--verbose"});
+      runAlidade({"calibrate", dataPath("images"), "--board", kBoardSpec, "-o", output, "--verbose"});
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.err, HasSubstr("written to " + output));
   EXPECT_THAT(result.out, AllOf(HasSubstr("12 given, 12 with the board, 12 used"), Not(HasSubstr("FAILED"))));
@@ -113,7 +113,8 @@ TEST(Calibrate, GivesTheSameBytesForAnyOrderAndNumberOfThreads) {
   std::vector<std::string> files;
   for (const auto& order : orders) {
     for (const char* jobs : {"1", "2", "8"}) {
-      std::vector<std::string> args = {"calibrate", "--board", kBoard, "--jobs", jobs, "-o", "-", "--quiet"};
+      std::vector<std::string> args = {"calibrate", "--board", kBoardSpec, "--jobs",
+                                       jobs,        "-o",      "-",        "--quiet"};
       for (const int i : order) args.push_back(imagePath(i));
       const RunResult result = runAlidade(args);
       ASSERT_THAT(result, EndsWith(0));
@@ -130,9 +131,9 @@ TEST(Calibrate, GivesTheSameParametersFromACornersFile) {
   const ScratchFolder scratch;
   const std::string photos = linkImages(scratch, "photos", 5);
   const std::string corners = scratch.path("corners.csv");
-  ASSERT_THAT(runAlidade({"detect", photos, "--board", kBoard, "-o", corners}), EndsWith(0));
+  ASSERT_THAT(runAlidade({"detect", photos, "--board", kBoardSpec, "-o", corners}), EndsWith(0));
   const RunResult apart = runAlidade({"calibrate", corners, "-o", "-"});
-  const RunResult at_once = runAlidade({"calibrate", photos, "--board", kBoard, "-o", "-"});
+  const RunResult at_once = runAlidade({"calibrate", photos, "--board", kBoardSpec, "-o", "-"});
   ASSERT_THAT(apart, EndsWith(0));
   ASSERT_THAT(at_once, EndsWith(0));
   EXPECT_EQ(parametersOf(apart.out), parametersOf(at_once.out));
@@ -176,7 +177,7 @@ TEST(Calibrate, WritesOneJsonDocument) {
   const auto document = nlohmann::json::parse(result.out);
   EXPECT_EQ(document.at("model"), "radtan");
   EXPECT_EQ(document.at("verdict"), "trustworthy");
-  EXPECT_EQ(document.at("board"), kBoard);
+  EXPECT_EQ(document.at("board"), kBoardSpec);
   EXPECT_EQ(document.at("views").size(), 12u);
   EXPECT_EQ(document.at("parameters").size(), 9u);
   const std::vector<double> parameters = parametersOf(scratch.read("camera.yaml"));
@@ -230,8 +231,8 @@ TEST(Calibrate, EstimatesTheBoardsShapeIfAsked) {
   const ScratchFolder scratch;
   const std::string output = scratch.path("camera.yaml");
   const auto run = [&](const char* shape) {
-    const RunResult result = runAlidade(
-        {"calibrate", dataPath("images"), "--board", kBoard, "--board-shape", shape, "-o", output, "--json"});
+    const RunResult result = runAlidade({"calibrate", dataPath("images"), "--board", kBoardSpec,
+                                         "--board-shape", shape, "-o", output, "--json"});
     EXPECT_THAT(result, EndsWith(0));
     return nlohmann::json::parse(result.out).at("board_shape");
   };

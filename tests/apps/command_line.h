@@ -12,7 +12,7 @@
 namespace alidade {
 
 /// The size and SPEC of the board in the images of testdata/.
-inline constexpr const char* kBoard = "checkerboard:9x6:25mm";
+inline constexpr const char* kBoardSpec = "checkerboard:9x6:25mm";
 inline constexpr int kNumImages = 12;
 
 /// Path of the program that was built.

@@ -15,7 +15,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 RunResult detect(const std::vector<int>& images, std::vector<std::string> more = {}) {
-  std::vector<std::string> args = {"detect", "--board", kBoard};
+  std::vector<std::string> args = {"detect", "--board", kBoardSpec};
   for (const int i : images) args.push_back(imagePath(i));
   args.insert(args.end(), more.begin(), more.end());
   return runAlidade(args);
@@ -95,21 +95,21 @@ TEST(Detect, DrawsWhatItFoundIntoAFolderOfItsOwn) {
   std::filesystem::copy(imagePath(2), scratch.path("two/a_p.png"));
   std::filesystem::copy(imagePath(1), scratch.path("two/b.png"));
   ASSERT_THAT(runAlidade({"detect", scratch.path("two/a/p.png"), scratch.path("two/a_p.png"), "--board",
-                          kBoard, "--debug", scratch.path("apart")}),
+                          kBoardSpec, "--debug", scratch.path("apart")}),
               EndsWith(0));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.path("apart")), {}), 2);
   const RunResult blocked = runAlidade(
-      {"detect", scratch.path("two/b.png"), "--board", kBoard, "--debug", scratch.path("blocked")});
+      {"detect", scratch.path("two/b.png"), "--board", kBoardSpec, "--debug", scratch.path("blocked")});
   ASSERT_THAT(blocked, EndsWith(0));
   EXPECT_THAT(blocked.err, HasSubstr("some debug images could not be written"));
 
   // Among the inputs, the drawings would be inputs of the next run.
   std::filesystem::create_directory(scratch.path("photos"));
   std::filesystem::copy(imagePath(1), scratch.path("photos/a.png"));
-  EXPECT_THAT(
-      runAlidade({"detect", scratch.path("photos"), "--board", kBoard, "--debug", scratch.path("photos")}),
-      FailsWith(2, AllOf(HasSubstr("--debug"), HasSubstr("folder of the input"))));
-  EXPECT_THAT(runAlidade({"detect", scratch.path("photos"), "--board", kBoard, "--debug",
+  EXPECT_THAT(runAlidade({"detect", scratch.path("photos"), "--board", kBoardSpec, "--debug",
+                          scratch.path("photos")}),
+              FailsWith(2, AllOf(HasSubstr("--debug"), HasSubstr("folder of the input"))));
+  EXPECT_THAT(runAlidade({"detect", scratch.path("photos"), "--board", kBoardSpec, "--debug",
                           scratch.path("photos/a.png")}),
               FailsWith(1, HasSubstr("--debug")));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.path("photos")), {}), 1);

@@ -239,7 +239,9 @@ TEST(FootageCheckCommand, CannotTellFromPicturesThatShowNothing) {
     EXPECT_THAT(structured, EndsWith(0));
     const json footage = json::parse(structured.out).at("files").at(0).at("cameras").at(0).at("footage");
     EXPECT_EQ(footage.at("verdict"), "cannot_tell");
-    if (*c.gap != '\0') EXPECT_EQ(footage.at("check").at("gap"), c.gap);
+    if (*c.gap != '\0') {
+      EXPECT_EQ(footage.at("check").at("gap"), c.gap);
+    }
     ++num_cases;
   }
   EXPECT_EQ(num_cases, 3);

@@ -116,9 +116,9 @@ TEST(HostileImages, HarmNoRunAndNoOtherImage) {
     for (int i = 0; i < kBatch; ++i, ++num_spoiled)
       scratch.write(fmt::format("photos/spoiled_{:03}.{}", i, i % 2 == 0 ? "png" : "jpg"), spoiler.next());
     SCOPED_TRACE(fmt::format("images {} to {}", num_spoiled - kBatch, num_spoiled));
-    const RunResult result =
-        runAlidade({"detect", folder, "--board", kBoard, "--jobs", "2", "-o", scratch.path("corners.csv")},
-                   {.time_limit = std::chrono::seconds(10)});
+    const RunResult result = runAlidade(
+        {"detect", folder, "--board", kBoardSpec, "--jobs", "2", "-o", scratch.path("corners.csv")},
+        {.time_limit = std::chrono::seconds(10)});
     ASSERT_THAT(result, EndsWith(0)) << result.err;
     const std::string corners = scratch.read("corners.csv");
     for (const char* good : {"view_001.png,found", "view_002.png,found"})

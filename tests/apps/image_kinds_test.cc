@@ -34,7 +34,7 @@ std::string writeImages(const ScratchFolder& scratch, const std::string& folder,
 
 // The parameters that come of a folder of images.
 std::vector<double> calibrated(const std::string& folder) {
-  const RunResult result = runAlidade({"calibrate", folder, "--board", kBoard, "-o", "-", "--verbose"});
+  const RunResult result = runAlidade({"calibrate", folder, "--board", kBoardSpec, "-o", "-", "--verbose"});
   EXPECT_THAT(result, EndsWith(0)) << folder;
   EXPECT_THAT(result.err, HasSubstr(fmt::format("{0} given, {0} with the board, {0} used", kNumViews)));
   return result.exit_code == 0 ? parametersOf(result.out) : std::vector<double>();
@@ -96,7 +96,7 @@ TEST(ImageKinds, LeavesOutImagesOfAnotherSize) {
   const std::string folder = writeImages(scratch, "photos", "png", pad, 2);
   for (int i = 3; i <= kNumImages; ++i)
     std::filesystem::create_symlink(imagePath(i), fmt::format("{}/view_{:03}.png", folder, i));
-  const RunResult result = runAlidade({"calibrate", folder, "--board", kBoard, "--verbose"});
+  const RunResult result = runAlidade({"calibrate", folder, "--board", kBoardSpec, "--verbose"});
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("640x480 px"), HasSubstr("12 given"), HasSubstr("10 used"),
@@ -118,7 +118,7 @@ TEST(ImageKinds, UsesPixelsAsStoredWhateverExifSays) {
   }
   ASSERT_EQ(num_turned, kNumViews);
   const RunResult result =
-      runAlidade({"calibrate", scratch.path("turned"), "--board", kBoard, "-o", "-", "--verbose"});
+      runAlidade({"calibrate", scratch.path("turned"), "--board", kBoardSpec, "-o", "-", "--verbose"});
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_EQ(parametersOf(result.out), calibrated(plain));
   EXPECT_THAT(

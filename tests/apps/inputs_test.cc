@@ -17,7 +17,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 std::vector<std::string> calibrateLine(const std::vector<std::string>& inputs, const std::string& output) {
-  std::vector<std::string> args = {"calibrate", "--verbose", "--board", kBoard, "-o", output};
+  std::vector<std::string> args = {"calibrate", "--verbose", "--board", kBoardSpec, "-o", output};
   args.insert(args.end(), inputs.begin(), inputs.end());
   return args;
 }
@@ -46,8 +46,9 @@ TEST(Inputs, NamesWhatIsWrongWithAFolder) {
   int num_refused = 0;
   for (const Case& c : cases) {
     const std::string input = scratch.path(c.input);
-    for (const auto& args : {calibrateLine({input}, output),
-                             std::vector<std::string>{"detect", input, "--board", kBoard, "-o", output}}) {
+    for (const auto& args :
+         {calibrateLine({input}, output),
+          std::vector<std::string>{"detect", input, "--board", kBoardSpec, "-o", output}}) {
       EXPECT_THAT(runAlidade(args),
                   FailsWith(1, AllOf(HasSubstr(input), HasSubstr(c.found), HasSubstr(c.next))));
       ++num_refused;
@@ -92,7 +93,7 @@ TEST(Inputs, RefusesAnImageThatCannotBeRead) {
     const std::string path = scratch.write(bad.name, bad.bytes);
     const auto refusal = FailsWith(1, AllOf(HasSubstr(path), HasSubstr(bad.reason), HasSubstr("\n  next: ")));
     EXPECT_THAT(runAlidade(calibrateLine({path}, output)), refusal);
-    EXPECT_THAT(runAlidade({"detect", path, "--board", kBoard, "-o", output}), refusal);
+    EXPECT_THAT(runAlidade({"detect", path, "--board", kBoardSpec, "-o", output}), refusal);
     num_refused += 2;
   }
   EXPECT_EQ(num_refused, 6);
@@ -121,7 +122,8 @@ TEST(Inputs, SkipsImagesThatCannotBeReadAndNamesThem) {
 
   // The reasons stay comments of the corners file, which reads back.
   const std::string corners = scratch.path("corners.csv");
-  ASSERT_THAT(runAlidade({"detect", scratch.path("photos"), "--board", kBoard, "-o", corners}), EndsWith(0));
+  ASSERT_THAT(runAlidade({"detect", scratch.path("photos"), "--board", kBoardSpec, "-o", corners}),
+              EndsWith(0));
   for (const BadImage& bad : badImages())
     EXPECT_THAT(scratch.read("corners.csv"), HasSubstr("\n# " + bad.name + ",unreadable,"));
   EXPECT_THAT(runAlidade({"calibrate", corners}), EndsWith(0));
@@ -137,7 +139,7 @@ TEST(Inputs, TakesNamesOfAnyBytesButLineBreaks) {
   ASSERT_EQ(image, 5);
 
   const std::string corners = scratch.path("corners.csv");
-  const RunResult detected = runAlidade({"detect", folder, "--board", kBoard, "-o", corners, "--json"});
+  const RunResult detected = runAlidade({"detect", folder, "--board", kBoardSpec, "-o", corners, "--json"});
   ASSERT_THAT(detected, EndsWith(0));
   EXPECT_THAT(detected.err, AllOf(HasSubstr("4 of 5 images"), HasSubstr("a line break in the name")));
   const auto document = nlohmann::json::parse(detected.out);
@@ -205,11 +207,11 @@ TEST(Inputs, OfSeveralCornersFilesMustAgree) {
   ASSERT_THAT(good, EndsWith(0));
   EXPECT_THAT(good.err, testing::Not(HasSubstr("warning:")));
 
-  const std::string other = replacedIn(b, kBoard, "checkerboard:9x6:25.5mm");
+  const std::string other = replacedIn(b, kBoardSpec, "checkerboard:9x6:25.5mm");
   ASSERT_NE(other, b);
   const RunResult scaled = calibrateWith(other);
   ASSERT_THAT(scaled, EndsWith(0));
-  EXPECT_THAT(scaled.err, HasSubstr(std::string("warning: ") + kBoard +
+  EXPECT_THAT(scaled.err, HasSubstr(std::string("warning: ") + kBoardSpec +
                                     " and checkerboard:9x6:25.5mm differ in lengths alone"));
   const RunResult json = runAlidade({"calibrate", a_path, scratch.path("b.csv"), "--json"});
   EXPECT_THAT(json.out, HasSubstr("differ in lengths alone"));
@@ -219,8 +221,9 @@ TEST(Inputs, OfSeveralCornersFilesMustAgree) {
     std::string found;
   };
   const std::vector<Case> refused = {
-      {replacedIn(a, kBoard, "checkerboard:9x6:25.5mm"),
-       std::string("image view_001.png: the same corners of ") + kBoard + " and of checkerboard:9x6:25.5mm"},
+      {replacedIn(a, kBoardSpec, "checkerboard:9x6:25.5mm"),
+       std::string("image view_001.png: the same corners of ") + kBoardSpec +
+           " and of checkerboard:9x6:25.5mm"},
       {a, "image view_001.png: corner 0 twice"},
       {replacedIn(a, ",640,480,", ",641,480,"), "image 'view_001.png' with a different size"},
       {replacedIn(b, "camera,view", "another,view"), "camera 'another'"},
@@ -251,7 +254,7 @@ TEST(Inputs, OfAnotherKindMakeLibrariesSilent) {
   std::string png = readFile(imagePath(1));
   const std::string chunk("\0\0\0\4tEXtabcd\0\0\0\0", 16);
   png.insert(33, chunk);
-  const RunResult run = runAlidade({"detect", scratch.write("a.png", png), "--board", kBoard, "--quiet"});
+  const RunResult run = runAlidade({"detect", scratch.write("a.png", png), "--board", kBoardSpec, "--quiet"});
   EXPECT_EQ(run.err.find("libpng"), std::string::npos) << run.err;
 }
 

@@ -58,11 +58,12 @@ TEST(Interrupt, LeavesNothingBehind) {
   int num_interrupted = 0;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     expectInterrupted(
-        interrupted({"calibrate", photos, "--board", kBoard, "-o", output, "--jobs", "1"}, signal), signal);
+        interrupted({"calibrate", photos, "--board", kBoardSpec, "-o", output, "--jobs", "1"}, signal),
+        signal);
     ++num_interrupted;
   }
-  expectInterrupted(interrupted({"detect", photos, "--board", kBoard, "-o", output, "--jobs", "2"}, SIGINT),
-                    SIGINT);
+  expectInterrupted(
+      interrupted({"detect", photos, "--board", kBoardSpec, "-o", output, "--jobs", "2"}, SIGINT), SIGINT);
   EXPECT_EQ(num_interrupted, 3);
   EXPECT_EQ(scratch.list(), before);
 }
@@ -91,8 +92,8 @@ TEST(Interrupt, StopsWhileAVideoIsRead) {
   std::filesystem::remove(scratch.path("frame.jpg"));
   const auto before = scratch.list();
   const std::string output = scratch.path("out");
-  expectInterrupted(interrupted({"detect", clip, "--board", kBoard, "-o", output}, SIGINT), SIGINT);
-  expectInterrupted(interrupted({"calibrate", clip, "--board", kBoard, "-o", output}, SIGTERM), SIGTERM);
+  expectInterrupted(interrupted({"detect", clip, "--board", kBoardSpec, "-o", output}, SIGINT), SIGINT);
+  expectInterrupted(interrupted({"calibrate", clip, "--board", kBoardSpec, "-o", output}, SIGTERM), SIGTERM);
   EXPECT_EQ(numRunning(clip), 0);  // neither do the programs that decode it
   EXPECT_EQ(scratch.list(), before);
 }

@@ -84,7 +84,7 @@ TEST(Kill, LeavesTheOldFileOrTheNewOne) {
     const std::string out = scratch.path("out");
     kill(scratch, {"convert", camera, "-o", out, "--resize", "320x240"}, restore, num_each);
     kill(scratch, {"calibrate", dataPath("corners.csv"), "--model", "radtan", "-o", out}, restore, num_each);
-    kill(scratch, {"detect", imagePath(1), "--board", kBoard, "-o", out}, restore, num_each);
+    kill(scratch, {"detect", imagePath(1), "--board", kBoardSpec, "-o", out}, restore, num_each);
   }
   {
     // A folder is replaced as a whole.

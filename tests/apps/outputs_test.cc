@@ -18,7 +18,7 @@ using testing::Not;
 // Command lines that write to `output`, quick ones.
 std::vector<std::vector<std::string>> writers(const std::string& output) {
   return {{"calibrate", dataPath("corners.csv"), "-o", output},
-          {"detect", imagePath(1), "--board", kBoard, "-o", output}};
+          {"detect", imagePath(1), "--board", kBoardSpec, "-o", output}};
 }
 
 // The number of a closed stream goes to the next file that is opened, and a message must not go into that.
@@ -60,7 +60,7 @@ TEST(Outputs, RefusesPathsThatCannotBeWrittenBeforeAnyWork) {
     }
     // Inputs that do not exist show that the output was looked at first.
     EXPECT_THAT(runAlidade({"calibrate", scratch.path("none.csv"), "-o", output}), refusal);
-    EXPECT_THAT(runAlidade({"detect", scratch.path("none"), "--board", kBoard, "-o", output}), refusal);
+    EXPECT_THAT(runAlidade({"detect", scratch.path("none"), "--board", kBoardSpec, "-o", output}), refusal);
   }
   EXPECT_EQ(num_refused, 8);
   EXPECT_EQ(scratch.list(), before);
@@ -131,7 +131,7 @@ TEST(Outputs, FailsWhenStandardOutputIsFull) {
   const std::vector<std::vector<std::string>> lines = {{"calibrate", corners},
                                                        {"calibrate", corners, "-o", "-"},
                                                        {"calibrate", corners, "--json"},
-                                                       {"detect", imagePath(1), "--board", kBoard},
+                                                       {"detect", imagePath(1), "--board", kBoardSpec},
                                                        {"project", camera},
                                                        {"unproject", camera},
                                                        {"validate", camera},

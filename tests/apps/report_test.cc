@@ -29,7 +29,7 @@ struct Made {
   json evidence;
 
   Made() {
-    const RunResult result = runAlidade({"calibrate", dataPath("images"), "--board", kBoard, "-o",
+    const RunResult result = runAlidade({"calibrate", dataPath("images"), "--board", kBoardSpec, "-o",
                                          camera_path, "--evidence", evidence_path, "--report", page_path});
     EXPECT_THAT(result, EndsWith(0));
     EXPECT_THAT(result.err, HasSubstr("report written to " + page_path));
@@ -155,7 +155,7 @@ TEST(Report, KeepsNamesFromBeingMarkup) {
     fs::create_symlink(imagePath(i), folder + "/" + name);
   }
   const std::string path = scratch.path("page.html");
-  ASSERT_THAT(runAlidade({"calibrate", folder, "--board", kBoard, "--report", path, "--evidence",
+  ASSERT_THAT(runAlidade({"calibrate", folder, "--board", kBoardSpec, "--report", path, "--evidence",
                           scratch.path("evidence.json")}),
               EndsWith(0));
   const std::string page = readFile(path);
@@ -204,7 +204,7 @@ TEST(Report, ShowsWhyACameraWasRejected) {
   const ScratchFolder scratch;
   const std::string path = scratch.path("page.html");
   const RunResult result = runAlidade(
-      {"calibrate", dataPath("images"), "--board", kBoard, "--tolerance", "0.0005px", "--report", path});
+      {"calibrate", dataPath("images"), "--board", kBoardSpec, "--tolerance", "0.0005px", "--report", path});
   EXPECT_THAT(result, EndsWith(3));
   EXPECT_THAT(readFile(path), AllOf(HasSubstr("Rejected: do not use this camera"), HasSubstr("Failure")));
 }

@@ -85,7 +85,7 @@ std::vector<TwinCase> twinCases() {
   const std::vector<std::string> corners = {"left.csv", "right.csv"};
   const std::vector<std::string> rig_corners = {"rig.yaml", "left.csv", "right.csv"};
   const std::vector<std::string> rig_images = {"rig.yaml", "left", "right"};
-  const Flag board = {"board", {kBoard}};
+  const Flag board = {"board", {kBoardSpec}};
   const Flag cache = {"cache", {"made/cache"}};
   return {
       {"calibrate",

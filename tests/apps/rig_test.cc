@@ -175,7 +175,7 @@ TEST_F(RigCalibrate, RefusesOneInputForTwoCameras) {
   std::filesystem::create_directory_symlink(scratch_.path("images"), scratch_.path("other"));
   const auto run = [&](const std::string& first, const std::string& second) {
     return runAlidade({"rig", "calibrate", scratch_.path(first), scratch_.path(second), "--names", "a,b",
-                       "--board", kBoard});
+                       "--board", kBoardSpec});
   };
   EXPECT_THAT(run("images", "images"), FailsWith(2, HasSubstr("the same input for two cameras")));
   EXPECT_THAT(run("images", "./images/"), FailsWith(2, HasSubstr("the same input for two cameras")));

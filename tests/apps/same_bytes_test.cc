@@ -89,8 +89,8 @@ TEST(SameBytes, FromImagesAndFromTheirCorners) {
   const ScratchFolder scratch;
   const std::string photos = linkImages(scratch, "photos", 6);
   const std::string corners = scratch.path("corners.csv");
-  ASSERT_THAT(runAlidade({"detect", photos, "--board", kBoard, "-o", corners}), EndsWith(0));
-  const std::string at_once = cameraFile({photos, "--board", kBoard, "--jobs", "2"});
+  ASSERT_THAT(runAlidade({"detect", photos, "--board", kBoardSpec, "-o", corners}), EndsWith(0));
+  const std::string at_once = cameraFile({photos, "--board", kBoardSpec, "--jobs", "2"});
   EXPECT_EQ(cameraFile({corners}), at_once);
   EXPECT_THAT(at_once, HasSubstr("view_centers:"));
 }

@@ -141,39 +141,40 @@ TEST(SeveralBoardsCommand, FindsTheBoardThatIsThereAndNamesTheOther) {
   const ScratchFolder scratch;
   const std::string folder = linkImages(scratch, "photos", 4);
   const std::string other = "aprilgrid:6x6:88mm:0.3";
-  const RunResult detected = runAlidade({"detect", folder, "--board", kBoard, "--board", other, "-o",
+  const RunResult detected = runAlidade({"detect", folder, "--board", kBoardSpec, "--board", other, "-o",
                                          scratch.path("corners.csv"), "--debug", scratch.path("drawn")});
   ASSERT_THAT(detected, EndsWith(0)) << detected.err;
   EXPECT_THAT(detected.err, AllOf(HasSubstr("warning: no image shows the board " + other),
                                   HasSubstr("4 of 4 images show a board; written to"),
-                                  HasSubstr(std::string(kBoard) + ": 4 of 4 images show the whole board"),
+                                  HasSubstr(std::string(kBoardSpec) + ": 4 of 4 images show the whole board"),
                                   Not(HasSubstr("view_001.png: no_board"))));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.path("drawn")), {}), 4);
   const CornersFile file = readCornersFile(scratch.path("corners.csv"));
   EXPECT_EQ(file.boards.size(), 1U) << "of the other one there are no corners";
   EXPECT_EQ(file.views.size(), 4U);
   EXPECT_THAT(readFile(scratch.path("corners.csv")),
-              AllOf(HasSubstr("# images of " + std::string(kBoard)), HasSubstr("# images of " + other)));
+              AllOf(HasSubstr("# images of " + std::string(kBoardSpec)), HasSubstr("# images of " + other)));
 
-  const RunResult as_json = runAlidade({"detect", folder, "--board", kBoard, "--board", other, "--json"});
+  const RunResult as_json = runAlidade({"detect", folder, "--board", kBoardSpec, "--board", other, "--json"});
   const auto document = nlohmann::json::parse(as_json.out);
   ASSERT_EQ(document.at("boards").size(), 2U);
-  EXPECT_EQ(document.at("boards")[0].at("board"), kBoard);
+  EXPECT_EQ(document.at("boards")[0].at("board"), kBoardSpec);
   EXPECT_EQ(document.at("boards")[1].at("images")[0].at("reason"), "no_board");
 
   // What follows a SPEC is an input.
-  EXPECT_THAT(runAlidade({"detect", "--board", kBoard, "--board", other, folder, "--quiet"}), EndsWith(0));
-  scratch.write("settings.yaml", fmt::format("board: ['{}', '{}']\n", kBoard, other));
+  EXPECT_THAT(runAlidade({"detect", "--board", kBoardSpec, "--board", other, folder, "--quiet"}),
+              EndsWith(0));
+  scratch.write("settings.yaml", fmt::format("board: ['{}', '{}']\n", kBoardSpec, other));
   const RunResult by_file =
       runAlidade({"detect", folder, "--config", scratch.path("settings.yaml"), "--json"});
   EXPECT_EQ(nlohmann::json::parse(by_file.out).at("boards").size(), 2U);
 
-  const RunResult calibrated = runAlidade({"calibrate", linkImages(scratch, "more", 12), "--board", kBoard,
-                                           "--board", other, "-o", scratch.path("camera.yaml")});
+  const RunResult calibrated = runAlidade({"calibrate", linkImages(scratch, "more", 12), "--board",
+                                           kBoardSpec, "--board", other, "-o", scratch.path("camera.yaml")});
   ASSERT_THAT(calibrated, EndsWith(0)) << calibrated.err;
   EXPECT_THAT(calibrated.err, HasSubstr("warning: no image shows the board " + other));
   EXPECT_THAT(calibrated.out, HasSubstr(other + ", not used"));
-  EXPECT_THAT(loadCamera(scratch.path("camera.yaml")).calibration->boards, testing::ElementsAre(kBoard));
+  EXPECT_THAT(loadCamera(scratch.path("camera.yaml")).calibration->boards, testing::ElementsAre(kBoardSpec));
 }
 
 TEST(SeveralBoardsCommand, RefusesWhatCannotBe) {
@@ -186,11 +187,11 @@ TEST(SeveralBoardsCommand, RefusesWhatCannotBe) {
     std::string complaint;
   };
   const std::vector<Case> cases = {
-      {kBoard, kBoard, 2, "the same board twice"},
-      {kBoard, "checkerboard:9x6:30mm", 2, "the same numbers of corners"},
+      {kBoardSpec, kBoardSpec, 2, "the same board twice"},
+      {kBoardSpec, "checkerboard:9x6:30mm", 2, "the same numbers of corners"},
       {"aprilgrid:6x6:88mm:0.3", "aprilgrid:4x4:60mm:0.3:30", 2, "another first id"},
       {"charuco:8x11:24mm:18mm:DICT_4X4_250", "charuco:5x7:24mm:18mm:DICT_4X4_50", 2, "another dictionary"},
-      {kBoard, "chekerboard:9x7:25mm", 2, "did you mean 'checkerboard'"},
+      {kBoardSpec, "chekerboard:9x7:25mm", 2, "did you mean 'checkerboard'"},
       {"aprilgrid:6x6:88mm:0.3", "checkerboard:12x8:25mm", 1, "no board ("},
   };
   std::size_t num_checked = 0;

@@ -101,9 +101,9 @@ TEST(Simulate, KnowsItsOwnResultsByWhatTheyHold) {
       runAlidade({"simulate", scratch.path("out/scene.yaml"), "-o", scratch.path("out"), "--overwrite"}),
       FailsWith(2, HasSubstr("folder of the input")));
   // The camera that a scene names is an input as well.
-  const std::string other =
-      scratch.write("other.yaml", "alidade_scene: 1\ncamera: out/camera.yaml\nboard: " + std::string(kBoard) +
-                                      "\nviews: {random: 2}\n");
+  const std::string other = scratch.write(
+      "other.yaml", "alidade_scene: 1\ncamera: out/camera.yaml\nboard: " + std::string(kBoardSpec) +
+                        "\nviews: {random: 2}\n");
   EXPECT_THAT(runAlidade({"simulate", other, "-o", scratch.path("out"), "--overwrite"}),
               FailsWith(2, HasSubstr("folder of the input")));
   // A folder that is to come has its parent.

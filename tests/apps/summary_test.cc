@@ -40,7 +40,7 @@ TEST(Summary, HasSixteenLinesOfAHundredColumnsAtMost) {
 
 // The same number in the summary and in JSON.
 TEST(Summary, StatesTheAccuracyOfTheDocument) {
-  const std::vector<std::string> args = {"calibrate", dataPath("images"), "--board", kBoard};
+  const std::vector<std::string> args = {"calibrate", dataPath("images"), "--board", kBoardSpec};
   const RunResult text = runAlidade(args);
   std::vector<std::string> json_args = args;
   json_args.emplace_back("--json");
@@ -55,7 +55,8 @@ TEST(Summary, StatesTheAccuracyOfTheDocument) {
 
 // What a user accepts decides what is worth a warning.
 TEST(Summary, JudgesByTheTolerance) {
-  const std::vector<std::string> args = {"calibrate", dataPath("images"), "--board", kBoard, "--tolerance"};
+  const std::vector<std::string> args = {"calibrate", dataPath("images"), "--board", kBoardSpec,
+                                         "--tolerance"};
   const auto verdictFor = [&](const char* tolerance) {
     std::vector<std::string> all = args;
     all.emplace_back(tolerance);
@@ -64,7 +65,7 @@ TEST(Summary, JudgesByTheTolerance) {
   EXPECT_THAT(verdictFor("1px"), HasSubstr("trustworthy"));
   EXPECT_THAT(verdictFor("0.02px"), HasSubstr("usable with reservations"));
   EXPECT_THAT(verdictFor("0.0005px"), HasSubstr("rejected"));
-  EXPECT_THAT(runAlidade({"calibrate", dataPath("images"), "--board", kBoard, "--tolerance", "-1"}),
+  EXPECT_THAT(runAlidade({"calibrate", dataPath("images"), "--board", kBoardSpec, "--tolerance", "-1"}),
               FailsWith(2, HasSubstr("--tolerance")));
 }
 

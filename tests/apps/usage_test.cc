@@ -128,7 +128,7 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
       {{"simulate", "scene.yaml"}, "no --output", "-o FOLDER"},
       {{"calibrate", "photos"}, "no --board", "--board checkerboard:9x6:25mm"},
       {{"detect", "photos"}, "no --board", "--board checkerboard:9x6:25mm"},
-      {{"detect", "photos", "--board", kBoard, "--camera", "a\nb"},
+      {{"detect", "photos", "--board", kBoardSpec, "--camera", "a\nb"},
        "line break in --camera",
        "without line breaks"},
   };
@@ -147,7 +147,7 @@ TEST(Usage, RefusesTwoDocumentsForStandardOutput) {
   const std::string json_in_file = scratch.write("settings.yaml", "json: true\noutput: '-'\n");
   const std::vector<std::vector<std::string>> lines = {
       {"calibrate", dataPath("corners.csv"), "--json", "-o", "-"},
-      {"detect", imagePath(1), "--board", kBoard, "--json", "-o", "-"},
+      {"detect", imagePath(1), "--board", kBoardSpec, "--json", "-o", "-"},
       {"calibrate", dataPath("corners.csv"), "--config", json_in_file},
       {"convert", dataPath("camera.yaml"), "--json", "-o", "-"},
   };
@@ -182,7 +182,7 @@ TEST(Usage, AnswersInJsonWhereItFails) {
       {{"convert", none, "-o", scratch.path("out.yaml")}, 1, "no such file"},
       {{"diff", good, none}, 1, "no such file"},
       {{"diff", good}, 2, "1 file; expected"},
-      {{"calibrate", none, "--board", kBoard}, 1, "none.yaml"},
+      {{"calibrate", none, "--board", kBoardSpec}, 1, "none.yaml"},
       {{"project", none, none}, 1, "no such file"},
       {{"project", good, none}, 1, "no such file"},
       {{"undistort", none, empty, "-o", scratch.path("out")}, 1, "no such file"},

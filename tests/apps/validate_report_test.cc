@@ -25,7 +25,8 @@ struct ValidationMade {
   ScratchFolder scratch;
   std::string page_path = scratch.path("page.html");
   std::vector<std::string> args = {
-      "validate", dataPath("camera.yaml"), "--images", dataPath("images"), "--board", kBoard, "--against"};
+      "validate", dataPath("camera.yaml"), "--images", dataPath("images"), "--board", kBoardSpec,
+      "--against"};
   std::string page;
   json result;
 

@@ -163,7 +163,7 @@ TEST(Validate, TestsACameraOnImages) {
   const ScratchFolder scratch;
   const std::string photos = linkImages(scratch, "photos", kNumImages);
   const RunResult good =
-      runAlidade({"validate", dataPath("camera.yaml"), "--images", photos, "--board", kBoard, "--json"});
+      runAlidade({"validate", dataPath("camera.yaml"), "--images", photos, "--board", kBoardSpec, "--json"});
   EXPECT_THAT(good, EndsWith(0));
   EXPECT_EQ(checkOf(good, "held_out_error").at("status"), "pass");
   EXPECT_NE(checkOf(good, "images_agree").at("status"), "failure");
@@ -450,7 +450,8 @@ TEST(Validate, FailsImagesOfAnotherSizeAndNamesFlagsThatNeedOthers) {
   EXPECT_THAT(result, EndsWith(3));
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("FAIL  held_out_error"), HasSubstr("640x480"), HasSubstr("--resize")));
-  EXPECT_THAT(runAlidade({"validate", half, "--board", kBoard}), FailsWith(2, HasSubstr("without --images")));
+  EXPECT_THAT(runAlidade({"validate", half, "--board", kBoardSpec}),
+              FailsWith(2, HasSubstr("without --images")));
   EXPECT_THAT(runAlidade({"validate", half, "--images", scratch.makeFolder("photos")}),
               FailsWith(2, HasSubstr("no --board")));
 }
@@ -593,9 +594,9 @@ TEST(Validate, NamesOnlyFlagsThatItHas) {
   const ScratchFolder scratch;
   const std::string photo = scratch.write("flat.pgm", "P5 64 48 255\n" + std::string(64 * 48, 'x'));
   const RunResult result =
-      runAlidade({"validate", dataPath("camera.yaml"), "--images", photo, "--board", kBoard});
+      runAlidade({"validate", dataPath("camera.yaml"), "--images", photo, "--board", kBoardSpec});
   EXPECT_THAT(result, FailsWith(1, HasSubstr("alidade detect --debug FOLDER")));
-  EXPECT_THAT(runAlidade({"detect", photo, "--board", kBoard, "-o", scratch.path("corners.csv")}).err,
+  EXPECT_THAT(runAlidade({"detect", photo, "--board", kBoardSpec, "-o", scratch.path("corners.csv")}).err,
               AllOf(HasSubstr("; --debug FOLDER"), Not(HasSubstr("alidade detect"))));
 }
 

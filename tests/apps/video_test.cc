@@ -32,7 +32,7 @@ std::vector<cv::Mat> boardFrames(int num_images, int num_each) {
 TEST(Video, GivesTheCornersOfItsImages) {
   const ScratchFolder scratch;
   const std::string clip = writeVideo(scratch.path("clip.avi"), boardFrames(12, 5));
-  const RunResult result = runAlidade({"detect", clip, "--board", kBoard, "--frames", "20"});
+  const RunResult result = runAlidade({"detect", clip, "--board", kBoardSpec, "--frames", "20"});
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.err, HasSubstr("of 72 frames are searched"));
   const CornersFile found = parseCornersFile(result.out, "found");
@@ -48,14 +48,15 @@ TEST(Video, GivesTheCornersOfItsImages) {
       EXPECT_LT((view.corners[i].pixel - expected.corners[i].pixel).norm(), kWorstPx);
   }
   EXPECT_EQ(images.size(), 12u);
-  EXPECT_EQ(runAlidade({"detect", clip, "--board", kBoard, "--frames", "20", "--jobs", "2"}).out, result.out);
+  EXPECT_EQ(runAlidade({"detect", clip, "--board", kBoardSpec, "--frames", "20", "--jobs", "2"}).out,
+            result.out);
 }
 
 TEST(Video, IsCalibratedFrom) {
   const ScratchFolder scratch;
   const std::string clip = writeVideo(scratch.path("clip.avi"), boardFrames(12, 2));
   const RunResult result = runAlidade(
-      {"calibrate", clip, "--board", kBoard, "--model", "radtan", "-o", scratch.path("camera.yaml")});
+      {"calibrate", clip, "--board", kBoardSpec, "--model", "radtan", "-o", scratch.path("camera.yaml")});
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.out, HasSubstr("corners in 12 of "));
   EXPECT_NEAR(parametersOf(scratch.read("camera.yaml")).front(),
@@ -69,7 +70,7 @@ TEST(Video, HasPicturesInItsReport) {
   const std::string page = scratch.path("page.html");
   const std::string again = scratch.path("again.html");
   const std::string evidence = scratch.path("evidence.json");
-  ASSERT_THAT(runAlidade({"calibrate", clip, "--board", kBoard, "--model", "radtan", "--report", page,
+  ASSERT_THAT(runAlidade({"calibrate", clip, "--board", kBoardSpec, "--model", "radtan", "--report", page,
                           "--evidence", evidence}),
               EndsWith(0));
   const std::string html = readFile(page);
@@ -95,7 +96,7 @@ TEST(Video, HasItsBoardGuessed) {
 TEST(Video, SaysWhatIsWrong) {
   const ScratchFolder scratch;
   const auto detect = [&](const std::string& name, std::vector<std::string> more = {}) {
-    std::vector<std::string> args = {"detect", scratch.path(name), "--board", kBoard};
+    std::vector<std::string> args = {"detect", scratch.path(name), "--board", kBoardSpec};
     args.insert(args.end(), more.begin(), more.end());
     return runAlidade(args);
   };
@@ -123,7 +124,8 @@ TEST(ImageSequence, IsReadByItsPattern) {
   const ScratchFolder scratch;
   for (int i = 1; i <= 5; ++i)
     std::filesystem::copy_file(imagePath(i), scratch.path("img_" + std::to_string(i) + ".png"));
-  const RunResult result = runAlidade({"detect", scratch.path("img_%d.png"), "--board", kBoard, "--quiet"});
+  const RunResult result =
+      runAlidade({"detect", scratch.path("img_%d.png"), "--board", kBoardSpec, "--quiet"});
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_EQ(parseCornersFile(result.out, "found").views.size(), 5u);
 }

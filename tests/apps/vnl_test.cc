@@ -19,7 +19,7 @@ TEST(VnlCommand, GivesTheCameraOfTheSameCornersWithoutSigmas) {
   const std::string photos = linkImages(scratch, "photos", 6);
   const std::string vnl = scratch.path("corners.vnl");
   const std::string csv = scratch.path("corners.csv");
-  const RunResult detected = runAlidade({"detect", photos, "--board", kBoard, "-o", vnl});
+  const RunResult detected = runAlidade({"detect", photos, "--board", kBoardSpec, "-o", vnl});
   ASSERT_THAT(detected, EndsWith(0));
   EXPECT_THAT(detected.err, HasSubstr("6 of 6 images show the whole board"));
   const std::string text = readFile(vnl);
@@ -27,7 +27,7 @@ TEST(VnlCommand, GivesTheCameraOfTheSameCornersWithoutSigmas) {
   EXPECT_EQ(
       std::count(text.begin() + static_cast<std::ptrdiff_t>(text.find("# filename x y")), text.end(), '\n'),
       1 + 6 * 54);
-  ASSERT_THAT(runAlidade({"detect", photos, "--board", kBoard, "-o", csv}), EndsWith(0));
+  ASSERT_THAT(runAlidade({"detect", photos, "--board", kBoardSpec, "-o", csv}), EndsWith(0));
   CornersFile corners = readCornersFile(csv);
   int num_corners = 0;
   for (View& view : corners.views) {
@@ -39,15 +39,15 @@ TEST(VnlCommand, GivesTheCameraOfTheSameCornersWithoutSigmas) {
   EXPECT_EQ(num_corners, 324);
   writeCornersFile(csv, corners);
   const RunResult from_vnl =
-      runAlidade({"calibrate", vnl, "--board", kBoard, "--image-size", kSize, "-o", "-"});
+      runAlidade({"calibrate", vnl, "--board", kBoardSpec, "--image-size", kSize, "-o", "-"});
   const RunResult from_csv = runAlidade({"calibrate", csv, "-o", "-"});
   ASSERT_THAT(from_vnl, EndsWith(0));
   EXPECT_EQ(from_vnl.out, from_csv.out);
   // A settings file has the same flags.
   const std::string config = scratch.write(
-      "settings.yaml", "board: " + std::string(kBoard) + "\nimage-size: " + kSize + "\noutput: \"-\"\n");
+      "settings.yaml", "board: " + std::string(kBoardSpec) + "\nimage-size: " + kSize + "\noutput: \"-\"\n");
   EXPECT_EQ(runAlidade({"calibrate", vnl, "--config", config}).out, from_csv.out);
-  EXPECT_THAT(runAlidade({"validate", dataPath("camera.yaml"), "--images", vnl, "--board", kBoard,
+  EXPECT_THAT(runAlidade({"validate", dataPath("camera.yaml"), "--images", vnl, "--board", kBoardSpec,
                           "--image-size", kSize, "--verbose"})
                   .out,
               HasSubstr("324 corners of 6 of 6 views"));
@@ -66,29 +66,31 @@ TEST(VnlCommand, NamesWhatIsMissingOrDoesNotFit) {
   };
   const std::vector<Case> cases = {
       {{"calibrate", vnl, "--image-size", kSize}, 2, {"no --board", vnl + " has the corners of one board"}},
-      {{"calibrate", vnl, "--image-size", kSize, "--board", kBoard, "--board", "checkerboard:5x4:25mm"},
+      {{"calibrate", vnl, "--image-size", kSize, "--board", kBoardSpec, "--board", "checkerboard:5x4:25mm"},
        2,
        {"several boards", "expected one"}},
-      {{"calibrate", vnl, "--board", kBoard}, 2, {"no --image-size", "--image-size 640x480"}},
-      {{"calibrate", vnl, "--board", kBoard, "--image-size", "640"}, 2, {"--image-size", "found '640'"}},
+      {{"calibrate", vnl, "--board", kBoardSpec}, 2, {"no --image-size", "--image-size 640x480"}},
+      {{"calibrate", vnl, "--board", kBoardSpec, "--image-size", "640"}, 2, {"--image-size", "found '640'"}},
       {{"calibrate", csv, "--image-size", kSize}, 2, {"inputs that state their own size", "remove it"}},
-      {{"calibrate", photos, "--board", kBoard, "--image-size", kSize},
+      {{"calibrate", photos, "--board", kBoardSpec, "--image-size", kSize},
        2,
        {"inputs that state their own size"}},
-      {{"calibrate", vnl, csv, "--board", kBoard, "--image-size", kSize},
+      {{"calibrate", vnl, csv, "--board", kBoardSpec, "--image-size", kSize},
        2,
        {csv, "another format than " + vnl}},
       {{"calibrate", csv, vnl}, 2, {vnl, "another format than " + csv}},
-      {{"calibrate", vnl, photos, "--board", kBoard, "--image-size", kSize}, 2, {photos, "no corners file"}},
-      {{"calibrate", vnl, "--board", kBoard, "--image-size", kSize},
+      {{"calibrate", vnl, photos, "--board", kBoardSpec, "--image-size", kSize},
+       2,
+       {photos, "no corners file"}},
+      {{"calibrate", vnl, "--board", kBoardSpec, "--image-size", kSize},
        1,
        {vnl + ":2", "'a.png' with 1 row;", "expected 54", "check --board"}},
-      {{"validate", dataPath("camera.yaml"), "--images", vnl, "--board", kBoard}, 2, {"no --image-size"}},
+      {{"validate", dataPath("camera.yaml"), "--images", vnl, "--board", kBoardSpec}, 2, {"no --image-size"}},
       {{"detect", photos, "-o", scratch.path("new.vnl")}, 2, {"no --board"}},
       {{"detect", photos, "--board", "aprilgrid:6x6:88mm:0.3", "-o", scratch.path("new.vnl")},
        1,
        {"aprilgrid:6x6", "evenly spaced", "write a .csv file"}},
-      {{"detect", scratch.path("view 1.png"), "--board", kBoard, "-o", scratch.path("new.vnl")},
+      {{"detect", scratch.path("view 1.png"), "--board", kBoardSpec, "-o", scratch.path("new.vnl")},
        1,
        {"'view 1.png'", "without blanks"}},
   };
