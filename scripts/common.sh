@@ -14,6 +14,7 @@ refuse() {
 
 for argument in "$@"; do
   case $argument in
+    --) break ;;
     -h | --help)
       awk 'NR > 1 && !/^#/ {exit} NR > 1 {sub(/^# ?/, ""); print}' "$0"
       exit 0

@@ -54,6 +54,9 @@ function(alidade_add_library name)
                                              VERIFY_INTERFACE_HEADER_SETS ON VERSION ${PROJECT_VERSION}
                                              SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
                                              DEFINE_SYMBOL "")  # precompiled headers are shared
+  if(BUILD_SHARED_LIBS)
+    set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN")
+  endif()
   target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/src FILES ${ARG_HEADERS})
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   # What most sources include, compiled once for the rooms that compute and once for those of text: a precompiled header

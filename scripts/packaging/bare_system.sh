@@ -3,12 +3,14 @@
 # Functions for bare Debian systems in folders. Callers run as root in a mount namespace of their own, so that all mounts
 # end with it, and removing the folder afterwards cannot reach anything else.
 
-# The machine's own mirror for the main archive of Debian; nothing if apt has none.
+# The machine's own mirror of Debian's main archive, or the public one if apt has none.
 debian_mirror() {
-  local codename
-  codename=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
-  apt-get indextargets --format '$(REPO_URI) $(RELEASE) $(COMPONENT)' 'Identifier: Packages' |
-    awk -v "release=$codename" '$2 == release && $3 == "main" {print $1; exit}'
+  local mirror=
+  if [ "$(. /etc/os-release && echo "$ID")" = debian ]; then
+    mirror=$(apt-get indextargets --format '$(REPO_URI) $(RELEASE) $(COMPONENT)' 'Identifier: Packages' |
+             awk '$2 ~ /^[a-z]+$/ && $3 == "main" && $1 ~ /debian\/?$/ {print $1; exit}')
+  fi
+  echo "${mirror:-http://deb.debian.org/debian}"
 }
 
 # make_bare_system SUITE FOLDER MIRROR LOG
@@ -20,12 +22,12 @@ make_bare_system() {
 # prepare_bare_system SUITE FOLDER MIRROR: gives it the machine's mirrors, proxy and limits, and lets no service start.
 prepare_bare_system() {
   local suite=$1 system=$2 mirror=$3 host
-  host=$(. /etc/os-release && echo "$VERSION_CODENAME")
+  host=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
   mount -t proc proc "$system/proc"
   {
     echo "deb $mirror $suite main"
     [ "$suite" = sid ] || apt-get indextargets --format 'deb $(REPO_URI) $(RELEASE) $(COMPONENT)' 'Identifier: Packages' |
-      grep -E " $host-(updates|security) main$" | sed "s/ $host-/ $suite-/" | sort -u
+      sed -nE "s/ $host-(updates|security) main$/ $suite-\1 main/p" | sort -u
   } >"$system/etc/apt/sources.list"
   apt-config dump | grep -E '^Acquire::(https?::(Proxy|Timeout)|Check-Valid-Until|Check-Date|Retries)' \
     >"$system/etc/apt/apt.conf.d/90machine" || true

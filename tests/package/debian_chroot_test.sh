@@ -47,7 +47,6 @@ compgen -G "$packages/*" >/dev/null || skip "$packages holds no packages"
 mkdir -p "$cache/archives/partial"
 cache=$(cd "$cache" && pwd)
 mirror=$(debian_mirror)
-[ -n "$mirror" ] || skip "apt has no source for Debian's main archive"
 /usr/lib/apt/apt-helper download-file "${mirror%/}/dists/$suite/Release" "$cache/Release" >/dev/null 2>&1 ||
   skip "the mirror $mirror cannot be reached"
 

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <string_view>
 #include <system_error>
 
 #include <fcntl.h>
@@ -87,6 +88,13 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command, std::size_t 
   std::vector<char*> words;
   for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
   words.push_back(nullptr);
+  // Without the variables that colour FFmpeg's messages, or write them to a file.
+  std::vector<char*> variables;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string_view text = *variable;
+    if (!text.starts_with("AV_LOG_") && !text.starts_with("FFREPORT=")) variables.push_back(*variable);
+  }
+  variables.push_back(nullptr);
   Pipe out;
   Pipe err;
   SpawnSettings settings;
@@ -105,7 +113,8 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command, std::size_t 
   ::posix_spawnattr_setpgroup(&settings.attributes, 0);
   ::posix_spawnattr_setflags(&settings.attributes,
                              POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-  check(::posix_spawnp(&pid_, words.front(), &settings.files, &settings.attributes, words.data(), environ),
+  check(::posix_spawnp(&pid_, words.front(), &settings.files, &settings.attributes, words.data(),
+                       variables.data()),
         command.front());
 #ifdef __linux__
   const rlimit limit{max_bytes, max_bytes};
@@ -147,9 +156,13 @@ std::size_t ChildProcess::read(char* data, std::size_t size, std::string& messag
 
 std::string ChildProcess::failure() {
   int status = 0;
-  while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
-  }
+  pid_t ended = -1;
+  do {
+    ended = ::waitpid(pid_, &status, 0);
+  } while (ended < 0 && errno == EINTR);
   pid_ = -1;
+  if (ended < 0)
+    return "an unknown status";  // somebody else asked for it, or signals of children are ignored
   if (WIFSIGNALED(status))
     return "signal " + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")";
   return WEXITSTATUS(status) == 0 ? "" : "status " + std::to_string(WEXITSTATUS(status));

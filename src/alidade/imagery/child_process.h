@@ -9,7 +9,8 @@
 
 namespace alidade {
 
-/// Another program, while it runs. It has no input, inherits no open files, and is killed with the object.
+/// Another program, while it runs. It has no input, inherits neither open files nor FFmpeg's variables for
+/// messages, and is killed with the object.
 class ChildProcess {
  public:
   /// Starts a program that is found in PATH. `max_bytes` limits its address space (Linux only).

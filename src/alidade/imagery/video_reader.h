@@ -33,7 +33,7 @@ struct VideoOptions {
 /// frame.
 class VideoReader {
  public:
-  /// Reads the file once, without decoding it.
+  /// Reads all packets of the file and decodes only its first frames.
   /// @throws Error (kInput) if FFmpeg's programs are missing, or the file is missing, not a regular file, not
   /// a video, too large, in a format that FFmpeg lacks, or yields more data than it can hold
   explicit VideoReader(const std::string& path, const VideoOptions& options = {});
