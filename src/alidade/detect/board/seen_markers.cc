@@ -166,7 +166,6 @@ cv::aruco::DetectorParameters searchParameters(const PrintReader& reader) {
   parameters.perspectiveRemoveIgnoredMarginPerCell = kCellMargin;
   parameters.maxErroneousBitsInBorderRate = kMostBorderErrors;
   parameters.errorCorrectionRate = reader.correction_rate;
-  parameters.minMarkerDistanceRate = 0.05;  // the default until 4.9
   return parameters;
 }
 
