@@ -80,6 +80,9 @@ TEST_F(BasesTest, CamerasFromPhotographsDifferByLessThanAHundredthOfTheirStandar
     cases.push_back({"lifecam",
                      {folder + "photonvision_charuco/lifecam/2024-05-07_lifecam_480", "--board",
                       "charuco:8x8:25.4mm:19.05mm:DICT_4X4_1000"}});
+    cases.push_back({"sleap_back",
+                     {folder + "sleap_anipose_4cam_charuco/back/calibration_images", "--board",
+                      "charuco:8x11:24mm:18.75mm:DICT_4X4_1000"}});
   }
   int num_compared = 0;
   for (const BaseCase& base : cases) {

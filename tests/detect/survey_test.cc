@@ -62,6 +62,15 @@ TEST(Triage, KeepsTheFirstOfImagesThatShowTheSame) {
   EXPECT_EQ(outcomes[4].detection.detail, "shows the same corners as b");
 }
 
+TEST(Triage, KnowsTheSameImageWithoutACornerOrTwo) {
+  std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 100), found("c", 100)};
+  std::erase_if(outcomes[1].detection.corners, [](const Corner& corner) { return corner.id < 2; });
+  std::erase_if(outcomes[2].detection.corners, [](const Corner& corner) { return corner.id > 50; });
+  triaged(outcomes, kBoard);
+  EXPECT_EQ(outcomes[1].detection.reason, DetectionReason::kDuplicate);
+  EXPECT_TRUE(outcomes[2].detection.hasCorners());
+}
+
 TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
   std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 200)};
   outcomes[1].size = {.width = 641, .height = 480};

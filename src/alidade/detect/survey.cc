@@ -68,9 +68,10 @@ void refuseOtherSizes(std::span<BoardSurvey> surveys) {
 }
 
 // @param most_px       between their corners, root mean square
-// @param common_share  of the corners that both must have
+// @param missing_share  of the corners that one of them may not have; two are allowed in any case
 bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b, double most_px = 0.25,
-              double common_share = 1.0) {
+              double missing_share = 0.01) {
+  constexpr double kFewMissing = 2;
   std::size_t num_common = 0;
   double sum = 0;
   for (auto i = a.begin(), k = b.begin(); i != a.end() && k != b.end();) {
@@ -84,7 +85,8 @@ bool showSame(const std::vector<Corner>& a, const std::vector<Corner>& b, double
     if (k->id < id || are_both) ++k;
   }
   const auto count = static_cast<double>(num_common);
-  return num_common > 0 && count >= common_share * static_cast<double>(std::max(a.size(), b.size())) &&
+  const auto most = static_cast<double>(std::max(a.size(), b.size()));
+  return num_common > 0 && most - count <= std::max(kFewMissing, missing_share * most) &&
          sum <= most_px * most_px * count;
 }
 
@@ -93,12 +95,12 @@ void refuseDuplicates(std::span<ImageOutcome> outcomes) {
     const std::vector<Corner>& corners = outcome->detection.corners;
     // Unlike photographs, frames of a video repeat their errors if the board hardly moves.
     constexpr double kShare = 0.01;
-    constexpr double kCommonShare = 0.8;
+    constexpr double kMissingShare = 0.2;
     const double frames_px = kShare * std::max(outcome->size.width, outcome->size.height);
     const auto original = std::find_if(outcomes.begin(), outcome, [&](const ImageOutcome& other) {
       const bool are_frames = outcome->sequence && outcome->sequence == other.sequence;
       return showSame(other.detection.corners, corners) ||
-             (are_frames && showSame(other.detection.corners, corners, frames_px, kCommonShare));
+             (are_frames && showSame(other.detection.corners, corners, frames_px, kMissingShare));
     });
     if (original == outcome) continue;
     outcome->detection.withdraw(

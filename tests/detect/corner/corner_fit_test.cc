@@ -248,6 +248,28 @@ TEST(FitCorner, FindsItsWayFromFarOff) {
   EXPECT_EQ(num_checked, 2 * 4 * 54);
 }
 
+// Lines that may turn freely in a window of 4 px around a guess miss its corner.
+TEST(FitCorner, FindsItsWayBetweenMarkers) {
+  const PaintedBoard board{.step_u = {37, 6}, .step_v = {-7, 36}};
+  const GrayImage image = paintBoard(board);
+  CornerFitter fitter;
+  int num_checked = 0;
+  for (const double turn : {-0.1, 0.0, 0.1}) {
+    for (double x = -2.5; x <= 2.5; x += 0.25) {
+      for (double y = -2.5; y <= 2.5; y += 0.25) {
+        CornerGuess guess = board.guess({x, y});
+        guess.step_u += turn * board.step_v;
+        guess.step_v -= turn * board.step_u;
+        guess.clear_share = 0.11;
+        const auto fit = fitter.fit(image, guess);
+        EXPECT_TRUE(fit && (fit->pixel - board.corner).norm() <= 0.1) << x << " " << y << " " << turn;
+        ++num_checked;
+      }
+    }
+  }
+  EXPECT_EQ(num_checked, 3 * 21 * 21);
+}
+
 TEST(FitCorner, TellsDarkFromBrightHoweverTheStepsAreGiven) {
   const PaintedBoard board;
   const GrayImage image = paintBoard(board);

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "alidade/core/random.h"
+#include "alidade/detect/corner/edge_fit.h"
 
 namespace alidade {
 namespace {
@@ -95,6 +96,37 @@ TEST(EdgeKernel, EvaluatesEachPixel) {
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 133);
+}
+
+// A start sharper than the bound fits sharpened images better than any model within the bounds.
+TEST(EdgeFit, FindsTheSameFromBlursBeyondItsBounds) {
+  EdgeModel truth = someModel();
+  truth[EdgeModel::kBlur1] = truth[EdgeModel::kBlur2] = 0.05;
+  EdgePixels pixels;
+  for (int y = -12; y <= 12; ++y) {
+    for (int x = -12; x <= 12; ++x) {
+      pixels.push(static_cast<float>(x), static_cast<float>(y), static_cast<float>(greyLevel(truth, x, y)));
+    }
+  }
+  const EdgeSolverOptions options{.min_blur_px = 0.4, .max_blur_px = 2};
+  const auto solveFrom = [&](double blur) {
+    EdgeModel start = truth;
+    start[EdgeModel::kX] += 0.15;
+    start[EdgeModel::kY] -= 0.1;
+    start[EdgeModel::kBlur1] = start[EdgeModel::kBlur2] = blur;
+    return solveEdgeModel(pixels, start, {}, options);
+  };
+  const EdgeSolution within = solveFrom(0.4);
+  EXPECT_TRUE(within.converged);
+  int num_checked = 0;
+  for (const double blur : {0.1, 0.2, 0.3, 1.0, 5.0}) {
+    const EdgeSolution solution = solveFrom(blur);
+    EXPECT_TRUE(solution.converged) << blur;
+    EXPECT_LT((solution.model.corner() - within.model.corner()).norm(), 0.01) << blur;
+    EXPECT_GE(solution.model[EdgeModel::kBlur1], options.min_blur_px) << blur;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 5);
 }
 
 }  // namespace

@@ -24,7 +24,8 @@ using Eigen::Vector2d;
 
 constexpr int kNumNeighbours = 8;
 constexpr std::size_t kMinCorners = 6;
-constexpr std::size_t kMostNear = 12;
+constexpr std::size_t kNumNear = 12;
+constexpr std::size_t kMostNear = 24;  // with those that are as near as the last one
 
 // A point of the board and its pixel.
 struct Sighting {
@@ -32,6 +33,7 @@ struct Sighting {
   Vector2d pixel;
   double weight = 1;
   int corner = -1;  ///< id of the corner at this point; -1 if there is none
+  bool is_of_marker = false;
 };
 
 // Sightings near a place of the board, and their squared distances.
@@ -155,6 +157,7 @@ ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPatt
 struct FoundCorner {
   CornerFit fit;
   CornerGuess view;
+  std::optional<CornerGuess> failed = {};  // from other corners alone, without a fit
 };
 
 // State of the search for the corners of a board.
@@ -167,14 +170,15 @@ class CornerSearch {
     for (const MarkerPair& pair : chosen.agreeing) {
       for (std::size_t k = 0; k < 4; ++k) {
         const Vector2d& place = pair.of->corners[k];
-        markers_.push_back({place, pair.seen->corners[k], kMarkerWeight, cornerAt(place)});
+        markers_.push_back({place, pair.seen->corners[k], kMarkerWeight, cornerAt(place), true});
       }
     }
     found_.resize(static_cast<std::size_t>(board.numCorners()));
   }
 
   // Continues from known corners until nothing is added, then repeats once, because positions are then better
-  // known.
+  // known. In the end, the corners hardly depend on those of the markers, which differ between versions of
+  // OpenCV.
   void run() {
     constexpr int kPasses = 2;
     gatherSightings();
@@ -183,26 +187,35 @@ class CornerSearch {
       tried_.clear();
       int round = 0;
       while (round < kMaxRounds && extend()) ++round;
-      if (round == 0) return;
+      if (round == 0) break;
       keepOneColour(found_, [&](std::size_t i, const FoundCorner& corner) {
         return (corner.fit.contrast > 0) == shouldBeDark(static_cast<int>(i));
       });
       gatherSightings();
       refit();
     }
+    constexpr int kMaxRefits = 4;
+    for (int i = 0; i < kMaxRefits && refit(); ++i) continue;
   }
 
   [[nodiscard]] const std::vector<std::optional<FoundCorner>>& found() const { return found_; }
-  [[nodiscard]] std::optional<CornerGuess> predict(int id, bool without_itself = false) const {
+  // Sightings that predict a corner.
+  enum class From { kAll, kOthers, kOtherCorners };
+
+  [[nodiscard]] std::optional<CornerGuess> predict(int id, From from = From::kAll) const {
     constexpr std::size_t kLeastNear = 6;
     const Vector2d at = board_.corner(id).head<2>();
     NearSightings near;
     near.reserve(sightings_.size());
     for (const Sighting& s : sightings_) {
-      if (!(without_itself && s.corner == id)) near.emplace_back((s.board - at).squaredNorm(), &s);
+      if (from == From::kAll || (s.corner != id && (from == From::kOthers || !s.is_of_marker)))
+        near.emplace_back((s.board - at).squaredNorm(), &s);
     }
-    const std::size_t count = std::min(kMostNear, near.size());
+    std::size_t count = std::min(kMostNear, near.size());
     std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
+    // Rounding must not choose between neighbours at the same distance.
+    constexpr double kSameDistance = 1 + 1e-9;
+    while (count > kNumNear && near[count - 1].first > kSameDistance * near[kNumNear - 1].first) --count;
     near.resize(count);
     const double reach =
         1.6 * std::max(pattern_.step_m, board_.span().x() / std::max(1, board_.columns() - 1));
@@ -261,16 +274,37 @@ class CornerSearch {
     }
   }
 
-  // Repeats all fits with guesses from all other corners, because guesses from markers were coarse.
-  void refit() {
+  // Repeats the fits with guesses from the other corners, because those from markers are coarse. A corner
+  // whose guess has not changed is kept. Returns true if one has changed.
+  bool refit() {
     std::vector<std::optional<FoundCorner>> refitted(found_.size());
+    bool has_changed = false;
     for (std::size_t i = 0; i < found_.size(); ++i) {
-      const auto view = found_[i] ? predict(static_cast<int>(i), true) : std::nullopt;
-      const auto fit = view ? fitAt(*view) : std::nullopt;
-      if (fit && (fit->contrast > 0) == (found_[i]->fit.contrast > 0)) refitted[i] = {*fit, *view};
+      if (!found_[i]) continue;
+      FoundCorner corner = *found_[i];
+      for (const From from : {From::kOtherCorners, From::kOthers}) {
+        const auto view = predict(static_cast<int>(i), from);
+        if (!view || (corner.failed && isSame(*view, *corner.failed))) continue;
+        const bool is_same = isSame(*view, corner.view);
+        const auto fit = is_same ? corner.fit : fitAt(*view);
+        if (fit && (fit->contrast > 0) == (corner.fit.contrast > 0)) {
+          refitted[i] = is_same ? corner : FoundCorner{*fit, *view, corner.failed};
+          has_changed = has_changed || !is_same;
+          break;
+        }
+        if (from == From::kOtherCorners) corner.failed = *view;
+      }
+      has_changed = has_changed || !refitted[i];
     }
     found_ = std::move(refitted);
     gatherSightings();
+    return has_changed;
+  }
+
+  static bool isSame(const CornerGuess& a, const CornerGuess& b) {
+    constexpr double kSamePx = 1e-3;
+    return (a.pixel - b.pixel).norm() < kSamePx && (a.step_u - b.step_u).norm() < kSamePx &&
+           (a.step_v - b.step_v).norm() < kSamePx;
   }
 
   static constexpr double kMostOffShare = 0.25;
@@ -355,8 +389,9 @@ Detection findMarkerBoard(const GrayImage& image, const Board& board,
   const std::size_t num_agreeing = chosen.agreeing.size();
   const std::string_view points = board.words().points;
   const std::string_view marker = board.words().marker;
-  constexpr int kAccidents = 2;
-  if (const int num_twice = numSeenTwice(chosen); num_twice > kAccidents) {
+  // Two markers, or one in fifty of many, may be read where there is none.
+  const int num_accidents = std::max(2, static_cast<int>(chosen.seen.size() / 50));
+  if (const int num_twice = numSeenTwice(chosen); num_twice > num_accidents) {
     return {.reason = DetectionReason::kSeveralBoards,
             .detail = fmt::format("shows {} of the board's {}s at two places", num_twice, marker)};
   }

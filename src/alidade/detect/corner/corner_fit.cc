@@ -161,10 +161,16 @@ class Refinement {
       const double start_blur = std::max(0.3 * share * task_.spacing, 0.7);
       model[EdgeModel::kBlur1] = model[EdgeModel::kBlur2] =
           is_first ? start_blur : std::clamp(model[EdgeModel::kBlur1], 0.7, start_blur);
-      const EdgeSolverOptions options{.min_blur_px = std::max(0.2, 0.5 * (stride - 1)),
-                                      .max_blur_px = std::max(1.0, 0.4 * task_.spacing),
-                                      .max_iterations = is_first ? 25 : 10,
-                                      .step_share = 0.5};
+      EdgeSolverOptions options{.min_blur_px = std::max(0.2, 0.5 * (stride - 1)),
+                                .max_blur_px = std::max(1.0, 0.4 * task_.spacing),
+                                .max_iterations = is_first ? 25 : 10,
+                                .step_share = 0.5};
+      // In a window between markers, lines that miss the corner turn away from it instead of moving.
+      if (is_first && share < kSearchShare) {
+        options.are_angles_held = true;
+        model = solveEdgeModel(pixels_, model, prior, options).model;
+        options.are_angles_held = false;
+      }
       model = solveEdgeModel(pixels_, model, prior, options).model;
       if (!isPlausible(task_, model)) return std::nullopt;
       if (stride <= 2) return model;

@@ -48,8 +48,12 @@ void addPrior(const EdgePrior& prior, const EdgeModel& model, EdgeSums& sums) {
   sums.cost += prior.equal_blur * off * off;
 }
 
-// Removes a blur from the step if it is at its bound and would exceed it.
-void holdAtBounds(const EdgeModel& model, const EdgeSolverOptions& options, EdgeSums& sums) {
+// Removes the angles from the step if they are held, and a blur if it is at its bound and would exceed it.
+void hold(const EdgeModel& model, const EdgeSolverOptions& options, EdgeSums& sums) {
+  if (options.are_angles_held) {
+    takeOut(EdgeModel::kAngle1, sums);
+    takeOut(EdgeModel::kAngle2, sums);
+  }
   for (const auto p : {EdgeModel::kBlur1, EdgeModel::kBlur2}) {
     const int i = p;
     const bool is_held = (model[p] <= options.min_blur_px && sums.gradient(i) < 0) ||
@@ -105,12 +109,17 @@ double EdgeContrast::share(double amplitude, double least_count, double least_va
 EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, const EdgePrior& prior,
                             const EdgeSolverOptions& options) {
   EdgeSolution solution{.model = start, .sums = {}, .converged = false};
+  const auto clampBlurs = [&](EdgeModel& model) {
+    for (const auto blur : {EdgeModel::kBlur1, EdgeModel::kBlur2})
+      model[blur] = std::clamp(model[blur], options.min_blur_px, options.max_blur_px);
+  };
+  clampBlurs(solution.model);
   const auto sumUp = [&](const EdgeModel& model, EdgeSums& sums) {
     sumNormalEquations(pixels, model, sums);
     addPrior(prior, model, sums);
-    holdAtBounds(model, options, sums);
+    hold(model, options, sums);
   };
-  sumUp(start, solution.sums);
+  sumUp(solution.model, solution.sums);
   EdgeSums trial_sums;
   const DampingRule rule{
       .start = 1e-3,
@@ -125,8 +134,7 @@ EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start, co
     EdgeModel trial = solution.model;
     for (int i = 0; i < step.size(); ++i) trial[static_cast<std::size_t>(i)] += step(i);
     if (prior.common_blur) trial[EdgeModel::kBlur2] = trial[EdgeModel::kBlur1];
-    for (const auto blur : {EdgeModel::kBlur1, EdgeModel::kBlur2})
-      trial[blur] = std::clamp(trial[blur], options.min_blur_px, options.max_blur_px);
+    clampBlurs(trial);
     if (damping < 0.1 && is_short) {  // too short to evaluate
       solution.model = trial;
       return StepResult::kConverged;

@@ -22,6 +22,7 @@ struct EdgeSolverOptions {
   /// has a standard deviation of 0.29; sharpened images can show less.
   double min_blur_px = 0.4;
   double max_blur_px = 1e3;
+  bool are_angles_held = false;  ///< at those of the start
   int max_iterations = 20;
   /// Ends when the expected next step is shorter than this share of the estimate's standard deviation.
   double step_share = 0.1;
@@ -33,7 +34,8 @@ struct EdgeSolution {
   bool converged = false;
 };
 
-/// Least squares from `start` by damped Gauss-Newton steps (Levenberg 1944, Marquardt 1963).
+/// Least squares from `start`, with its blurs moved within the bounds, by damped Gauss-Newton steps
+/// (Levenberg 1944, Marquardt 1963).
 [[nodiscard]] EdgeSolution solveEdgeModel(const EdgePixels& pixels, const EdgeModel& start,
                                           const EdgePrior& prior, const EdgeSolverOptions& options);
 
