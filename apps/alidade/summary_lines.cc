@@ -8,9 +8,11 @@
 #include <fmt/format.h>
 
 #include "alidade/adjust/board/errors.h"
+#include "alidade/core/degrees.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
+#include "alidade/geometry/rotation_conversions.h"
 #include "command.h"
 #include "console.h"
 
@@ -74,6 +76,17 @@ std::string pixels(double px) {
   if (!std::isfinite(px)) return "unknown";
   if (px < kLeast) return "0.0001 px";
   return px >= 100 ? fmt::format("{:.0f} px", px) : fmt::format("{:.{}f} px", px, decimalsFor(px, 4));
+}
+
+std::string turnText(const SO3& rotation) {
+  const auto [angles, gimbal_lock] = eulerFromRotation(rotation);
+  const auto degrees = [](double rad) {
+    constexpr double kSteps = 1000;  // per degree
+    return fmt::format("{:.3f}", std::round(kSteps * kDegPerRad * rad) / kSteps + 0.0);
+  };
+  return fmt::format("{} degrees ({} about z, {} about the new y, {} about the new x{})",
+                     degrees(rotation.log().norm()), degrees(angles.yaw_rad), degrees(angles.pitch_rad),
+                     degrees(angles.roll_rad), gimbal_lock ? "; gimbal lock: z and x are one axis" : "");
 }
 
 std::string verdictText(Verdict verdict, std::string_view what, bool is_coloured) {

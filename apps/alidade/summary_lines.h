@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "alidade/calibrate/calibrator.h"
+#include "alidade/geometry/so3.h"
 
 // Lines common to the summaries of cameras and of rigs, for people.
 
@@ -39,6 +40,9 @@ void addLines(Lines& lines, std::string_view label, fmt::format_string<Args...> 
 [[nodiscard]] int decimalsFor(double std, int most);
 /// An uncertain value with two digits, without an exponent: "0.12 px"; "unknown" if it is not finite.
 [[nodiscard]] std::string pixels(double px);
+
+/// "2.144 degrees (0.100 about z, 2.139 about the new y, 0.050 about the new x)".
+[[nodiscard]] std::string turnText(const SO3& rotation);
 
 /// "rejected: do not use this camera".
 [[nodiscard]] std::string verdictText(Verdict verdict, std::string_view what, bool is_coloured);

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -19,7 +21,8 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr double kTolerance = 2e-15;  // a few roundings of the entries of a rotation matrix
+constexpr double kTolerance = 2e-15;     // a few roundings of the entries of a rotation matrix
+constexpr double kLockTolerance = 2e-8;  // the documented 1e-8 rad, in two entries at once
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kNumRandom = 2000;
 
@@ -148,6 +151,118 @@ TEST(RotationFromEuler, TurnsAboutXThenYThenZ) {
 TEST(RotationFromEuler, RejectsWhatIsNotFinite) {
   EXPECT_THROW((void)rotationFromEuler({kNaN, 0.0, 0.0}), Error);
   EXPECT_THROW((void)rotationFromEuler({0.0, 0.0, std::numeric_limits<double>::infinity()}), Error);
+}
+
+TEST(EulerFromRotation, RoundTripsTheAngles) {
+  constexpr double kAngleTolerance = 1e-13;  // a rounding over the cosine of the pitch, which is 0.01 or more
+  Random random(63);
+  for (int i = 0; i < kNumRandom; ++i) {
+    const EulerZyx e{random.uniform(-kPi, kPi), random.uniform(-1.56, 1.56), random.uniform(-kPi, kPi)};
+    const auto [angles, gimbal_lock] = eulerFromRotation(rotationFromEuler(e));
+    ASSERT_FALSE(gimbal_lock);
+    ASSERT_NEAR(angles.yaw_rad, e.yaw_rad, kAngleTolerance);
+    ASSERT_NEAR(angles.pitch_rad, e.pitch_rad, kAngleTolerance);
+    ASSERT_NEAR(angles.roll_rad, e.roll_rad, kAngleTolerance);
+  }
+}
+
+TEST(EulerFromRotation, RecomposesAnyRotation) {
+  int num_checked = 0;
+  for (const auto& w : allTangents<SO3>()) {
+    const SO3 rotation = SO3::exp(w);
+    const auto [angles, gimbal_lock] = eulerFromRotation(rotation);
+    ASSERT_TRUE(isNear(rotationFromEuler(angles).matrix(), rotation.matrix(),
+                       gimbal_lock ? kLockTolerance : kTolerance))
+        << w.transpose();
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, kNumAllTangents<SO3>);
+}
+
+TEST(EulerFromRotation, RecomposesUpToTheEdgeOfTheLock) {
+  Random random(64);
+  int num_checked = 0;
+  for (const double from_pole : {1e-2, 1e-4, 1e-6, 2e-8}) {
+    for (const double sign : {-1.0, 1.0}) {
+      for (int i = 0; i < 100; ++i) {
+        const EulerZyx e{random.uniform(-kPi, kPi), sign * (kPi / 2 - from_pole), random.uniform(-kPi, kPi)};
+        const SO3 rotation = rotationFromEuler(e);
+        const auto [angles, gimbal_lock] = eulerFromRotation(rotation);
+        ASSERT_FALSE(gimbal_lock);
+        ASSERT_TRUE(isNear(rotationFromEuler(angles).matrix(), rotation.matrix(), kTolerance));
+        ++num_checked;
+      }
+    }
+  }
+  EXPECT_EQ(num_checked, 4 * 2 * 100);
+}
+
+TEST(EulerFromRotation, ReportsGimbalLock) {
+  Random random(65);
+  int num_checked = 0;
+  for (const double from_pole : {0.0, 1e-12, 5e-9}) {
+    for (const double sign : {-1.0, 1.0}) {
+      for (int i = 0; i < 100; ++i) {
+        const EulerZyx e{random.uniform(-1.5, 1.5), sign * (kPi / 2 - from_pole), random.uniform(-1.5, 1.5)};
+        const SO3 rotation = rotationFromEuler(e);
+        const auto [angles, gimbal_lock] = eulerFromRotation(rotation);
+        ASSERT_TRUE(gimbal_lock);
+        ASSERT_EQ(angles.roll_rad, 0.0);
+        ASSERT_NEAR(angles.pitch_rad, e.pitch_rad, kTolerance);
+        ASSERT_NEAR(angles.yaw_rad, e.yaw_rad - sign * e.roll_rad, kTolerance);
+        ASSERT_TRUE(
+            isNear(rotationFromEuler(angles).matrix(), rotation.matrix(), 2 * from_pole + kTolerance));
+        ++num_checked;
+      }
+    }
+  }
+  EXPECT_EQ(num_checked, 3 * 2 * 100);
+}
+
+TEST(RotationAxis, IsTheEigenvectorOfEigenvalueOne) {
+  int num_axes = 0;
+  int num_identities = 0;
+  for (const auto& w : allTangents<SO3>()) {
+    const Eigen::Matrix3d R = SO3::exp(w).matrix();
+    const auto axis = rotationAxis(R);
+    if (w.norm() < 1e-15) {
+      ASSERT_FALSE(axis.has_value());
+      ++num_identities;
+      continue;
+    }
+    ASSERT_TRUE(axis.has_value());
+    ASSERT_NEAR(axis->norm(), 1.0, kTolerance);
+    ASSERT_TRUE(isNear(R * *axis, *axis, kTolerance));
+    ++num_axes;
+  }
+  EXPECT_EQ(num_axes + num_identities, kNumAllTangents<SO3>);
+  EXPECT_EQ(num_identities, 2 * 10);
+}
+
+TEST(RotationAxis, PointsAlongTheRotationVector) {
+  int num_checked = 0;
+  for (const auto& w : allTangents<SO3>()) {
+    if (w.norm() < 1e-15 || w.norm() > kPi - 1e-12) continue;
+    const auto axis = rotationAxis(SO3::exp(w).matrix());
+    ASSERT_TRUE(axis.has_value());
+    ASSERT_TRUE(isNear(*axis, w.normalized(), kTolerance / std::min(1.0, w.norm()))) << w.transpose();
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, kNumAllTangents<SO3> - 3 * 10);
+}
+
+TEST(RotationAxis, OfAnExactHalfTurnHasTheSignOfLog) {
+  for (const Eigen::Vector3d& given : hardAxes()) {
+    const Eigen::Matrix3d R = 2.0 * given * given.transpose() - Eigen::Matrix3d::Identity();
+    const auto axis = rotationAxis(R);
+    ASSERT_TRUE(axis.has_value());
+    EXPECT_TRUE(isNear(kPi * *axis, rotationFromMatrix(R).log(), 1e-14));
+  }
+}
+
+TEST(RotationAxis, RejectsWhatIsNotARotation) {
+  EXPECT_THROW((void)rotationAxis(-Eigen::Matrix3d::Identity()), Error);
+  EXPECT_THROW((void)rotationAxis(Eigen::Matrix3d::Zero()), Error);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "alidade/core/error.h"
@@ -82,6 +83,38 @@ SO3 rotationFromEuler(const EulerZyx& angles) {
   using Vec3 = Eigen::Vector3d;
   return SO3::exp(angles.yaw_rad * Vec3::UnitZ()) * SO3::exp(angles.pitch_rad * Vec3::UnitY()) *
          SO3::exp(angles.roll_rad * Vec3::UnitX());
+}
+
+EulerDecomposition eulerFromRotation(const SO3& rotation) {
+  constexpr double kGimbalLockCosine = 1e-8;
+  const Eigen::Matrix3d R = rotation.matrix();
+  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
+  EulerDecomposition result;
+  EulerZyx& angles = result.angles;
+  angles.pitch_rad = std::atan2(-R(2, 0), cos_pitch);
+  result.gimbal_lock = cos_pitch < kGimbalLockCosine;
+  if (result.gimbal_lock) {
+    angles.yaw_rad = std::atan2(-R(0, 1), R(1, 1));
+    return result;
+  }
+  angles.yaw_rad = std::atan2(R(1, 0), R(0, 0));
+  // The second row of Rz(-yaw) R is (0, cos(roll), -sin(roll)). The last row of R would give another roll
+  // than the one that belongs to this yaw: near the poles each is inaccurate, and only the pair is the
+  // rotation.
+  const double c = std::cos(angles.yaw_rad);
+  const double s = std::sin(angles.yaw_rad);
+  angles.roll_rad = std::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
+  return result;
+}
+
+std::optional<Eigen::Vector3d> rotationAxis(const Eigen::Matrix3d& R, double tolerance) {
+  constexpr double kNone = 4 * std::numeric_limits<double>::epsilon();
+  const SO3 rotation = rotationFromMatrix(R, tolerance);
+  const Eigen::Matrix3d offset = rotation.matrix() - Eigen::Matrix3d::Identity();
+  if (offset.cwiseAbs().maxCoeff() <= kNone) return std::nullopt;
+  // Its singular values are 0, and 2 sin(angle / 2) twice.
+  const Eigen::Vector3d axis = svdOf(offset).V.col(2);
+  return axis.dot(rotation.log()) < 0.0 ? Eigen::Vector3d(-axis) : axis;
 }
 
 SO3 bestRotation(const Eigen::Matrix3d& correlation) {

@@ -38,15 +38,14 @@ struct Converted {
   std::optional<SE3> camera_from_rig;  // of `file`
 };
 
-// "(12.0, 0.0, -1.5) mm from the first camera, turned by 1.234 degrees".
+// "(12.0, 0.0, -1.5) mm from the first camera, turned by 1.234 degrees (...)".
 std::string poseText(const SE3& camera_from_first) {
   constexpr double kMillimetres = 1000;
   // Adding 0 avoids negative zeros.
   const Eigen::Vector3d origin =
       Eigen::Vector3d::Zero() + camera_from_first.inverse().translation * kMillimetres;
-  return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm from the first camera, turned by {:.4g} degrees",
-                     origin.x(), origin.y(), origin.z(),
-                     camera_from_first.rotation.log().norm() * kDegPerRad);
+  return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm from the first camera, turned by {}", origin.x(),
+                     origin.y(), origin.z(), turnText(camera_from_first.rotation.inverse()));
 }
 
 std::vector<int> pixelNumbers(const std::string& flag, const std::string& text, char separator,

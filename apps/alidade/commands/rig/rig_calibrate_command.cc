@@ -100,9 +100,9 @@ bool isOfInput(const Diagnosis& diagnosis) {
 std::string poseText(const RigCamera& camera, const SE3& camera_from_rig) {
   const Eigen::Vector3d origin = camera_from_rig.inverse().translation * kMmPerMetre;
   return fmt::format(
-      "at ({:.1f}, {:.1f}, {:.1f}) mm, {:.2f} mm from the first camera, turned by {:.3f} degrees; standard "
+      "at ({:.1f}, {:.1f}, {:.1f}) mm, {:.2f} mm from the first camera, turned by {}; standard "
       "deviation {:.2f} mm, {:.3f} degrees",
-      origin.x(), origin.y(), origin.z(), origin.norm(), camera_from_rig.rotation.log().norm() * kDegPerRad,
+      origin.x(), origin.y(), origin.z(), origin.norm(), turnText(camera_from_rig.rotation.inverse()),
       camera.link.position_std_m.norm() * kMmPerMetre, camera.link.rotation_std_rad.norm() * kDegPerRad);
 }
 
