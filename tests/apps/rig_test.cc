@@ -349,7 +349,7 @@ TEST_F(RigCalibrate, IsValidatedByImages) {
   const RunResult text = validate(rig, {inputs[1], inputs[0], "--names", "right,left"});
   EXPECT_THAT(text, EndsWith(0));
   EXPECT_THAT(text.out,
-              AllOf(HasSubstr("Verdict   the images confirm the rig\n"), HasSubstr("Camera    right: RMS")));
+              AllOf(HasSubstr("Verdict   the images confirm the rig\n"), HasSubstr("Camera    left: RMS")));
   // Inputs with the names of the cameras are known by these; under false names, they contradict the rig.
   const RunResult sorted = validate(rig, {inputs[1], inputs[0]});
   EXPECT_THAT(sorted, EndsWith(0));

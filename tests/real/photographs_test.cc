@@ -183,7 +183,7 @@ TEST(Photographs, OfAStereoPairGiveARig) {
   for (RigViews& camera : halves[0]) camera.views.resize(7);
   for (RigViews& camera : halves[1]) camera.views.erase(camera.views.begin(), camera.views.begin() + 7);
   const RigRecord rig = recordOf(calibrate(std::span(&board, 1), halves[0], options), "");
-  const RigValidation held_out = validateRig(rig, std::span(&board, 1), halves[1], options);
+  const RigValidation held_out = validateRig(rig, std::span(&board, 1), halves[1], 1, options);
   std::printf("opencv-doc: RMS %.4f px, flat %.4f px; epipolar error of other pairs %.4f px\n", rms(bent.fit),
               rms(flat.fit), held_out.epipolar_px);
   EXPECT_EQ(held_out.num_points, 6u * 54);

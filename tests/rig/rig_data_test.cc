@@ -171,7 +171,7 @@ TEST(RigData, GivenLensesCountWithTheirUncertainty) {
     const RigScene other = sceneOf(threeCameras(), kCharuco, 30, 0.3, 400 + seed);
     const RigRecord record = recordOf(calibrate(std::span(&kCharuco, 1), first.views, optionsFor(first)), "");
     const RigValidation validation =
-        validateRig(record, std::span(&kCharuco, 1), other.views, optionsFor(other));
+        validateRig(record, std::span(&kCharuco, 1), other.views, 1, optionsFor(other));
     for (const Diagnosis& diagnosis : validation.diagnoses) {
       if (diagnosis.id == "lens_contradicted" || diagnosis.id == "pose_contradicted") ++num_contradicted;
     }
@@ -186,7 +186,7 @@ TEST(RigData, AnUnevenBoardContradictsNoRigThatWasMadeFromIt) {
   const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, options);
   ASSERT_TRUE(onlyBoard(rig.fit).isUneven());
   const RigValidation validation =
-      validateRig(recordOf(rig, ""), std::span(&kCharuco, 1), scene.views, options);
+      validateRig(recordOf(rig, ""), std::span(&kCharuco, 1), scene.views, 1, options);
   EXPECT_THAT(validation.diagnoses, Not(hasId("lens_contradicted")));
   EXPECT_THAT(validation.diagnoses, Not(hasId("pose_contradicted")));
   EXPECT_LT(validation.rms_px, 1.05 * rms(rig.fit));
@@ -197,7 +197,7 @@ TEST(RigData, PosesAreTestedInAnyFrame) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 12, kNoise, 101);
   const RigScene other = sceneOf(threeCameras(), kCharuco, 30, kNoise, 103);
   const RigRecord record = recordOf(calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene)), "");
-  const RigValidation plain = validateRig(record, std::span(&kCharuco, 1), other.views, optionsFor(other));
+  const RigValidation plain = validateRig(record, std::span(&kCharuco, 1), other.views, 1, optionsFor(other));
   // The same rig in a frame far off: tangents are those of a small motion there.
   const SE3 rig_from_frame(SO3::exp(Eigen::Vector3d(0.4, -1.1, 0.3)), Eigen::Vector3d(2, -1, 3));
   const Eigen::Matrix<double, 6, 6> adjoint = rig_from_frame.inverse().adjoint();
@@ -213,7 +213,7 @@ TEST(RigData, PosesAreTestedInAnyFrame) {
     }
   }
   moved.covariance = lowerTriangle(transport * covariance * transport.transpose());
-  const RigValidation far = validateRig(moved, std::span(&kCharuco, 1), other.views, optionsFor(other));
+  const RigValidation far = validateRig(moved, std::span(&kCharuco, 1), other.views, 1, optionsFor(other));
   for (std::size_t c = 1; c < 3; ++c) {
     EXPECT_NEAR(far.cameras[c].sigmas, plain.cameras[c].sigmas, 0.05) << c;
     EXPECT_LT(plain.cameras[c].sigmas, 3.5) << c;

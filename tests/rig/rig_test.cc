@@ -320,7 +320,7 @@ TEST(RigValidation, TellsARightRigFromAWrongOne) {
     truth.cameras.back().camera.name.name = scene.views[c].name;
   }
   const auto validated = [&](const RigRecord& rig, const Board& board) {
-    return validateRig(rig, std::span(&board, 1), scene.views, optionsFor(scene));
+    return validateRig(rig, std::span(&board, 1), scene.views, 1, optionsFor(scene));
   };
   const RigValidation right = validated(truth, kCharuco);
   EXPECT_EQ(right.verdict(), Verdict::kTrustworthy);

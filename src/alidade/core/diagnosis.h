@@ -111,8 +111,9 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"given_lens_misfits", Subject::kRig},
     {"given_lens_verdict", Subject::kRig},
     {"pose_contradicted", Subject::kRig},
+    {"pose_untested", Subject::kRig, Severity::kWarning},
     {"lens_contradicted", Subject::kRig},
-    {"lengths_contradicted", Subject::kRig, Severity::kWarning},
+    {"lengths_contradicted", Subject::kRig, detail::kByRule},
 
     {"several_sizes", Subject::kImage, Severity::kNote},
     {"blurred_images", Subject::kImage, Severity::kNote},

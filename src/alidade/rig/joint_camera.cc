@@ -83,7 +83,9 @@ std::optional<LensMisfit> givenLensMisfit(const CameraRecord& given, const RigCa
   if (!difference.is_converged || difference.num_compared == 0) return std::nullopt;
   const auto significance = significanceOf(difference, a, b, Freed::kRotation);
   if (!significance || !significance->isSignificant()) return std::nullopt;
-  return LensMisfit{.effect_px = difference.p95_px, .freed_rms_px = rig.cameras[camera].rms_px};
+  return LensMisfit{.effect_px = difference.p95_px,
+                    .sure_px = significance->sure_p95_px,
+                    .freed_rms_px = rig.cameras[camera].rms_px};
 }
 
 }  // namespace alidade

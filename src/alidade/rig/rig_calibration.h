@@ -22,6 +22,7 @@ namespace alidade {
 /// Contradiction between the images of a camera and its given lens.
 struct LensMisfit {
   double effect_px = 0;  ///< difference between given and freed lens that 95 % of the corners do not exceed
+  double sure_px = 0;    ///< the part of it that chance does not explain
   double freed_rms_px = 0;
 };
 
@@ -74,6 +75,10 @@ struct RigCovariance {
   DenseMatrix matrix =
       {};  ///< with the columns of jointColumns(); empty if the frames do not determine the rig
   bool is_by_frames = false;  ///< by frames, which disagree by more than noise explains
+  /// The covariance with the given lenses taken as exact.
+  DenseMatrix of_images = {};
+  /// Derivatives of the estimates by the parameters of all given lenses, in the order of the cameras.
+  DenseMatrix by_given = {};
   /// Variance of a corner's coordinate if weights are inverse variances: 1, or more if frames disagree.
   double frame_variance = 1;
 

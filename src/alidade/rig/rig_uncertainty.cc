@@ -150,22 +150,28 @@ RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<Camera
       viewCovariance(frames, directions, columns.count, variance, meanSlope(errors, fit.loss));
   const auto offsets = offsetShare(fit);
   if (!inverse.inverse || !by_frames || !offsets) return {};
-  RigCovariance covariance{.matrix = variance * directions * *inverse.inverse * directions.transpose(),
+  const Eigen::MatrixXd gains = directions * *inverse.inverse * directions.transpose();
+  RigCovariance covariance{.matrix = variance * gains,
                            .is_by_frames = by_frames->excess_sigmas > kBeyondChance,
                            .frame_variance = variance * std::max(1.0, by_frames->excess)};
   if (covariance.is_by_frames) covariance.matrix = by_frames->larger;
   covariance.matrix = covariance.matrix.view() + covariance.frame_variance * *offsets;
   // An error of a given lens affects all estimates.
+  covariance.of_images = covariance.matrix;
+  Eigen::MatrixXd by_given(columns.count, 0);
   for (std::size_t c = 0; c < given.size(); ++c) {
-    const auto stated = given[c] ? statedCovariance(*given[c]) : std::nullopt;
-    if (!stated) continue;
+    if (!given[c]) continue;
     const Eigen::Index at = columns.params[c];
-    Eigen::MatrixXd response = Eigen::MatrixXd::Zero(columns.count, stated->rows());
-    response.middleRows(at, stated->rows()).setIdentity();
-    response -= directions *
-                (*inverse.inverse * (directions.transpose() * information.middleCols(at, stated->rows())));
-    covariance.matrix = covariance.matrix.view() + response * stated->view() * response.transpose();
+    const auto count = static_cast<Eigen::Index>(fit.cameras[c].params.size());
+    Eigen::MatrixXd response = Eigen::MatrixXd::Zero(columns.count, count);
+    response.middleRows(at, count).setIdentity();
+    response -= gains * information.middleCols(at, count);
+    if (const auto stated = statedCovariance(*given[c]))
+      covariance.matrix = covariance.matrix.view() + response * stated->view() * response.transpose();
+    by_given.conservativeResize(Eigen::NoChange, by_given.cols() + count);
+    by_given.rightCols(count) = response;
   }
+  covariance.by_given = by_given;
   return covariance;
 }
 

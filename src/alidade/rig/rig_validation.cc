@@ -19,10 +19,10 @@
 #include "alidade/core/diagnosis.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
-#include "alidade/core/median.h"
 #include "alidade/core/statistics.h"
 #include "alidade/geometry/symmetric_eigen.h"
 #include "alidade/rig/joint_fit.h"
+#include "alidade/target/view.h"
 
 namespace alidade {
 namespace {
@@ -48,56 +48,54 @@ Fit statedFit(const RigRecord& rig, const Fit& freed, const CancelFlag* cancel) 
 // See TestedRigCamera::effect_px.
 double effectOf(const Fit& freed, const Fit& stated, std::size_t camera) {
   const AnyCamera lens = AnyCamera::make(freed.cameras[camera].model, freed.cameras[camera].params);
+  const ImageSize size = freed.cameras[camera].size;
+  const double outside = std::hypot(size.width, size.height);
   std::vector<double> distances;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(freed)) {
     const auto isOf = [&](std::size_t v) { return freed.views[v].camera == camera; };
     if (std::ranges::none_of(of_placement, isOf)) continue;
     for (const std::size_t v : of_placement) {
       if (isOf(v)) continue;
-      const std::size_t other = freed.views[v].camera;
-      const Eigen::Vector3d p_other =
-          cameraFromBoard(freed, freed.views[v]) * boardOf(freed, freed.views[v]).target.middle();
-      const auto pixelBy = [&](const Fit& fit) {
-        return lens.project(fit.cameras[camera].camera_from_rig *
-                            fit.cameras[other].camera_from_rig.inverse() * p_other);
-      };
-      const Projection a = pixelBy(freed);
-      const Projection b = pixelBy(stated);
-      const ImageSize size = freed.cameras[camera].size;
-      distances.push_back(a.ok() && b.ok() ? (a.pixel - b.pixel).norm()
-                                           : std::hypot(size.width, size.height));
+      const SE3& rig_from_board = freed.placements[freed.views[v].placement].rig_from_board;
+      for (const Observation& corner : cornersOnShape(freed, freed.views[v])) {
+        const Eigen::Vector3d p_rig = rig_from_board * corner.p_board;
+        const Projection a = lens.project(freed.cameras[camera].camera_from_rig * p_rig);
+        if (!a.ok() || !isInOrNearImage(a.pixel, size)) continue;
+        const Projection b = lens.project(stated.cameras[camera].camera_from_rig * p_rig);
+        distances.push_back(b.ok() ? (a.pixel - b.pixel).norm() : outside);
+      }
     }
   }
-  return distances.empty() ? 0 : medianOf(std::move(distances));
+  return distances.empty() ? outside : quantile95(std::move(distances));
 }
 
-// The covariance of statedPose(), as far as stated. C Exp(e) F^-1 = C F^-1 Exp(Ad(F) e) for the first
-// camera's pose F.
-Eigen::MatrixXd statedPoseCovariance(const RigRecord& rig, std::size_t camera) {
-  const Eigen::Matrix<double, kTangent, kTangent> adjoint = rig.cameras.front().camera_from_rig.adjoint();
-  if (rig.covariance.empty()) {
-    Eigen::VectorXd std(kTangent);
-    std << rig.cameras[camera].translation_std_m, rig.cameras[camera].rotation_std_rad;
-    return adjoint * std.cwiseAbs2().asDiagonal() * adjoint.transpose();
-  }
-  Eigen::Index num_params = 0;
-  for (const RigCameraRecord& of_rig : rig.cameras)
-    num_params += static_cast<Eigen::Index>(of_rig.camera.camera.parameters().size());
-  const Eigen::Index count = num_params + kTangent * (std::ssize(rig.cameras) - 1);
-  const Eigen::Index at = num_params + kTangent * (static_cast<Eigen::Index>(camera) - 1);
-  return adjoint * fullMatrix(rig.covariance, count).view().block(at, at, kTangent, kTangent) *
-         adjoint.transpose();
+// The covariance of the difference between the pose that the images give a camera, with the lenses as stated,
+// and statedPose(). Errors of the stated lenses and poses are correlated: both poses follow those of the
+// lenses. C Exp(e) F^-1 = C F^-1 Exp(Ad(F) e) for the first camera's pose F. Without a joint covariance, that
+// of the images alone: the tolerance has to allow for the errors of the stored rig.
+// @param at  column of the camera's pose in the covariance of `freed`
+Eigen::MatrixXd poseDifferenceCovariance(const RigRecord& rig, const RigCovariance& freed, std::size_t camera,
+                                         int at) {
+  const Eigen::MatrixXd of_images = freed.of_images.view().block(at, at, kTangent, kTangent);
+  if (rig.covariance.empty()) return of_images;
+  const Eigen::MatrixXd by_lenses = freed.by_given.view().middleRows(at, kTangent);
+  const Eigen::Index count = by_lenses.cols() + kTangent * (std::ssize(rig.cameras) - 1);
+  Eigen::MatrixXd by_stated = Eigen::MatrixXd::Zero(kTangent, count);
+  by_stated.leftCols(by_lenses.cols()) = -by_lenses;
+  by_stated.middleCols(by_lenses.cols() + kTangent * (static_cast<Eigen::Index>(camera) - 1), kTangent) =
+      rig.cameras.front().camera_from_rig.adjoint();
+  return of_images + by_stated * fullMatrix(rig.covariance, count).view() * by_stated.transpose();
 }
 
 double sigmasOf(const RigRecord& rig, const RigCalibration& freed, std::size_t camera) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   const int at = jointColumns(freed.fit).pose[camera];
-  if (at < 0 || !freed.covariance.isKnown()) return 0;
+  if (at < 0) return 0;
+  if (!freed.covariance.isKnown()) return kUnknown;
   const Eigen::VectorXd difference =
       (freed.fit.cameras[camera].camera_from_rig.inverse() * statedPose(rig, camera)).log();
-  const Eigen::MatrixXd covariance =
-      freed.covariance.matrix.view().block(at, at, kTangent, kTangent) + statedPoseCovariance(rig, camera);
-  const ScaledInverse inverse = scaledInverse(covariance);
-  if (!inverse.inverse) return 0;
+  const ScaledInverse inverse = scaledInverse(poseDifferenceCovariance(rig, freed.covariance, camera, at));
+  if (!inverse.inverse) return kUnknown;
   return std::max(0.0,
                   normalOfMeanSquare(difference.dot(*inverse.inverse * difference) / kTangent, kTangent));
 }
@@ -252,20 +250,32 @@ void measurePoints(const RigRecord& record, const Fit& fit, RigValidation& resul
   result.length_ratio_std = std::sqrt(scatter / (count * (count - 1)) + ratioVarianceOfRig(record, points));
 }
 
-std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) {
-  constexpr double kSure = 3;  // standard deviations
+// Differences that are certain, by their effect.
+std::vector<Diagnosis> judged(const RigValidation& tested, bool has_covariance) {
+  constexpr double kSure = 4;  // standard deviations
+  const auto severityBeyond = [&](double effect_px) {
+    constexpr double kSmall = 0.25;
+    if (effect_px > tested.tolerance_px) return Severity::kFailure;
+    return effect_px > kSmall * tested.tolerance_px ? Severity::kWarning : Severity::kNote;
+  };
   constexpr double kWrongLength = 0.002;
   constexpr double kMmPerM = 1000;
   std::vector<Diagnosis> diagnoses;
   for (std::size_t c = 0; c < tested.cameras.size(); ++c) {
     const TestedRigCamera& camera = tested.cameras[c];
+    if (std::isnan(camera.sigmas)) {
+      diagnoses.push_back(
+          {.id = "pose_untested",
+           .cause = "these images do not determine how well the pose of " + camera.name + " is known",
+           .next_step = "take more frames in which several cameras see the board"});
+    }
     if (camera.sigmas > kSure) {
       diagnoses.push_back(
           {.id = "pose_contradicted",
-           .severity = severityOf(camera.effect_px, tolerance_px),
+           .severity = severityBeyond(camera.effect_px),
            .cause =
                fmt::format("{} stands elsewhere than the file says: by {:.2f} mm and {:.3f} degrees, which "
-                           "moves points at the boards' distance by {:.2f} px",
+                           "moves points on the boards by {:.2f} px (95 %)",
                            camera.name, camera.freed_from_stated.translation.norm() * kMmPerM,
                            camera.freed_from_stated.rotation.log().norm() * kDegPerRad, camera.effect_px),
            .evidence = fmt::format("{:.1f} sigma", camera.sigmas),
@@ -276,9 +286,10 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
     if (const auto& misfit = tested.freed.cameras[c].misfit) {
       diagnoses.push_back(
           {.id = "lens_contradicted",
-           .severity = severityOf(misfit->effect_px, tolerance_px),
+           .severity = severityBeyond(misfit->sure_px),
            .cause = fmt::format("the images of {} contradict its lens by {:.2f} px (95 %)", camera.name,
                                 misfit->effect_px),
+           .evidence = fmt::format("{:.2f} px more than by chance", misfit->sure_px),
            .next_step = "check that the inputs are in the order of the cameras; otherwise calibrate it again",
            .effect_px = misfit->effect_px});
     }
@@ -287,6 +298,7 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
   if (wrong > kWrongLength && wrong > kSure * tested.length_ratio_std) {
     diagnoses.push_back(
         {.id = "lengths_contradicted",
+         .severity = has_covariance ? Severity::kFailure : Severity::kWarning,
          .cause = fmt::format("the rig measures lengths on the board {:.2f} % {} than the board states",
                               100 * wrong, tested.length_ratio > 1 ? "longer" : "shorter"),
          .evidence = fmt::format("standard deviation {:.2f} %", 100 * tested.length_ratio_std),
@@ -304,13 +316,14 @@ std::vector<Diagnosis> judged(const RigValidation& tested, double tolerance_px) 
 }  // namespace
 
 RigValidation validateRig(const RigRecord& rig, std::span<const Board> boards, std::vector<RigViews> cameras,
-                          const RigOptions& options) {
+                          double tolerance_px, const RigOptions& options) {
   expect(rig.cameras.size() == cameras.size(), "views of each camera of the rig");
   RigOptions kept = options;
   kept.models.clear();
   kept.given =
       mapped(rig.cameras, [](const RigCameraRecord& camera) { return std::optional(camera.camera); });
   RigValidation result;
+  result.tolerance_px = tolerance_px;
   result.freed = calibrate(boards, std::move(cameras), kept);
   const Fit stated = statedFit(rig, result.freed.fit, options.camera.cancel);
   result.rms_px = rms(stated);
@@ -325,7 +338,7 @@ RigValidation validateRig(const RigRecord& rig, std::span<const Board> boards, s
          .sigmas = sigmasOf(rig, result.freed, c)});
   }
   measurePoints(rig, stated, result);
-  result.diagnoses = judged(result, options.camera.tolerance_px);
+  result.diagnoses = judged(result, !rig.covariance.empty());
   return result;
 }
 

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
@@ -47,10 +46,10 @@ std::string validationText(const RigValidation& tested) {
                                    camera.rms_px, camera.freed_rms_px);
     if (!is_first) {
       constexpr double kMmPerM = 1000;
-      text += fmt::format(", which moves it by {:.2f} mm and {:.3f} degrees: {:.2f} px, {:.1f} sigma",
+      text += fmt::format(", which moves it by {:.2f} mm and {}: {:.2f} px, {} sigma",
                           camera.freed_from_stated.translation.norm() * kMmPerM,
-                          camera.freed_from_stated.rotation.log().norm() * kDegPerRad, camera.effect_px,
-                          std::max(0.0, camera.sigmas));
+                          turnText(camera.freed_from_stated.rotation.inverse()), camera.effect_px,
+                          std::isnan(camera.sigmas) ? "unknown" : fmt::format("{:.1f}", camera.sigmas));
     }
     append(lines, wrapped(is_first ? "Camera" : "", text));
   }
@@ -74,6 +73,7 @@ std::string validationJson(const RigValidation& tested) {
                        {"sigmas", camera.sigmas}});
   }
   return jsonText({{"verdict", verdictName(tested.verdict())},
+                   {"tolerance_px", tested.tolerance_px},
                    {"rms_px", tested.rms_px},
                    {"freed_rms_px", tested.freed_rms_px},
                    {"epipolar_px", tested.epipolar_px},
@@ -102,15 +102,16 @@ class RigValidateCommand final : public Command {
         "The images are ordinary pictures, taken at the same time by all cameras; no board is needed");
     flags.under(nullptr);
     flags.add("--tolerance", &tolerance_,
-              "Error of a projected point that you accept (95 %). For --footage, whose default is "
-              "0.2px, a fifth of the error of rows that surely fails",
+              "Error of a projected point that you accept (95 %): 0.25px, or 1px if the rig file states no "
+              "covariance. For --footage, whose default is 0.2px, a fifth of the error of rows that surely "
+              "fails",
               kPixelText);
     flags.addCommon(common_, true);
   }
 
-  int run(const Flags& flags) override {
+  int run(const Flags& /*flags*/) override {
     if (rig_path_.empty()) throw missing("no rig file", "a rig file and images");
-    RigRecord rig = loadRig(rig_path_);
+    const RigRecord rig = loadRig(rig_path_);
     if (views_.inputs.size() != rig.cameras.size()) {
       throw missing(fmt::format("{} inputs", views_.inputs.size()),
                     fmt::format("{}, one for each camera: {}", rig.cameras.size(),
@@ -123,8 +124,7 @@ class RigValidateCommand final : public Command {
       sortByNames(rig);
     }
     common_.cancel = catchInterrupts();
-    const std::string no =
-        is_footage_ ? contradictionByFootage(rig, flags.isGiven("--tolerance")) : contradictionByBoards(rig);
+    const std::string no = is_footage_ ? contradictionByFootage(rig) : contradictionByBoards(rig);
     if (no.empty()) return 0;
     printMessage("error: the images contradict the rig: " + no);
     return kUntrustworthyExit;
@@ -136,20 +136,21 @@ class RigValidateCommand final : public Command {
   // Each test prints its findings. @returns the errors of the rig; empty: none
   [[nodiscard]] std::string contradictionByBoards(const RigRecord& rig) {
     RigOptions options;
-    options.camera.tolerance_px = *parsePixels(tolerance_);
     options.camera.jobs = common_.jobs;
     options.camera.cancel = common_.cancel;
+    double tolerance = rigTolerancePx(rig);
+    if (!tolerance_.empty()) tolerance = options.camera.tolerance_px = *parsePixels(tolerance_);
     RigInputViews given = readRigViews(views_, mapped(rig.cameras, nameOf), common_);
     options.frames = given.frames;
-    const RigValidation tested = validateRig(rig, given.boards, std::move(given.cameras), options);
+    const RigValidation tested = validateRig(rig, given.boards, std::move(given.cameras), tolerance, options);
     answer([&] { return validationJson(tested); }, [&] { return validationText(tested); });
     return tested.verdict() == Verdict::kNo ? tested.diagnoses.front().message() : "";
   }
 
-  [[nodiscard]] std::string contradictionByFootage(const RigRecord& record, bool has_tolerance) {
+  [[nodiscard]] std::string contradictionByFootage(const RigRecord& record) {
     FootageCheckOptions options{
         .tolerance_px = kRigFootageTolerancePx, .num_jobs = common_.jobs, .cancel = common_.cancel};
-    if (has_tolerance) options.tolerance_px = *parsePixels(tolerance_);
+    if (!tolerance_.empty()) options.tolerance_px = *parsePixels(tolerance_);
     const std::vector<RigPairMatches> pairs = matchRigFootage(record, views_, common_);
     const AnyRig rig = rigOf(record);
     const RigCheck check = checkRigOnFootage(rig, pairs, options);
@@ -158,26 +159,25 @@ class RigValidateCommand final : public Command {
     return check.verdict == FootageVerdict::kInconsistent ? rigContradiction(check, rig) : "";
   }
 
-  // Sorts the rig in the order of --names. A rig's frame need not be that of a camera.
-  void sortByNames(RigRecord& rig) const {
+  // Sorts the inputs, which --names assigns, in the order of the rig.
+  void sortByNames(const RigRecord& rig) {
+    const std::vector<std::string> cameras = mapped(rig.cameras, nameOf);
     const std::vector<std::string> names = views_.cameraNames(common_);
-    std::vector<RigCameraRecord> sorted;
-    for (const std::string& name : names) {
-      const auto found = std::ranges::find(rig.cameras, name, nameOf);
-      if (found == rig.cameras.end()) {
-        throw flagError("--names", "'" + name + "'",
-                        "the cameras of the rig: " + join(mapped(rig.cameras, nameOf), ", "));
-      }
-      sorted.push_back(*found);
+    const auto places = placesByName(names, cameras);
+    if (!places) {
+      const auto unknown = std::ranges::find_if(
+          names, [&](const auto& name) { return std::ranges::count(cameras, name) == 0; });
+      throw flagError("--names", "'" + *unknown + "'", "the cameras of the rig: " + join(cameras, ", "));
     }
-    if (names != mapped(rig.cameras, nameOf)) rig.covariance.clear();  // it has the order of the file
-    rig.cameras = std::move(sorted);
+    const std::vector<std::string> given = views_.inputs;
+    for (std::size_t i = 0; i < given.size(); ++i) views_.inputs[(*places)[i]] = given[i];
+    views_.names = cameras;
   }
 
   std::string rig_path_;
   RigInputs views_;
   bool is_footage_ = false;
-  std::string tolerance_ = "1px";
+  std::string tolerance_;
 };
 
 }  // namespace
