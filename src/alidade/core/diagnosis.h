@@ -103,6 +103,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"unmatched_images", Subject::kMatching, Severity::kNote},
     {"frames_disagree", Subject::kRig, Severity::kWarning},
     {"weak_link", Subject::kRig, detail::kByRule, Rank::kConsequence},
+    {"unchecked_link", Subject::kRig, Severity::kWarning},
     {"no_holdout", Subject::kRig, Severity::kNote},
     {"holdout_error", Subject::kRig},
     {"same_images", Subject::kMatching, Severity::kFailure, Rank::kCause},

@@ -57,16 +57,12 @@ std::vector<Calibration> calibratedAlone(std::span<const Board> boards, const st
 
 void requireOnePart(const std::vector<RigViews>& cameras, const JointViews& views) {
   if (views.num_parts == 1) return;
-  std::vector<std::string> parts(views.num_parts);
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    std::string& part = parts[views.part_of[c]];
-    part += (part.empty() ? "" : ", ") + cameras[c].name;
-  }
-  throw inputError({.where = "rig",
-                    .found = "cameras that nothing links: " + join(parts, " | "),
-                    .expected = "frames in which a camera of each part sees the same board at the same time",
-                    .next_step = "check that the images' numbers or names match, or take frames in which "
-                                 "both parts see the board"});
+  throw inputError(
+      {.where = "rig",
+       .found = "cameras that nothing links: " + partsText(mapped(cameras, &RigViews::name), views.part_of),
+       .expected = "frames in which a camera of each part sees the same board at the same time",
+       .next_step = "check that the images' numbers or names match, or take frames in which "
+                    "both parts see the board"});
 }
 
 void requireCounts(std::size_t num_cameras, const RigOptions& options) {

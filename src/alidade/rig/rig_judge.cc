@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/core/degrees.h"
 #include "alidade/core/diagnosis.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 
@@ -134,6 +136,38 @@ void judgeLinks(const RigCalibration& rig, double tolerance_px, std::vector<Diag
   }
 }
 
+// The part of the rig that each camera is in, by the links of all frames but one.
+std::vector<std::size_t> partsWithout(std::size_t frame, const Fit& fit,
+                                      const std::vector<std::vector<std::size_t>>& placements) {
+  std::vector<std::size_t> part_of(fit.cameras.size());
+  std::iota(part_of.begin(), part_of.end(), 0);
+  for (std::size_t p = 0; p < placements.size(); ++p) {
+    if (fit.placements[p].frame == frame) continue;
+    for (const std::size_t v : placements[p]) {
+      const std::size_t into = part_of[fit.views[placements[p].front()].camera];
+      const std::size_t from = part_of[fit.views[v].camera];
+      if (from != into) std::ranges::replace(part_of, from, into);
+    }
+  }
+  return part_of;
+}
+
+// Boards of one frame always agree on some pose of the cameras, a wrong one if the frame is wrong.
+void judgeLoneFrames(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
+  const std::vector<std::vector<std::size_t>> placements = viewsOfPlacements(rig.fit);
+  const std::vector<std::size_t> part_of = partsWithout(rig.frames.names.size(), rig.fit, placements);
+  for (std::size_t frame = 0; frame < rig.frames.names.size(); ++frame) {
+    const std::vector<std::size_t> without = partsWithout(frame, rig.fit, placements);
+    if (without == part_of) continue;
+    diagnoses.push_back(
+        {.id = "unchecked_link",
+         .cause =
+             fmt::format("frame {} alone links {}: no other frame tells whether it is right",
+                         rig.frames.names[frame], partsText(mapped(rig.cameras, &RigCamera::name), without)),
+         .next_step = "take three or more frames in which cameras of these parts see the same board"});
+  }
+}
+
 // Errors of the images in use do not predict those of the rig on others.
 void judgeHoldout(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
   if (rig.holdout.num_corners == 0) {
@@ -241,6 +275,7 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
   judgeMotions(rig, tolerance_px, diagnoses);
   judgeFrames(rig, tolerance_px, diagnoses);
   judgeLinks(rig, tolerance_px, diagnoses);
+  judgeLoneFrames(rig, diagnoses);
   judgeHoldout(rig, tolerance_px, diagnoses);
   judgeSameImages(rig, diagnoses);
   judgeBoards(rig, diagnoses);

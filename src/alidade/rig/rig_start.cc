@@ -11,7 +11,9 @@
 #include <string>
 #include <utility>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
+#include "alidade/core/text.h"
 
 namespace alidade {
 namespace {
@@ -249,6 +251,12 @@ std::vector<std::vector<std::size_t>> firstFrames(const RigFrames& frames, std::
 }
 
 }  // namespace
+
+std::string partsText(std::span<const std::string> names, std::span<const std::size_t> part_of) {
+  std::map<std::size_t, std::vector<std::string>> parts;
+  for (std::size_t c = 0; c < names.size(); ++c) parts[part_of[c]].push_back(names[c]);
+  return join(mapped(parts, [](const auto& part) { return join(part.second, ", "); }), " | ");
+}
 
 double poseCost(const SE3& a, const SE3& b, double distance_m) {
   return between(a, b).cost(distance_m);

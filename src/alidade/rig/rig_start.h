@@ -51,6 +51,9 @@ struct JointViews {
   [[nodiscard]] const BoardTurn& turnOf(std::size_t v) const { return turns[poses[v].board][turn_of[v]]; }
 };
 
+/// "left, right | back" for the names of cameras and the part that each is in.
+[[nodiscard]] std::string partsText(std::span<const std::string> names, std::span<const std::size_t> part_of);
+
 /// Finds the poses of cameras from frames in which two of them see the same board: the pose on which most of
 /// these frames agree, over all turns of ambiguous boards. Cameras that never see a board together are linked
 /// through others.

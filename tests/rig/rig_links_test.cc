@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+// Cameras that few frames link.
+#include <algorithm>
+#include <string>
+
+#include <gmock/gmock.h>
+
+#include "rig_scene.h"
+
+namespace alidade {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::Field;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double kNoise = 0.1;
+
+RigCalibration calibrated(const RigScene& scene) {
+  return calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
+}
+
+auto hasDiagnosis(const char* id) {
+  return Field(&RigCalibration::diagnoses,
+               Contains(Field(&Diagnosis::id, testing::Eq(std::string_view(id)))));
+}
+
+// Equal cameras side by side.
+RigScene rowOf(int num_cameras, double step_m, int num_frames, std::uint64_t seed) {
+  const std::vector<double> pinhole = {600, 600, 320, 240};
+  std::vector<TrueCamera> cameras;
+  for (int c = 0; c < num_cameras; ++c)
+    cameras.push_back({AnyCamera::make("pinhole", pinhole), {640, 480}, {SO3(), {-step_m * c, 0, 0}}});
+  return sceneOf(std::move(cameras), kCharuco, num_frames, kNoise, seed);
+}
+
+// Only the first frames are common to all cameras; the others are each camera's own.
+void keepCommon(RigScene& scene, std::size_t num_common) {
+  for (std::size_t c = 1; c < scene.views.size(); ++c) {
+    std::vector<View>& views = scene.views[c].views;
+    for (std::size_t v = num_common; v < views.size(); ++v)
+      views[v].image = "frame" + std::to_string(1000 * c + v) + ".png";
+  }
+}
+
+// The corners of these views are those of the frames `by` later, as from a camera that lags.
+void shift(std::vector<View>& views, std::size_t count, std::size_t by) {
+  for (std::size_t v = 0; v < count; ++v) std::swap(views[v].corners, views[v + by].corners);
+}
+
+// The board moved before the second camera saw it.
+void moveBoard(View& view, double motion_m, Random& random) {
+  const Eigen::Vector3d turn(random.normal(), random.normal(), random.normal());
+  const Eigen::Vector2d by_px = 600 * motion_m * Eigen::Vector2d(random.normal(), random.normal());
+  const Eigen::Vector2d middle(320, 240);
+  const Eigen::Rotation2Dd rotation(motion_m * turn.z());
+  for (Corner& corner : view.corners) corner.pixel = middle + by_px + rotation * (corner.pixel - middle);
+}
+
+TEST(RigLinks, AreUncheckedByASingleFrame) {
+  int num_rigs = 0;
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    RigScene scene = rowOf(2, 0.1, 24, 60 + seed);
+    Random random(seed);
+    keepCommon(scene, 1);
+    std::vector<View>& views = scene.views[1].views;
+    if (seed % 2 == 0)
+      shift(views, 1, 2 + seed);
+    else
+      moveBoard(views[0], 0.01 * static_cast<double>(seed), random);
+    const RigCalibration rig = calibrated(scene);
+    EXPECT_NE(rig.verdict(), Verdict::kTrustworthy) << seed;
+    const auto found = std::ranges::find(rig.diagnoses, "unchecked_link", &Diagnosis::id);
+    ASSERT_NE(found, rig.diagnoses.end()) << seed;
+    EXPECT_THAT(found->cause, AllOf(HasSubstr("frame frame0 "), HasSubstr("camera0 | camera1")));
+    ++num_rigs;
+  }
+  EXPECT_EQ(num_rigs, 8);
+}
+
+// Two frames that contradict each other do not tell which of them is wrong.
+TEST(RigLinks, AreUncheckedByTwoFramesOfWhichOneIsWrong) {
+  int num_rigs = 0;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    RigScene scene = rowOf(2, 0.1, 24, 80 + seed);
+    Random random(seed);
+    keepCommon(scene, 2);
+    std::vector<View>& views = scene.views[1].views;
+    if (seed % 3 == 0)
+      shift(views, 2, 3);  // both are wrong
+    else if (seed % 3 == 1)
+      shift(views, 1, 2 + seed);
+    else
+      moveBoard(views[seed % 2], 0.005 * static_cast<double>(seed), random);
+    const RigCalibration rig = calibrated(scene);
+    EXPECT_NE(rig.verdict(), Verdict::kTrustworthy) << seed;
+    EXPECT_THAT(rig, hasDiagnosis("unchecked_link")) << seed;
+    ++num_rigs;
+  }
+  EXPECT_EQ(num_rigs, 12);
+}
+
+TEST(RigLinks, AreCheckedByThreeFrames) {
+  int num_trusted = 0;
+  int num_rigs = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    RigScene scene = rowOf(2 + static_cast<int>(seed % 3), 0.06, 24, 100 + seed);
+    keepCommon(scene, 3 + seed);
+    const RigCalibration rig = calibrated(scene);
+    EXPECT_THAT(rig, Not(hasDiagnosis("unchecked_link"))) << seed;
+    num_trusted += rig.verdict() == Verdict::kTrustworthy ? 1 : 0;
+    ++num_rigs;
+  }
+  EXPECT_EQ(num_rigs, 20);
+  EXPECT_GE(num_trusted, 10);
+}
+
+// The second of three cameras links the others, once with many frames and once with a single one.
+TEST(RigLinks, OfAChainAreCheckedOneByOne) {
+  for (const bool is_lone : {false, true}) {
+    RigScene scene = rowOf(3, 0.06, 30, 140);
+    const auto frameOf = [](const View& view) { return std::stoi(view.image.substr(5)); };
+    std::erase_if(scene.views[0].views, [&](const View& view) { return frameOf(view) >= 15; });
+    for (View& view : scene.views[2].views) {
+      if (frameOf(view) < (is_lone ? 29 : 15)) view.image = "frame" + std::to_string(1000 + frameOf(view));
+    }
+    const RigCalibration rig = calibrated(scene);
+    if (!is_lone) {
+      EXPECT_THAT(rig, Not(hasDiagnosis("unchecked_link")));
+      EXPECT_EQ(rig.verdict(), Verdict::kTrustworthy) << rig.diagnoses.front().message();
+      continue;
+    }
+    const auto found = std::ranges::find(rig.diagnoses, "unchecked_link", &Diagnosis::id);
+    ASSERT_NE(found, rig.diagnoses.end());
+    EXPECT_THAT(found->cause, AllOf(HasSubstr("frame frame29 "), HasSubstr("camera0, camera1 | camera2")));
+  }
+}
+
+}  // namespace
+}  // namespace alidade
