@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Cameras that few frames link.
+// Cameras that few frames link, and cameras that are one camera.
 #include <algorithm>
+#include <limits>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -110,6 +111,7 @@ TEST(RigLinks, AreCheckedByThreeFrames) {
     keepCommon(scene, 3 + seed);
     const RigCalibration rig = calibrated(scene);
     EXPECT_THAT(rig, Not(hasDiagnosis("unchecked_link"))) << seed;
+    EXPECT_THAT(rig, Not(hasDiagnosis("no_baseline"))) << seed;
     num_trusted += rig.verdict() == Verdict::kTrustworthy ? 1 : 0;
     ++num_rigs;
   }
@@ -136,6 +138,28 @@ TEST(RigLinks, OfAChainAreCheckedOneByOne) {
     ASSERT_NE(found, rig.diagnoses.end());
     EXPECT_THAT(found->cause, AllOf(HasSubstr("frame frame29 "), HasSubstr("camera0, camera1 | camera2")));
   }
+}
+
+// Pictures of the second camera, stored again, serve as those of the third.
+TEST(RigBaselines, AreNoneIfACameraIsGivenTwice) {
+  int num_rigs = 0;
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    RigScene scene = rowOf(3, 0.005, 24, 160 + seed);
+    EXPECT_THAT(calibrated(scene), Not(hasDiagnosis("no_baseline"))) << seed;
+    Random random(seed);
+    scene.views[2].views = scene.views[1].views;
+    for (View& view : scene.views[2].views) addCornerNoise(view, 0.02, random);
+    for (View& view : scene.views[2].views) {
+      for (Corner& corner : view.corners) corner.sigma_px = std::numeric_limits<double>::quiet_NaN();
+    }
+    const RigCalibration twice = calibrated(scene);
+    EXPECT_NE(twice.verdict(), Verdict::kTrustworthy) << seed;
+    const auto found = std::ranges::find(twice.diagnoses, "no_baseline", &Diagnosis::id);
+    ASSERT_NE(found, twice.diagnoses.end()) << seed;
+    EXPECT_THAT(found->cause, HasSubstr("camera1 and camera2 may be the same camera twice"));
+    ++num_rigs;
+  }
+  EXPECT_EQ(num_rigs, 3);
 }
 
 }  // namespace

@@ -107,6 +107,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"no_holdout", Subject::kRig, Severity::kNote},
     {"holdout_error", Subject::kRig},
     {"same_images", Subject::kMatching, Severity::kFailure, Rank::kCause},
+    {"no_baseline", Subject::kMatching, Severity::kWarning, Rank::kCause},
     {"points_lost", Subject::kFrames, Severity::kNote},
     {"given_lens_untested", Subject::kFrames, Severity::kNote},
     {"given_lens_misfits", Subject::kRig},

@@ -225,6 +225,26 @@ void judgeSameImages(const RigCalibration& rig, std::vector<Diagnosis>& diagnose
   }
 }
 
+// The same camera twice, in other files or sizes, gives two cameras at one place.
+void judgeBaselines(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
+  constexpr double kChance = 16.27;  // exceeded by chi^2 with three degrees of freedom once in 1000
+  if (!rig.covariance.isKnown()) return;
+  for (std::size_t a = 0; a < rig.cameras.size(); ++a) {
+    for (std::size_t b = a + 1; b < rig.cameras.size(); ++b) {
+      const Baseline baseline = baselineOf(rig.fit, rig.covariance, a, b);
+      if (!(baseline.vector_m.dot(baseline.covariance.ldlt().solve(baseline.vector_m)) < kChance)) continue;
+      diagnoses.push_back(
+          {.id = "no_baseline",
+           .cause = fmt::format("{} and {} may be the same camera twice: they are at the same place",
+                                rig.cameras[a].name, rig.cameras[b].name),
+           .evidence =
+               fmt::format("{:.3f} mm apart, standard deviation {:.3f} mm",
+                           kMillimetres * baseline.vector_m.norm(), kMillimetres * baseline.lengthStd()),
+           .next_step = "give each camera its own images; cameras that are apart need more common frames"});
+    }
+  }
+}
+
 void judgeBoards(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
   if (!rig.are_points_lost) return;
   diagnoses.push_back(
@@ -278,6 +298,7 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
   judgeLoneFrames(rig, diagnoses);
   judgeHoldout(rig, tolerance_px, diagnoses);
   judgeSameImages(rig, diagnoses);
+  judgeBaselines(rig, diagnoses);
   judgeBoards(rig, diagnoses);
   judgeGivenLenses(rig, tolerance_px, diagnoses);
   for (const RigCamera& camera : rig.cameras) {

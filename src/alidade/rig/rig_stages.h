@@ -27,6 +27,16 @@ namespace alidade {
 /// The links of each camera of a solved rig, and the accuracy of its pose.
 [[nodiscard]] std::vector<CameraLink> cameraLinks(const Fit& fit, const RigCovariance& covariance);
 
+/// The vector from the centre of one camera of a rig to that of another, in the rig's frame.
+struct Baseline {
+  Eigen::Vector3d vector_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  [[nodiscard]] double lengthStd() const;  ///< standard deviation of its length, m
+};
+/// @param covariance  known
+[[nodiscard]] Baseline baselineOf(const Fit& fit, const RigCovariance& covariance, std::size_t from,
+                                  std::size_t to);
+
 /// Finds cameras whose pose changes at some frame. Frames are in the order of their names. Two cases:
 ///
 /// - A motion larger than the noise unlinks all of the camera's views before or after it. These agree on a

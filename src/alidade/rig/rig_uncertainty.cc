@@ -117,20 +117,14 @@ Eigen::MatrixXd informationOf(const Fit& fit, const JointColumns& columns,
   return information;
 }
 
-// The centre of C Exp([v, w]) is Exp(-[v, w]) c for the centre c of C, that is c - v + c x w.
-void setPoseStd(const Eigen::Matrix<double, 6, 6>& covariance, const SE3& camera_from_rig, CameraLink& link) {
+void setPoseStd(const Eigen::Matrix<double, 6, 6>& covariance, const Baseline& baseline, CameraLink& link) {
   const auto stdOf = [](const Eigen::VectorXd& variances) {
     return Eigen::Vector3d(variances.cwiseMax(0).cwiseSqrt());
   };
   link.translation_std_m = stdOf(covariance.diagonal().head<3>());
   link.rotation_std_rad = stdOf(covariance.diagonal().tail<3>());
-  const Eigen::Vector3d centre = camera_from_rig.inverse().translation;
-  Eigen::Matrix<double, 3, 6> J;
-  J << -Eigen::Matrix3d::Identity(), hat(centre);
-  const Eigen::Matrix3d of_centre = J * covariance * J.transpose();
-  link.position_std_m = stdOf(of_centre.diagonal());
-  const Eigen::Vector3d direction = centre.stableNormalized();
-  link.distance_std_m = std::sqrt(std::max(0.0, direction.dot(of_centre * direction)));
+  link.position_std_m = stdOf(baseline.covariance.diagonal());
+  link.distance_std_m = baseline.lengthStd();
 }
 
 }  // namespace
@@ -175,18 +169,38 @@ RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<Camera
   return covariance;
 }
 
+double Baseline::lengthStd() const {
+  const Eigen::Vector3d direction = vector_m.stableNormalized();
+  return std::sqrt(std::max(0.0, direction.dot(covariance * direction)));
+}
+
+Baseline baselineOf(const Fit& fit, const RigCovariance& covariance, std::size_t from, std::size_t to) {
+  const JointColumns columns = jointColumns(fit);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, columns.count);
+  Eigen::Vector3d vector = Eigen::Vector3d::Zero();
+  for (const auto& [camera, sign] : {std::pair(from, -1.0), std::pair(to, 1.0)}) {
+    const Eigen::Vector3d centre = fit.cameras[camera].camera_from_rig.inverse().translation;
+    vector += sign * centre;
+    if (columns.pose[camera] < 0) continue;
+    // The centre of C Exp([v, w]) is Exp(-[v, w]) c for the centre c of C, that is c - v + c x w.
+    J.middleCols<3>(columns.pose[camera]) = -sign * Eigen::Matrix3d::Identity();
+    J.middleCols<3>(columns.pose[camera] + 3) = sign * hat(centre);
+  }
+  return {.vector_m = vector, .covariance = J * covariance.matrix.view() * J.transpose()};
+}
+
 std::vector<CameraLink> cameraLinks(const Fit& fit, const RigCovariance& covariance) {
   const JointColumns columns = jointColumns(fit);
   std::vector<CameraLink> links(fit.cameras.size());
   countLinkedViews(fit, links);
   for (std::size_t c = 0; c < links.size(); ++c) {
-    if (columns.pose[c] < 0) setPoseStd(Eigen::Matrix<double, 6, 6>::Zero(), SE3(), links[c]);
+    if (columns.pose[c] < 0) setPoseStd(Eigen::Matrix<double, 6, 6>::Zero(), {}, links[c]);
     if (!covariance.isKnown()) continue;
     links[c].partner = partnerOf(fit, c);
     links[c].transfer_px = transferErrorPx(fit, columns, c, links[c].partner, covariance.matrix);
     if (columns.pose[c] < 0) continue;
     setPoseStd(covariance.matrix.view().block<6, 6>(columns.pose[c], columns.pose[c]),
-               fit.cameras[c].camera_from_rig, links[c]);
+               baselineOf(fit, covariance, 0, c), links[c]);
   }
   return links;
 }
