@@ -33,7 +33,7 @@ struct CameraLink {
   std::size_t num_grazing = 0;  ///< of these, with the board turned by more than kGrazingRad
   std::size_t partner = 0;      ///< the camera that shares the most boards with this one
   /// Error of transferring a pixel from the partner to this camera at the distance of the boards: 95 % of the
-  /// errors are smaller, px.
+  /// errors are smaller, px. By the covariance, and the largest error that either camera's diagnoses state.
   double transfer_px = std::numeric_limits<double>::quiet_NaN();
   /// Standard deviations of the tangent [v, w] of camera_from_rig Exp([v, w]), in the rig's frame. Zero for
   /// the first camera, which is at the origin.

@@ -131,6 +131,10 @@ RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigV
     rig.cameras.push_back(std::move(camera));
   }
   rig.diagnoses = judgeRig(rig, options.camera.tolerance_px);
+  for (RigCamera& camera : rig.cameras) {
+    const double found_px = std::max(foundErrorPx(camera), foundErrorPx(rig.cameras[camera.link.partner]));
+    camera.link.transfer_px = std::hypot(camera.link.transfer_px, found_px);
+  }
   return rig;
 }
 

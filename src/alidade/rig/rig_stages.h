@@ -70,6 +70,9 @@ struct Baseline {
 [[nodiscard]] std::optional<LensMisfit> givenLensMisfit(const CameraRecord& given, const RigCalibration& rig,
                                                         std::size_t camera);
 
+/// The largest error in the images of a camera that its lens or its own diagnoses state (95 %), px.
+[[nodiscard]] double foundErrorPx(const RigCamera& camera);
+
 /// Judges everything in a rig except `diagnoses`, and repeats the diagnoses of its cameras' own calibrations;
 /// failures first.
 [[nodiscard]] std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px);
