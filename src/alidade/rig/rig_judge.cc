@@ -287,18 +287,16 @@ void judgeGivenLenses(const RigCalibration& rig, double tolerance_px, std::vecto
   }
 }
 
-// True if a diagnosis of the camera alone is also one of the rig.
-bool isOfRig(const RigCamera& camera, const Diagnosis& diagnosis) {
-  return !camera.given || diagnosis.id.kind().subject != Subject::kLens;
-}
-
 }  // namespace
 
 double foundErrorPx(const RigCamera& camera) {
   double most = camera.misfit ? camera.misfit->effect_px : 0;
   for (const Diagnosis& diagnosis : camera.calibration.diagnoses) {
-    // Consequences describe other parts of the image, or what the covariance contains.
-    if (isOfRig(camera, diagnosis) && diagnosis.id.kind().rank != Rank::kConsequence)
+    // Consequences describe other parts of the image, or what the covariance contains, as it does single
+    // views.
+    const DiagnosisKind kind = diagnosis.id.kind();
+    const bool is_of_lens = kind.subject == Subject::kLens && !camera.given;
+    if ((is_of_lens || kind.subject == Subject::kBoard) && kind.rank != Rank::kConsequence)
       most = std::fmax(most, diagnosis.effect_px);
   }
   return most;
@@ -318,7 +316,7 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
   judgeGivenLenses(rig, tolerance_px, diagnoses);
   for (const RigCamera& camera : rig.cameras) {
     for (Diagnosis diagnosis : camera.calibration.diagnoses) {
-      if (!isOfRig(camera, diagnosis)) continue;
+      if (camera.given && diagnosis.id.kind().subject == Subject::kLens) continue;
       diagnosis.cause = camera.name + ": " + diagnosis.cause;
       // A rig has no suggestion for the next view.
       if (diagnosis.id == DiagnosisId("poor_coverage"))
