@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "alidade/camera/batch.h"
 #include "alidade/core/random.h"
 #include "support/brute_force_domain.h"
 #include "support/model_fixture.h"
@@ -227,6 +228,99 @@ TYPED_TEST(ManyRays, HavePixelsThatComeBackOrTrulyHaveNone) {
               this->id().c_str(), counts.num_with_ray, counts.worst_px, counts.num_without, num_beyond_rim);
   EXPECT_EQ(counts.num_with_ray + counts.num_without, this->numSets() * num_pixels);
   EXPECT_GE(counts.num_with_ray, this->numSets() * num_pixels / 10);
+}
+
+struct RayAndStatus {
+  Eigen::Vector3d ray;
+  ProjectStatus status;
+};
+
+// Rays of all pixels by the batch, after comparing each with that of the scalar function.
+std::vector<RayAndStatus> raysBothWays(const AnyCamera& camera, const std::vector<Eigen::Vector2d>& pixels,
+                                       double tolerance) {
+  std::vector<double> rays(3 * pixels.size());
+  std::vector<ProjectStatus> status(pixels.size());
+  unprojectRows(camera, {pixels[0].data(), 2 * pixels.size()}, rays, status);
+  std::vector<RayAndStatus> all;
+  for (std::size_t i = 0; i < pixels.size() && !testing::Test::HasFailure(); ++i) {
+    all.push_back({Eigen::Vector3d(rays.data() + 3 * i), status[i]});
+    Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J;
+    const auto one = camera.unproject(pixels[i], J.data());
+    EXPECT_EQ(one.has_value(), status[i] == ProjectStatus::kOk) << pixels[i].transpose();
+    if (!one) continue;
+    // How far rounding of the pixel moves the ray: much where the lens nearly folds.
+    const double rounding = 1e-13 * (1 + pixels[i].norm()) * J.norm();
+    EXPECT_LE((all.back().ray - *one).norm(), tolerance + rounding) << pixels[i].transpose();
+  }
+  return all;
+}
+
+// A lens whose denominator comes near to 0 inside the image, where the numerator does too: a has a bump within
+// a narrow ring, and rounding there is many times that of other lenses.
+struct NearPole {
+  Real radius2, width2, shift;  // a = (1 + s / q) ((s - radius2)^2 + width2) / the same with radius2 shifted
+
+  static constexpr Real kFar = 0.1L;
+  [[nodiscard]] std::array<double, 3> polynomial(Real middle) const {
+    const Real constant = middle * middle + width2;
+    const Real linear = -2 * middle / constant;
+    const Real square = 1 / constant;
+    return {static_cast<double>(linear + 1 / kFar), static_cast<double>(square + linear / kFar),
+            static_cast<double>(square / kFar)};
+  }
+  [[nodiscard]] std::vector<double> params(double p1, double p2) const {
+    const auto up = polynomial(radius2 + shift);
+    const auto down = polynomial(radius2);
+    return {1000, 1003, 960, 600, up[0], up[1], p1, p2, up[2], down[0], down[1], down[2]};
+  }
+};
+
+TEST(ManyRaysNearPoles, LoseNoPixel) {
+  Random random(14);
+  constexpr int kNumLenses = 20;
+  long num_pixels = 0;
+  double worst_px = 0;
+  for (int lens = 0; lens < kNumLenses; ++lens) {
+    const Real width = std::pow(10.0L, random.uniform(-3, -1.5));
+    const NearPole pole{.radius2 = random.uniform(0.05, 0.5),
+                        .width2 = width * width,
+                        .shift = 0.3L * width * width * random.uniform(-1, 1)};
+    const bool is_tangential = lens % 2 == 0;
+    const auto params = pole.params(is_tangential ? 1e-3 : 0, is_tangential ? -2e-3 : 0);
+    const AnyCamera camera = AnyCamera::make("rational", params);
+    // By the formula in more digits: rising everywhere, so that each radius has its ray.
+    const auto radius = [&params](Real r) {
+      const Real s = r * r;
+      return r * (1 + s * (params[4] + s * (params[5] + s * params[8]))) /
+             (1 + s * (params[9] + s * (params[10] + s * params[11])));
+    };
+    const Real step = static_cast<Real>(width) / 50;
+    for (Real r = step; r < 1.4L; r += step) ASSERT_GT(radius(r), radius(r - step));
+    std::vector<Eigen::Vector2d> pixels(static_cast<std::size_t>(numRays() / kNumLenses));
+    for (Eigen::Vector2d& pixel : pixels) {
+      pixel = {random.uniform(0, kTestImage.width - 1.0), random.uniform(0, kTestImage.height - 1.0)};
+      // Half of them in the ring.
+      const double r = static_cast<double>(
+          radius(std::sqrt(pole.radius2 + 20 * width * static_cast<Real>(random.uniform(-1, 1)))));
+      const double azimuth = random.uniform(0, 2 * std::numbers::pi);
+      if (random.uniform() < 0.5 && std::isfinite(r))
+        pixel = {960 + 1000 * r * std::cos(azimuth), 600 + 1003 * r * std::sin(azimuth)};
+    }
+    const auto rays = raysBothWays(camera, pixels, kRayTolerance);
+    ASSERT_EQ(rays.size(), pixels.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      ASSERT_EQ(rays[i].status, ProjectStatus::kOk) << "lens " << lens << ", " << pixels[i].transpose();
+      const auto m = TextbookLens<Rational>::project(params.data() + 4, rays[i].ray.cast<Real>());
+      ASSERT_TRUE(m);
+      const Eigen::Vector2d back(static_cast<double>(1000 * m->x() + 960),
+                                 static_cast<double>(1003 * m->y() + 600));
+      worst_px = std::max(worst_px, (back - pixels[i]).norm());
+      ++num_pixels;
+    }
+  }
+  std::printf("%ld pixels of lenses with near poles, worst %.1e px\n", num_pixels, worst_px);
+  EXPECT_EQ(num_pixels, numRays() / kNumLenses * kNumLenses);
+  EXPECT_LE(worst_px, kPixelTolerance);
 }
 
 }  // namespace

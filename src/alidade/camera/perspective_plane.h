@@ -66,6 +66,7 @@ bool newtonInDisc(const Warp& warp, double mx, double my, double rho_max, double
   constexpr int kMaxIterations = 60;
   constexpr int kMaxClamped = 8;  // steps in a row that end on the rim: the root lies beyond it
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  constexpr double kSameRoot = 1e-9;
   WarpSample<double> s = warp(x, y);
   double rx = mx - s.mx;
   double ry = my - s.my;
@@ -104,9 +105,13 @@ bool newtonInDisc(const Warp& warp, double mx, double my, double rho_max, double
       break;
     }
     if (num_clamped > kMaxClamped) return false;
-    // Rounding stops the descent a few bits above zero residual; a larger residual is not a root. Near a
-    // fold, steps stay long even at a root, so the residual decides.
-    if (!moved) return residual <= 64 * kEpsilon * (std::hypot(mx, my) + std::hypot(x, y));
+    // Newton's steps descend until rounding stops them: the residual is then of a few bits, or, where terms of
+    // the warp nearly cancel, of as many as move the root by nothing. Near a fold, steps stay long even at a
+    // root.
+    if (!moved) {
+      return step <= kSameRoot * scale ||
+             residual <= 64 * kEpsilon * (std::hypot(mx, my) + std::hypot(x, y));
+    }
   }
   return false;
 }
