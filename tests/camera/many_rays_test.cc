@@ -255,6 +255,25 @@ std::vector<RayAndStatus> raysBothWays(const AnyCamera& camera, const std::vecto
   return all;
 }
 
+TYPED_TEST(ManyRays, AreThoseOfTheBatch) {
+  long num_with_ray = 0;
+  long num_compared = 0;
+  for (const auto& params : ModelFixture<TypeParam>::paramSets()) {
+    const AnyCamera camera = AnyCamera::make(TypeParam::kId, params);
+    Random random(13);
+    std::vector<Eigen::Vector2d> pixels(static_cast<std::size_t>(numRays()));
+    for (Eigen::Vector2d& pixel : pixels) {
+      pixel = {random.uniform(-1.0, 2.0) * kTestImage.width, random.uniform(-1.0, 2.0) * kTestImage.height};
+    }
+    for (const RayAndStatus& of_pixel : raysBothWays(camera, pixels, 1e-12)) {
+      num_with_ray += of_pixel.status == ProjectStatus::kOk ? 1 : 0;
+      ++num_compared;
+    }
+  }
+  EXPECT_EQ(num_compared, this->numSets() * numRays());
+  EXPECT_GE(num_with_ray, num_compared / 10);
+}
+
 // A lens whose denominator comes near to 0 inside the image, where the numerator does too: a has a bump within
 // a narrow ring, and rounding there is many times that of other lenses.
 struct NearPole {

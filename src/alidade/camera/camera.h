@@ -72,8 +72,11 @@ class Camera {
     // The image of the cone is bounded by that of its rim. False for NaN too.
     if (!(std::hypot(m[0], m[1]) <= rim_radius_)) return std::nullopt;
     std::optional<Eigen::Vector3d> ray(std::in_place);
-    if (!M::unlens(params_.data() + 4, m, cone_.max_angle_rad, ray->data())) return std::nullopt;
-    if (classify(*ray) != ProjectStatus::kOk) ray = onRim(*ray, pixel);
+    M::quickUnlens(params_.data() + 4, start_, m, cone_.max_angle_rad, ray->data());
+    if (classify(*ray) != ProjectStatus::kOk) {
+      if (!M::unlens(params_.data() + 4, m, cone_.max_angle_rad, ray->data())) return std::nullopt;
+      if (classify(*ray) != ProjectStatus::kOk) ray = onRim(*ray, pixel);
+    }
     if (ray && J_ray_pixel != nullptr) rayByPixel<M>(params_.data(), ray->data(), J_ray_pixel);
     return ray;
   }

@@ -68,11 +68,11 @@ struct SharedLens {
 ///   formula(k, ray, m, J_m_ray, J_m_lens)  the map itself if it has a value, with row-major 2x3 and 2xN
 ///                    Jacobians (null: not computed); for double, Lanes and automatic differentiation, so
 ///                    without a branch on the ray
-///   unlens(k, m, max_angle, ray)  the inverse: the unit ray inside the cone of half-angle max_angle, in
-///                    which the lens is one-to-one, or a nanoradian beyond; false without one. A closed form
-///                    may ignore max_angle, because Camera::unproject checks it
-///   quickUnlens(k, start, m, max_angle, ray)  the same for Lanes, without safeguards: NaN or a ray outside
-///                    the cone if there is none, or if more iterations would be needed
+///   quickUnlens(k, start, m, max_angle, ray)  the inverse, for double and Lanes: the unit ray inside the cone
+///                    of half-angle max_angle, in which the lens is one-to-one; without safeguards: NaN or a
+///                    ray outside the cone if there is none, or if more iterations would be needed
+///   unlens(k, m, max_angle, ray)  the same for the points where that gives no ray, with safeguards: the ray
+///                    inside the cone or a nanoradian beyond; false without one
 ///   Start, makeStart(k, max_angle)  precomputed values for quickUnlens()
 ///
 /// and properties of the model, which have no defaults:

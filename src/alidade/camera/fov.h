@@ -77,21 +77,10 @@ struct Fov : LensFormula<Fov, 1> {
     }
   }
 
-  static bool unlens(const double* k, const double* m, double, double* ray) {
-    const double w = k[0];
-    if (!(w >= 0.0 && w <= kLensRanges[0].max)) return false;
-    const double phi = w * std::hypot(m[0], m[1]);  // atan2(a rho, Z)
-    if (!(phi < std::numbers::pi)) return false;
-    const double sinc = phi < kSmallPhi ? 1 - phi * phi / 6 : std::sin(phi) / phi;
-    const double scale = sinc / axisScale(w, 2 * std::tan(0.5 * w));
-    detail::makeUnitRay(m[0] * scale, m[1] * scale, std::cos(phi), ray);
-    return true;
-  }
-
   template <class T>
   ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start&, const T* m, double, T* ray) {
     const double w = k[0];
-    T phi = w * lane::squareRoot(T(m[0] * m[0] + m[1] * m[1]));
+    T phi = w * lane::squareRoot(T(m[0] * m[0] + m[1] * m[1]));  // atan2(a rho, Z)
     phi = lane::select(phi < std::numbers::pi, phi, T(phi * std::numeric_limits<double>::quiet_NaN()));
     T sine;
     T cosine;

@@ -48,15 +48,6 @@ struct Pinhole : LensFormula<Pinhole, 0> {
     }
   }
 
-  static bool unlens(const double*, const double* m, double, double* ray) {
-    const double norm = std::hypot(m[0], m[1], 1.0);
-    if (!std::isfinite(norm)) return false;
-    ray[0] = m[0] / norm;
-    ray[1] = m[1] / norm;
-    ray[2] = 1.0 / norm;
-    return true;
-  }
-
   template <class T>
   ALIDADE_ALWAYS_INLINE static void quickUnlens(const double*, const Start&, const T* m, double, T* ray) {
     const T z = 1.0 / lane::squareRoot(T(m[0] * m[0] + m[1] * m[1] + 1.0));

@@ -41,6 +41,14 @@ ALIDADE_ALWAYS_INLINE bool both(bool a, bool b) {
   return a && b;
 }
 
+ALIDADE_ALWAYS_INLINE bool isAny(bool mask) {
+  return mask;
+}
+
+ALIDADE_ALWAYS_INLINE bool isAll(bool mask) {
+  return mask;
+}
+
 template <class T>
 ALIDADE_ALWAYS_INLINE T squareRoot(const T& a) {
   using std::sqrt;
@@ -136,25 +144,18 @@ ALIDADE_ALWAYS_INLINE void sineCosine(const Lanes& angle, Lanes& sine, Lanes& co
   sine = select(is_first, s, select(is_last, -s, c));
   cosine = select(is_first, c, select(is_last, -c, -s));
 }
-#endif
 
 ALIDADE_ALWAYS_INLINE bool isAny(const LaneMask& mask) {
-#if defined(ALIDADE_HAS_VECTORS)
   return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
-#else
-  return mask;
-#endif
 }
 
 ALIDADE_ALWAYS_INLINE bool isAll(const LaneMask& mask) {
-#if defined(ALIDADE_HAS_VECTORS)
   // In halves, which takes fewer instructions than lane by lane.
   const auto half = __builtin_shufflevector(mask, mask, 0, 1) & __builtin_shufflevector(mask, mask, 2, 3);
   return (half[0] & half[1]) != 0;
-#else
-  return mask;
-#endif
 }
+#endif
+
 
 ALIDADE_ALWAYS_INLINE Lanes load(const double* from) {
   Lanes lanes;
