@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "alidade/core/error.h"
+#include "alidade/core/random.h"
 #include "alidade/imagery/remap.h"
 #include "support/cameras_of_model.h"
 #include "support/pixel_from_ray.h"
@@ -110,10 +111,13 @@ TEST(UndistortionView, RefusesWhatItCannotShow) {
   EXPECT_EQ(num_refused, 9);
   EXPECT_THROW((void)chooseView(lens(), {40000, 100}, {.size = ImageSize{100, 100}}), Error)
       << "more than OpenCV takes";
-  const AnyCamera aside = AnyCamera::make("pinhole", std::vector<double>{500, 500, -100, 240});
-  EXPECT_THAT(complaint({.extent = ViewExtent::kValid, .size = {}}, aside),
-              AllOf(HasSubstr("1: "), HasSubstr("axis outside the image")));
-  EXPECT_EQ(complaint({.extent = ViewExtent::kAll, .size = {}}, aside), "none");
+  const auto lookingAside = [](double cx) {
+    return AnyCamera::make("pinhole", std::vector<double>{500, 500, cx, 240});
+  };
+  EXPECT_THAT(complaint({.extent = ViewExtent::kValid, .size = {}}, lookingAside(-2000)),
+              AllOf(HasSubstr("1: "), HasSubstr("no ray in the middle of the image")));
+  for (const ViewExtent extent : {ViewExtent::kAll, ViewExtent::kValid})
+    EXPECT_EQ(complaint({.extent = extent, .size = {}}, lookingAside(-100)), "none");
 }
 
 TEST(UndistortionView, AllOfAPinholeCameraIsThePinholeCamera) {
@@ -121,9 +125,70 @@ TEST(UndistortionView, AllOfAPinholeCameraIsThePinholeCamera) {
   const OutputView view = choose(pinhole, kSize, ViewExtent::kAll).view;
   EXPECT_NEAR(view.scale_px.x(), 500, 1e-5);
   EXPECT_LT((view.axis_px - Eigen::Vector2d(300, 250)).norm(), 1e-5);
-  const OutputView valid = choose(pinhole, kSize, ViewExtent::kValid).view;
-  // The axis in the middle, up to the nearest border: below it are 229 pixels, of 239.5 in the output.
-  EXPECT_NEAR(valid.scale_px.x(), 500 * std::max(239.5 / 229, 319.5 / 300), 1e-5);
+}
+
+TEST(UndistortionView, ValidOfAPinholeCameraIsThePinholeCamera) {
+  int num_checked = 0;
+  for (const Eigen::Vector2d axis : {Eigen::Vector2d(300, 250), {500, 20}, {-100, 240}, {900, 700}}) {
+    const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{500, 500, axis.x(), axis.y()});
+    const OutputView view = choose(pinhole, kSize, ViewExtent::kValid).view;
+    EXPECT_NEAR(view.scale_px.x(), 500, 0.05);
+    EXPECT_LT((view.axis_px - axis).norm(), 0.1);
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 4);
+}
+
+// Lenses with the axis off the centre. The source of a pixel is computed here.
+TEST(UndistortionView, ValidIsTheLargestWindowWhereverItsCentreIs) {
+  Random random(61);
+  constexpr int kNumLenses = 20;
+  constexpr double kGrowth = 1.01;
+  int num_checked = 0;
+  for (int lens = 0; lens < kNumLenses; ++lens) {
+    const double f = random.uniform(400, 1500);
+    const std::vector<double> params = {f,
+                                        f * random.uniform(0.99, 1.01),
+                                        320 + random.uniform(-120, 120),
+                                        240 + random.uniform(-90, 90),
+                                        random.uniform(-0.25, 0.25),
+                                        random.uniform(0, 0.1),
+                                        random.uniform(-2e-3, 2e-3),
+                                        random.uniform(-2e-3, 2e-3),
+                                        0};
+    const auto hasSource = [&](const Eigen::Vector2d& plane) {
+      const double x = plane.x(), y = plane.y(), r2 = plane.squaredNorm();
+      const double a = 1 + r2 * (params[4] + r2 * params[5]);
+      const double u = params[0] * (x * a + 2 * params[6] * x * y + params[7] * (r2 + 2 * x * x)) + params[2];
+      const double v = params[1] * (y * a + params[6] * (r2 + 2 * y * y) + 2 * params[7] * x * y) + params[3];
+      return u > -1e-6 && v > -1e-6 && u < kSize.width - 1 + 1e-6 && v < kSize.height - 1 + 1e-6;
+    };
+    const auto numBlack = [&](double scale, const Eigen::Vector2d& axis) {
+      int count = 0;
+      for (int y = 0; y < kSize.height; ++y) {
+        for (int x = 0; x < kSize.width; ++x) {
+          const bool is_border = x == 0 || y == 0 || x + 1 == kSize.width || y + 1 == kSize.height;
+          if (is_border || (x % 7 == 0 && y % 7 == 0))
+            count += hasSource((Eigen::Vector2d(x, y) - axis) / scale) ? 0 : 1;
+        }
+      }
+      return count;
+    };
+    const OutputView view = choose(AnyCamera::make("radtan", params), kSize, ViewExtent::kValid).view;
+    ASSERT_EQ(view.scale_px.x(), view.scale_px.y());
+    EXPECT_EQ(numBlack(view.scale_px.x(), view.axis_px), 0) << "lens " << lens;
+    // A view that shows 1 % more on each side, moved by up to 8 pixels.
+    const Eigen::Vector2d middle(0.5 * (kSize.width - 1), 0.5 * (kSize.height - 1));
+    for (int dy = -8; dy <= 8; dy += 4) {
+      for (int dx = -8; dx <= 8; dx += 4) {
+        const Eigen::Vector2d axis = middle + (view.axis_px - middle) / kGrowth + Eigen::Vector2d(dx, dy);
+        EXPECT_GT(numBlack(view.scale_px.x() / kGrowth, axis), 0)
+            << "lens " << lens << ", " << dx << ", " << dy;
+      }
+    }
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, kNumLenses);
 }
 
 TEST(UndistortionView, SaysWhatIsCut) {

@@ -197,13 +197,9 @@ void showValid(const CameraPair& cameras, const std::array<Vector2d, 2>& middles
          .expected = "cameras that see the same distant things",
          .next_step = "use --own-centres for cameras that look towards each other, or --keep all"});
   }
-  // Upper limit: a window twice as large as the plane reaches beyond its ends wherever it is centred.
-  double limit = std::numeric_limits<double>::infinity();
-  for (const Vector2d& offset : detail::borderOffsets(r.size)) {
-    limit = std::min(limit, 2 * detail::farthestMultiple(r.projection, inViewOrder(r, offset)));
-  }
+  const double limit = 2 * detail::farthestMultiple(r.projection, inViewOrder(r, detail::middleOf(r.size)));
   constexpr double kMargin = 1e-9;  // for rounding of pixel positions
-  r.scale_px = (1 + kMargin) / detail::largestWindow(r.size, limit, has_source);
+  r.scale_px = (1 + kMargin) / detail::largestWindow(detail::borderOffsets(r.size), limit, has_source);
 }
 
 // Signed distance, to first order, of a pixel from the plane that contains the baseline and the other pixel's

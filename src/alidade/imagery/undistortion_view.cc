@@ -53,28 +53,81 @@ OutputView fieldOfView(ViewProjection projection, ImageSize size, double field_r
   return centredView(projection, size, 0.5 * size.width / half_width);
 }
 
+// The middle of the largest window without a place that has no source. The ends of lines from `start` stand
+// for all such places: a window reaches to the first of them.
+template <class HasSource>
+Vector2d centreOfLargest(ViewProjection projection, ImageSize size, const Vector2d& start,
+                         const HasSource& has_source) {
+  constexpr int kNumEnds = 360;
+  const Vector2d half = detail::middleOf(size);
+  const auto fromStart = [&](const Vector2d& offset) { return has_source(start + offset); };
+  std::vector<Vector2d> ends;
+  for (int i = 0; i < kNumEnds; ++i) {
+    const double azimuth = 2 * std::numbers::pi * i / kNumEnds;
+    const std::array<Vector2d, 1> offset = {
+        half.cwiseProduct(Vector2d(std::cos(azimuth), std::sin(azimuth)))};
+    const double limit = 2 * detail::farthestMultiple(projection, offset[0]);
+    ends.emplace_back(start + detail::largestWindow(offset, limit, fromStart) * offset[0]);
+  }
+  const auto sizeAt = [&](const Vector2d& centre) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Vector2d& end : ends)
+      least = std::min(least, (end - centre).cwiseAbs().cwiseQuotient(half).maxCoeff());
+    return least;
+  };
+  // A grid that closes in on its best node.
+  constexpr int kNumRounds = 24;
+  constexpr double kShrink = 0.6;
+  constexpr int kNodes = 2;  // to each side
+  Vector2d best = start;
+  double largest = sizeAt(start);
+  Vector2d step = largest / kNodes * half;
+  for (int round = 0; round < kNumRounds; ++round, step *= kShrink) {
+    const Vector2d middle = best;
+    for (int y = -kNodes; y <= kNodes; ++y) {
+      for (int x = -kNodes; x <= kNodes; ++x) {
+        const Vector2d centre = middle + step.cwiseProduct(Vector2d(x, y));
+        const double reached = sizeAt(centre);
+        if (reached <= largest || !has_source(centre)) continue;
+        largest = reached;
+        best = centre;
+      }
+    }
+  }
+  return best;
+}
+
 ViewChoice validView(const AnyCamera& camera, ImageSize source_size, ViewProjection projection,
                      ImageSize size) {
   const auto has_source = [&](const Vector2d& plane) {
+    if (!detail::isLaidOut(projection, plane)) return false;
     const auto ray = rayFromPlane(projection, plane);
     if (!ray) return false;
     const Projection source = camera.project(*ray);
     return source.ok() && detail::isBetweenPixelCentres(source.pixel, source_size);
   };
-  if (!has_source(Vector2d::Zero())) {
+  const auto ray = camera.unproject(detail::middleOf(source_size));
+  const Vector2d start = (ray ? planeFromRay(projection, *ray) : std::nullopt).value_or(Vector2d::Zero());
+  if (!has_source(start)) {
     throw inputError({.where = "camera",
-                      .found = "an optical axis outside the image",
-                      .expected = "an optical axis inside the image",
+                      .found = "no ray in the middle of the image, or one that this projection cannot show",
+                      .expected = "a camera that looks forward",
                       .next_step = "use --keep all, or set the field of view with --fov"});
   }
-  double limit = std::numeric_limits<double>::infinity();
-  for (const Vector2d& offset : detail::borderOffsets(size))
-    limit = std::min(limit, detail::farthestMultiple(projection, offset));
-  const double best = detail::largestWindow(size, limit, has_source);
+  const Vector2d centre = centreOfLargest(projection, size, start, has_source);
+  const std::vector<Vector2d> offsets = detail::borderOffsets(size);
+  const double best =
+      detail::largestWindow(offsets, 2 * detail::farthestMultiple(projection, detail::middleOf(size)),
+                            [&](const Vector2d& offset) { return has_source(centre + offset); });
   constexpr double kMargin = 1e-9;  // for rounding of pixel positions
-  return {.view = centredView(projection, size, (1 + kMargin) / best),
+  OutputView view = centredView(projection, size, (1 + kMargin) / best);
+  view.axis_px -= view.scale_px.cwiseProduct(centre);
+  constexpr double kBeyond = 1 + 1e-6;
+  return {.view = view,
           .cut_share = 0,
-          .is_limited_by_projection = best == limit};
+          .is_limited_by_projection = std::ranges::any_of(offsets, [&](const Vector2d& offset) {
+            return !detail::isLaidOut(projection, centre + kBeyond * best * offset);
+          })};
 }
 
 ViewChoice viewOfAll(const AnyCamera& camera, ImageSize source_size, ViewProjection projection,

@@ -12,7 +12,7 @@ namespace alidade {
 enum class ViewExtent {
   kSameScale,    ///< the focal length on the axis and the position of the axis in the image, as in the source
   kFieldOfView,  ///< a given horizontal field, with the axis in the centre
-  kValid,        ///< as much as fits without a pixel that has no source; axis in the centre
+  kValid,        ///< as much as fits without a pixel that has no source
   kAll,          ///< every source pixel that has a ray, as large as fits
 };
 
@@ -40,15 +40,14 @@ struct ViewChoice {
 ///
 /// Only kSameScale keeps unequal focal lengths, and only in a rectilinear view; everything else has square
 /// pixels. With a different size, it keeps the horizontal field, and height is added or cut equally at top
-/// and bottom. kValid looks for the largest window whose pixels all lie between the centres of the source's
-/// outer pixels, from the axis outwards along the lines to the window's border pixels. kAll shows the centres
-/// of pixels.
-///
+/// and bottom. kValid looks for the largest window, wherever its centre is, whose pixels all lie between the
+/// centres of the source's outer pixels, along the lines from its centre to its border pixels. kAll shows the
+/// centres of pixels.
 ///
 /// @throws Error (kUsage) for a field or size out of range: at most 150 degrees for a rectilinear view, 360
 /// otherwise, sides of 2 to kMaxRemapSide pixels; Error (kInput) if the source has longer sides, the camera
-/// does not see its own axis (kSameScale with no focal length there, kValid with the axis outside the image)
-/// or no pixel has a ray (kAll).
+/// does not see its own axis (kSameScale, with no focal length there) or the middle of its image (kValid), or
+/// no pixel has a ray (kAll).
 [[nodiscard]] ViewChoice chooseView(const AnyCamera& camera, ImageSize source_size,
                                     const ViewRequest& request);
 

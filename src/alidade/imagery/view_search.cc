@@ -162,9 +162,10 @@ PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, const PlaneOfRay& pla
   return box;
 }
 
-double largestWindow(ImageSize size, double limit, const std::function<bool(const Vector2d&)>& has_source) {
+double largestWindow(std::span<const Vector2d> offsets, double limit,
+                     const std::function<bool(const Vector2d&)>& has_source) {
   double best = limit;
-  for (const Vector2d& offset : borderOffsets(size)) {
+  for (const Vector2d& offset : offsets) {
     constexpr int kNumSteps = 64;  // assumes that no lens lacks rays for less than one step of a line
     for (int i = 1; i <= kNumSteps; ++i) {
       const double step = best / kNumSteps;

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,7 +18,8 @@ namespace alidade::detail {
 
 /// True for a place within the limits of views (kMaxTangentAngleRad).
 [[nodiscard]] bool isLaidOut(ViewProjection projection, const Eigen::Vector2d& plane);
-/// The largest multiple of `offset` within the limits of views.
+/// The largest multiple of `offset` within the limits of views. A window with a corner at twice that reaches
+/// beyond the limits wherever it is centred.
 [[nodiscard]] double farthestMultiple(ViewProjection projection, const Eigen::Vector2d& offset);
 
 /// Offsets of the centres of the border pixels from the centre of an image.
@@ -55,9 +57,9 @@ using PlaneOfRay = std::function<std::optional<Eigen::Vector2d>(const Eigen::Vec
 /// Elsewhere it is, because a place with shown pixels all around is never an extreme.
 [[nodiscard]] PlaneBox boxOfAll(const AnyCamera& camera, ImageSize size, const PlaneOfRay& plane_of);
 
-/// The largest units of the plane per pixel, up to `limit`, at which all border pixels of a window, and all
-/// places on the lines to them, have a source. `has_source` takes a place relative to the centre.
-[[nodiscard]] double largestWindow(ImageSize size, double limit,
+/// The largest units of the plane per pixel, up to `limit`, at which the places at these offsets (pixels),
+/// and all places on the lines to them, have a source. `has_source` takes a place relative to the centre.
+[[nodiscard]] double largestWindow(std::span<const Eigen::Vector2d> offsets, double limit,
                                    const std::function<bool(const Eigen::Vector2d&)>& has_source);
 
 /// True if all four pixels around a place exist.
