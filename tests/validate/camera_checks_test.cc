@@ -90,7 +90,8 @@ TEST(CheckCamera, JudgesNumbersByTheImage) {
                                    {0, 26, "focal_length", Severity::kPass},
                                    {0, 1.9e5, "focal_length", Severity::kPass},
                                    {0, 2e5, "focal_length", Severity::kFailure},
-                                   {2, 400, "principal_point", Severity::kPass},
+                                   {2, 365, "principal_point", Severity::kPass},
+                                   {2, 400, "principal_point", Severity::kNote},
                                    {2, 450, "principal_point", Severity::kWarning},
                                    {2, 700, "principal_point", Severity::kFailure},
                                    {6, 0.008, "tangential", Severity::kPass},
@@ -105,7 +106,7 @@ TEST(CheckCamera, JudgesNumbersByTheImage) {
     EXPECT_EQ(check.severity, c.severity) << c.value << " " << check.message;
     ++num_judged;
   }
-  EXPECT_EQ(num_judged, 13);
+  EXPECT_EQ(num_judged, 14);
 }
 
 TEST(CheckCamera, SeesAnImageSizeThatDoesNotFit) {
@@ -131,6 +132,31 @@ TEST(CheckCamera, SeesAnImageSizeThatDoesNotFit) {
     ++num_judged;
   }
   EXPECT_EQ(num_judged, 10);
+}
+
+// Rows or columns that were cut off at one end: the size is that before.
+TEST(CheckCamera, NamesTheSizeThatAnImageMayHaveBeenCroppedFrom) {
+  struct Case {
+    double cx, cy;
+    ImageSize size;
+    Severity severity;
+    std::string from;
+  };
+  const std::vector<Case> cases = {{640.2, 462.8, {1280, 720}, Severity::kNote, "1280x927"},
+                                   {640.2, 256.2, {1280, 720}, Severity::kNote, "1280x927"},
+                                   {720, 360, {1280, 720}, Severity::kPass, ""},
+                                   {760, 360, {1280, 720}, Severity::kNote, "1521x720"},
+                                   {470, 300, {800, 600}, Severity::kNote, "941x600"},
+                                   {470, 180, {800, 600}, Severity::kWarning, "941x839"},
+                                   {330, 235, {640, 480}, Severity::kPass, ""}};
+  int num_judged = 0;
+  for (const Case& c : cases) {
+    const FileCheck check = bareCheck({535, 534, c.cx, c.cy, 0, 0, 0, 0, 0}, "principal_point", c.size);
+    EXPECT_EQ(check.severity, c.severity) << check.message;
+    EXPECT_THAT(check.message, testing::HasSubstr(c.from.empty() ? "cx" : "cropped, from about " + c.from));
+    ++num_judged;
+  }
+  EXPECT_EQ(num_judged, 7);
 }
 
 TEST(CheckCamera, SeesASwappedPrincipalPoint) {

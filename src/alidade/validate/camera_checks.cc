@@ -25,7 +25,7 @@ constexpr double kAspectWarn = 1.1;  // analogue video: 1.09
 constexpr double kAspectFail = 1.5;
 // Distances from the image centre, as a share of the side.
 constexpr double kOffCentre = 0.15;  // rarely exceeded by an uncropped image
-constexpr double kOffSeen = 0.08;    // enough if swapped or scaled numbers explain it
+constexpr double kOffSeen = 0.08;    // worth a note, and enough if swapped or scaled numbers explain it
 constexpr double kScaleTolerance = 0.1;
 // Real lenses move the image corner by decentring by at most this share of its distance from the centre: no
 // set in docs/real_data.md exceeds 0.4 %.
@@ -157,11 +157,16 @@ FileCheck checkPrincipalPoint(const CameraRecord& record, bool is_proven) {
         is_proven ? Severity::kNote : Severity::kFailure,
         ": too far from the centre in both directions; limit " + percent + ". Is the image size right?");
   }
-  if (off > kOffCentre) {
-    return end(is_proven ? Severity::kNote : Severity::kWarning,
-               ": far from the centre; limit " + percent + ". Was the image cropped?");
-  }
-  return check;
+  if (off <= kOffSeen || (is_proven && off <= kOffCentre)) return check;
+  // The size that has it in its centre, of the sides along which it is off.
+  const auto fitting = [](double share, int side) {
+    return std::lround((std::abs(share) > kOffSeen ? 1 + 2 * std::abs(share) : 1) * side);
+  };
+  return end(
+      off > kOffCentre && !is_proven ? Severity::kWarning : Severity::kNote,
+      fmt::format(": {:.0f} % of the side from the centre; limit {}. Was the image cropped, from about "
+                  "{}x{}?",
+                  100 * off, percent, fitting(offset.x(), size.width), fitting(offset.y(), size.height)));
 }
 
 // Compares the principal point with that of the rectified images, px, which ROS files also state.
