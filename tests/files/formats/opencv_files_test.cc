@@ -10,6 +10,7 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
+#include "files/formats/reading.h"
 #include "support/grid_difference.h"
 #include "support/model_fixture.h"
 #include "support/textbook_lens.h"
@@ -235,6 +236,30 @@ aspectRatio:-1.5
   EXPECT_EQ(root.at("nested").at("a").integer(), static_cast<int>(theirs["nested"]["a"]));
   EXPECT_EQ(root.at("aspectRatio").number(), -1.5);
   EXPECT_EQ(root.lineOfKey("aspectRatio"), 19);
+}
+
+// JSON has no comments, so people write keys "//".
+TEST(OpenCvFiles, MayHaveCommentKeysAndAMapOfTheirOwn) {
+  const std::string text = R"({
+  "//": "a camera", "//": "of 640x480",
+  "image_width": 640, "image_height": 480, "speed": 3,
+  "intrinsics": {"//": "matrix", "camera_matrix": [[500, 0, 320], [0, 501, 240], [0, 0, 1]],
+                 "//": "and the rest", "//2": "twice",
+                 "distortion_coefficients": [[0.1, -0.05, 0.01, 0.02, 0.03, 0.4, -0.02, 0.01, 0, 0, 0, 0, 0, 0]]}
+})";
+  const CameraSource source = parseCameras(text, "file.json");
+  const AnyCamera& camera = source.cameras.at(0).camera;
+  EXPECT_EQ(camera.modelId(), "thin_prism");
+  EXPECT_EQ(source.cameras.at(0).image_size, std::optional(ImageSize{.width = 640, .height = 480}));
+  const std::vector<double> expected = {500,  501, 320,   240,  0.1, -0.05, 0.01, 0.02,
+                                        0.03, 0.4, -0.02, 0.01, 0,   0,     0,    0};
+  EXPECT_THAT(std::vector<double>(camera.parameters().begin(), camera.parameters().end()),
+              testing::ElementsAreArray(expected));
+  EXPECT_THAT(remarksOn(source.cameras.at(0)), testing::HasSubstr("file.json:3: speed is unknown"));
+  EXPECT_THAT(remarksOn(source.cameras.at(0)), testing::Not(testing::HasSubstr("//")));
+  // Other keys are still a contradiction.
+  EXPECT_THAT(complaintAbout(R"({"camera_matrix": [], "camera_matrix": []})"),
+              testing::HasSubstr("'camera_matrix' twice"));
 }
 
 TEST(OpenCvFiles, KeepTheTextInQuotationMarks) {

@@ -279,7 +279,8 @@ std::string yamlText(const std::string& text) {
 void remarkUnknownKeys(const YamlNode& map, const std::vector<std::string>& known, StatedCamera& camera) {
   std::vector<std::string> unknown;
   for (const std::string& key : map.keys()) {
-    if (std::find(known.begin(), known.end(), key) == known.end()) unknown.push_back(key);
+    if (!isCommentKey(key) && std::find(known.begin(), known.end(), key) == known.end())
+      unknown.push_back(key);
   }
   if (unknown.empty()) return;
   camera.remarks.push_back(

@@ -76,11 +76,17 @@ void refuseLeftOver(const YamlNode& matrix, const YamlNode& root) {
 // A single camera, or the first and second of a pair ("M1", "M2").
 constexpr std::array kSuffixes = {"", "1", "2"};
 
+// The map with the matrices; some programs put them into one of their own.
+YamlNode lensesOf(const CameraDocument& document) {
+  const auto inner = document.root().find("intrinsics");
+  return inner && inner->isMap() ? *inner : document.root();
+}
+
 bool recognises(const CameraDocument& document) {
   // ROS and MATLAB use the same names for matrices.
   if (!document.isMap() || ros().recognises(document) || matlab().recognises(document)) return false;
   for (const char* suffix : kSuffixes) {
-    if (findKey(document.root(), kMatrixKeys, suffix)) return true;
+    if (findKey(lensesOf(document), kMatrixKeys, suffix)) return true;
   }
   return false;
 }
@@ -175,9 +181,11 @@ std::string modelOf(const YamlNode& node, std::size_t count, const std::string& 
   throw node.error(std::to_string(count) + " distortion coefficients", "none, 4, 5, 8, 12 or 14");
 }
 
-StatedCamera readOne(const YamlNode& root, const std::string& suffix, const ReadOptions& options) {
+StatedCamera readOne(const CameraDocument& document, const std::string& suffix, const ReadOptions& options) {
+  const YamlNode root = lensesOf(document);
   std::vector<Remark> remarks;
-  const auto size = findSize(root, options, remarks);
+  auto size = findSize(root, options, remarks);
+  if (!size) size = findSize(document.root(), options, remarks);
   const YamlNode matrix = root.at(*findKey(root, kMatrixKeys, suffix));
   std::vector<StatedNumber> parameters = readCameraMatrix(matrix);
   const auto key = findKey(root, kCoefficientKeys, suffix);
@@ -219,17 +227,20 @@ StatedCamera readOne(const YamlNode& root, const std::string& suffix, const Read
 }
 
 CameraSource read(const CameraDocument& document, const ReadOptions& options) {
-  const YamlNode& root = document.root();
+  const YamlNode root = lensesOf(document);
   std::vector<std::string> known = kOtherKeys;
+  known.emplace_back("intrinsics");
   CameraSource all;
   for (const char* suffix : kSuffixes) {
     for (const std::string& key : kMatrixKeys) known.push_back(key + suffix);
     for (const std::string& key : kCoefficientKeys) known.push_back(key + suffix);
-    if (findKey(root, kMatrixKeys, suffix)) all.add(suffix, [&] { return readOne(root, suffix, options); });
+    if (findKey(root, kMatrixKeys, suffix))
+      all.add(suffix, [&] { return readOne(document, suffix, options); });
   }
   const bool is_pair = all.cameras.size() + all.refused.size() == 2 && statesPair(document);
   for (StatedCamera& camera : all.cameras) {
     remarkUnknownKeys(root, known, camera);
+    if (document.has("intrinsics")) remarkUnknownKeys(document.root(), known, camera);
     remarkNotCarried(root, words(is_pair ? kStereo : kPair + kStereo), camera);
   }
   if (is_pair) {

@@ -107,7 +107,8 @@ void YamlNode::checkKeys(std::set<std::pair<int, bool>>& seen) const {
     if (!entry.first.IsScalar()) continue;
     const std::string& name = entry.first.Scalar();
     const YamlNode key(entry.first, file_, path_);
-    if (!names.insert(name).second) throw key.error("the key '" + name + "' twice", "each key only once");
+    if (!names.insert(name).second && !isCommentKey(name))
+      throw key.error("the key '" + name + "' twice", "each key only once");
     if (names.size() > kMaxKeys)
       throw key.error("a map with more than " + std::to_string(kMaxKeys) + " keys", "fewer");
     YamlNode(entry.second, file_, path_.empty() ? name : path_ + "." + name).checkKeys(seen);

@@ -16,9 +16,13 @@
 
 namespace alidade::detail {
 
+/// True for a comment, as in JSON, which has no others.
+[[nodiscard]] inline bool isCommentKey(std::string_view key) {
+  return key.starts_with("//");
+}
 /// True if this key of a map belongs to the user and is ignored.
 [[nodiscard]] inline bool isUserKey(std::string_view key) {
-  return key.starts_with("x_");
+  return key.starts_with("x_") || isCommentKey(key);
 }
 
 /// A YAML node that knows its file and its path from the root, so that every error can name both. Strict: a
