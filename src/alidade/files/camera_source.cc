@@ -113,7 +113,35 @@ bool isFreeText(const std::string& file) {
   return file.ends_with(".txt");
 }
 
+// Files of other programs that people take for camera files, by a text that only they have.
+struct ForeignFile {
+  std::string_view mark;
+  std::string_view what;
+  std::string_view next_step;
+};
+constexpr std::array<ForeignFile, 5> kForeignFiles = {
+    {{"# oST version", "the INI file (ost.txt) of the ROS calibrator, without the distortion model",
+      "use ost.yaml, which the calibrator writes to the same folder"},
+     {"Camera-system parameters:", "Kalibr's report (results-cam.txt)",
+      "use camchain.yaml, which Kalibr writes beside it and which has all digits"},
+     {"[LEFT_CAM_", "the settings of a ZED camera (INI)",
+      "write fx, fy, cx, cy and k1, k2, p1, p2, k3 of one section as an OpenCV file: docs/formats.md"},
+     {"distortions = [", "TOML, as Caliscope and aniposelib write it",
+      "write matrix and distortions of one camera as an OpenCV file: docs/formats.md"},
+     {"Model = CAHV", "a camera in the CAHV model of planetary rovers (CAHV, CAHVOR, CAHVORE)",
+      "write a CAHV without O and R as a pinhole: fx = Hs, fy = Vs, cx = Hc, cy = Vc; see docs/formats.md"}}};
+
+void refuseForeignFile(const detail::CameraDocument& document) {
+  for (const ForeignFile& foreign : kForeignFiles) {
+    if (document.text().find(foreign.mark) == std::string::npos) continue;
+    throw NotACameraFile(detail::errorAt(document.file(), "found " + std::string(foreign.what),
+                                         "a camera file in one of the formats of docs/formats.md",
+                                         std::string(foreign.next_step)));
+  }
+}
+
 [[noreturn]] void throwUnknownFormat(const detail::CameraDocument& document) {
+  refuseForeignFile(document);
   const std::string& file = document.file();
   const bool is_free_text = isFreeText(file) && !document.isMap();
   const auto guess = is_free_text ? std::nullopt : guessFormat(document.text());

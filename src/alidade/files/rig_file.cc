@@ -112,7 +112,7 @@ RigRecord rigOf(const CameraSource& source) {
 void requirePose(const StatedCamera& camera, const std::string& path) {
   if (camera.camera_from_rig) return;
   for (const Remark& remark : camera.remarks) {
-    if (remark.id == "bad_pose") throw detail::errorAt(path, remark.message);
+    if (remark.id == "bad_pose" || remark.id == "no_pose") throw detail::errorAt(path, remark.message);
   }
   throw detail::errorAt(path + ": " + cameraLabel(camera), "no pose", "a rig: cameras and where they are",
                         "make one with alidade rig calibrate");

@@ -11,6 +11,7 @@
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/text/atomic_file.h"
 #include "files/formats/examples.h"
+#include "files/formats/reading.h"
 #include "support/source_tree.h"
 
 namespace alidade {
@@ -70,6 +71,27 @@ TEST(FormatDetection, ReadsTheExamplesOfTheDocumentation) {
     ++num_examples;
   }
   EXPECT_EQ(num_examples, static_cast<int>(cameraFormats().size()) - 1);  // all but this program's own
+}
+
+TEST(FormatDetection, NamesFilesOfOtherPrograms) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"Calibration results \n====\nCamera-system parameters:\n\tcam0 (/image_raw):\n\t type: <class 'a'>\n",
+       "Kalibr's report (results-cam.txt)"},
+      {"[LEFT_CAM_2K]\r\nfx=1398.03\r\nfy=1398.03\r\n\r\n[STEREO]\r\nBaseline=62.8\r\n",
+       "the settings of a ZED camera"},
+      {"[cameras.0]\ncam_id = 0\nsize = [1280, 720]\nmatrix = [[700.0, 0.0, 630.0]]\ndistortions = [0.1, 0.0]\n",
+       "TOML"},
+      {"[cam_0]\nname = \"a\"\nsize = [ 640, 480 ]\ndistortions = [ 0.1, 0.0 ]\n", "TOML"},
+      {"Dimensions = 6016 4016\nModel = CAHV = perspective, linear\nC = 0 0 0\nA = 0 0 1\n", "CAHV"},
+      {"Model = CAHVOR = perspective, distortion\nC = 0 0 0\n", "CAHV"}};
+  std::size_t num_named = 0;
+  for (const auto& [text, name] : cases) {
+    EXPECT_THAT(complaintAbout(text), testing::AllOf(testing::HasSubstr("file: found "),
+                                                     testing::HasSubstr(name), testing::HasSubstr("next: ")));
+    ++num_named;
+  }
+  EXPECT_EQ(num_named, 6U);
+  EXPECT_THAT(complaintAbout("Dimensions = 6016 4016\n"), testing::HasSubstr("not a camera file"));
 }
 
 }  // namespace

@@ -284,6 +284,21 @@ TEST(RigFormats, OfRosComeFromTheRectification) {
     ++num_pairs;
   }
   EXPECT_EQ(num_pairs, 2);
+  // Drivers of cameras that rectify their images write a rotation of zeros.
+  const std::string zeros =
+      "width: 640\nheight: 480\ndistortion_model: plumb_bob\nD: [0, 0, 0, 0, 0]\n"
+      "K: [500, 0, 320, 0, 500, 240, 0, 0, 1]\nR: [0, 0, 0, 0, 0, 0, 0, 0, 0]\n";
+  const std::string left =
+      folder.write("zero_left.yaml", zeros + "P: [500, 0, 320, 0, 0, 500, 240, 0, 0, 0, 1, 0]\n");
+  const std::string right =
+      folder.write("zero_right.yaml", zeros + "P: [500, 0, 320, -60, 0, 500, 240, 0, 0, 0, 1, 0]\n");
+  EXPECT_THAT(remarksOn(loadCameras(right).cameras.at(0)),
+              testing::AllOf(testing::HasSubstr("no_pose: "), testing::HasSubstr(":6: R: only zeros"),
+                             testing::HasSubstr("P states a baseline of 0.12 m")));
+  EXPECT_THAT(messageOf([&] {
+                (void)gatherCameras(std::vector<std::string>{left, right}, {});
+              }),
+              testing::HasSubstr("already rectified"));
   // Drivers without a calibration write zeros.
   EXPECT_FALSE(
       parseCameras("width: 640\nheight: 480\ndistortion_model: plumb_bob\nD: [0, 0, 0, 0, 0]\nK: [500, 0, "

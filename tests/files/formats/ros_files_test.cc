@@ -176,6 +176,32 @@ TEST(RosFiles, OfTheCalibratorInIniAreRefusedForTheYaml) {
       testing::AllOf(testing::StartsWith("file: found the INI file"), testing::HasSubstr("use ost.yaml")));
 }
 
+// Calibrators of before 2012 knew only plumb_bob and did not name it.
+TEST(RosFiles, WithoutAModelAreOfPlumbBob) {
+  const auto file = [](const std::string& coefficients, int count = 5) {
+    return "image_width: 800\nimage_height: 600\ncamera_name: cam_a\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
+           "  data: [1400, 0, 390, 0, 1410, 310, 0, 0, 1]\ndistortion_coefficients:\n  rows: 1\n  cols: " +
+           std::to_string(count) +
+           "\n"
+           "  data: [" +
+           coefficients +
+           "]\nrectification_matrix:\n  rows: 3\n  cols: 3\n"
+           "  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\nprojection_matrix:\n  rows: 3\n  cols: 4\n"
+           "  data: [1400, 0, 390, -140, 0, 1410, 310, 0, 0, 0, 1, 0]\n";
+  };
+  const CameraSource source = parseCameras(file("-0.01, -1.6, -0.012, -0.0013, 0"), "file");
+  EXPECT_EQ(source.format, "ros");
+  const StatedCamera& camera = source.cameras.at(0);
+  EXPECT_EQ(camera.camera.modelId(), "radtan");
+  EXPECT_EQ(camera.camera.parameter("k2"), -1.6);
+  EXPECT_THAT(remarksOn(camera), testing::HasSubstr("assumed: "));
+  EXPECT_THAT(remarksOn(camera), testing::Not(testing::HasSubstr("unknown_keys")));
+  ASSERT_TRUE(camera.camera_from_rig) << "the second of a pair";
+  EXPECT_NEAR(camera.camera_from_rig->translation.x(), -0.1, 1e-12);
+  EXPECT_THAT(complaintAbout(file("0.1, 0.2, 0.3", 3)),
+              testing::HasSubstr("3 coefficients; expected 5 for plumb_bob"));
+}
+
 TEST(RosFiles, OfModelsThatAreNotRosOwnSayWhatToDo) {
   const std::string zeros = "[0.0, 0.0, 0.0, 0.0, 0.0]";
   EXPECT_EQ(parseCameras(message(1, kMatrix, "None", zeros), "file").cameras.at(0).camera.modelId(),

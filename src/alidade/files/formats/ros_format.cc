@@ -6,6 +6,7 @@
 // None, and Inverse Brown Conrady, whose coefficients map image directions to those of the lens.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -46,16 +47,6 @@ constexpr std::array<LensLayout, 4> kDistortions = {
      {"equidistant", "kannala_brandt", "k1 k2 k3 k4"},
      {"fisheye", "kannala_brandt", "k1 k2 k3 k4"}}};
 
-// True for the INI file that ROS' calibrator writes beside ost.yaml.
-bool isCalibratorIni(const std::string& text) {
-  for (const std::string_view whole : split(text, '\n')) {
-    const std::string_view line = trim(whole);
-    if (line.empty() || line.front() == '#') continue;
-    return line == "[image]" && text.find("camera matrix") != std::string::npos;
-  }
-  return false;
-}
-
 const Names* namesOf(const CameraDocument& document) {
   for (const Names& names : kNames) {
     if (document.has(names.matrix)) return &names;
@@ -65,9 +56,11 @@ const Names* namesOf(const CameraDocument& document) {
 
 bool recognises(const CameraDocument& document) {
   const std::string& text = document.text();
-  if (isCalibratorIni(text)) return true;
-  return document.has("distortion_model") && namesOf(document) != nullptr &&
-         text.find("opencv-matrix") == std::string::npos && text.find("opencv_storage") == std::string::npos;
+  // Old calibrators did not name the model.
+  const bool is_named = document.has("distortion_model") ||
+                        (document.has("rectification_matrix") && document.has("projection_matrix"));
+  return is_named && namesOf(document) != nullptr && text.find("opencv-matrix") == std::string::npos &&
+         text.find("opencv_storage") == std::string::npos;
 }
 
 // Refuses a file of one kind with a key of another, because either may be meant.
@@ -158,7 +151,18 @@ std::vector<SE3> readPoses(const YamlNode& root, const Names& names, std::vector
   };
   const std::vector<StatedNumber> P = listed(names.projection, 12);
   const std::vector<StatedNumber> R = listed(names.rectification, 9);
-  if (P.empty() || areZero(R) || !(P[0].value > 0 && P[5].value > 0)) return {};
+  if (P.empty() || R.empty() || !(P[0].value > 0 && P[5].value > 0)) return {};
+  if (areZero(R)) {
+    const double baseline = std::hypot(P[3].value / P[0].value, P[7].value / P[5].value);
+    remarks.push_back(
+        {"no_pose",
+         root.whereKey(names.rectification) +
+             ": only zeros, as from drivers whose images are already rectified, so no pose is read; "
+             "if they are, write the identity (1 0 0 0 1 0 0 0 1)" +
+             (baseline > 0 ? fmt::format("; {} states a baseline of {:.4g} m", names.projection, baseline)
+                           : fmt::format("; {} of the other camera states the baseline", names.projection))});
+    return {};
+  }
   const double z = P[11].value;
   const Eigen::Vector3d rectified_from_rig((P[3].value - P[2].value * z) / P[0].value,
                                            (P[7].value - P[6].value * z) / P[5].value, z);
@@ -183,9 +187,14 @@ void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
 }
 
 // Alidade's name of the distortion model in a file, and the number of its coefficients.
-std::string_view readDistortion(const YamlNode& name, const YamlNode& place,
-                                std::vector<StatedNumber>& coefficients) {
-  const std::string stated = name.isNull() ? "" : name.text();
+std::string_view readDistortion(const YamlNode& root, const YamlNode& place,
+                                std::vector<StatedNumber>& coefficients, std::vector<Remark>& remarks) {
+  const auto stated_name = root.find("distortion_model");
+  const YamlNode name = stated_name.value_or(place);
+  const std::string usual = coefficients.size() == 8 ? "rational_polynomial" : "plumb_bob";
+  const std::string stated = !stated_name ? usual : name.isNull() ? "" : name.text();
+  if (!stated_name)
+    remarks.push_back({"assumed", place.where() + ": no distortion_model; assumed to be " + usual});
   const bool is_zero = areZero(coefficients);
   if (stated.empty() || stated == "none" || stated == "None") {
     if (!is_zero) {
@@ -213,12 +222,6 @@ std::string_view readDistortion(const YamlNode& name, const YamlNode& place,
 }
 
 CameraSource read(const CameraDocument& document, const ReadOptions& options) {
-  if (isCalibratorIni(document.text())) {
-    // In a folder, the file beside it is read instead.
-    throw NotACameraFile(errorAt(document.file(), "found the INI file (ost.txt) of the ROS calibrator",
-                                 "its YAML file, which also states the distortion model",
-                                 "use ost.yaml, which the calibrator writes to the same folder"));
-  }
   const YamlNode& root = document.root();
   const Names& names = *namesOf(document);
   refuseMixedNames(root, names);
@@ -228,10 +231,10 @@ CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   std::vector<StatedNumber> coefficients;
   if (coefficients_node) coefficients = statedNumbers(*coefficients_node);
   const YamlNode place = coefficients_node.value_or(matrix);
-  const std::string_view model = readDistortion(root.at("distortion_model"), place, coefficients);
+  std::vector<Remark> remarks;
+  const std::string_view model = readDistortion(root, place, coefficients, remarks);
   const std::vector<StatedNumber> pinhole = parameters;
   append(parameters, coefficients);
-  std::vector<Remark> remarks;
   const ImageSize size = sizeOf(root, names, options, remarks);
   StatedCamera camera = stateCamera(place.where(), model, parameters, size, remarks);
   if (const auto name = root.find("camera_name"); name && !name->isNull()) camera.name = name->text();

@@ -19,7 +19,7 @@ namespace alidade {
 
 /// Something unusual in a file that the reader accepted: for `validate` and for messages.
 struct Remark {
-  std::string id;       ///< stable, for scripts: "unknown_keys", "assumed", "not_carried", "bad_pose"
+  std::string id;  ///< stable, for scripts: "unknown_keys", "assumed", "not_carried", "bad_pose", "no_pose"
   std::string message;  ///< one sentence, with the place
 };
 
