@@ -139,6 +139,17 @@ TEST(Detect, TellsWhatBoardTheImagesShowInstead) {
       << "swapped sides are the same board";
 }
 
+TEST(Detect, CountsPhotographsThatItCannotRead) {
+  const ScratchFolder scratch;
+  const std::string folder = linkImages(scratch, "photos", 2);
+  scratch.write("photos/IMG_0003.HEIC", std::string("\0\0\0\x18", 4) + "ftypheic" + std::string(40, '\0'));
+  const RunResult run =
+      runAlidade({"detect", folder, "--board", kBoardSpec, "-o", scratch.path("corners.csv")});
+  EXPECT_THAT(run, EndsWith(0));
+  EXPECT_THAT(run.err, AllOf(HasSubstr("2 of 3 images"), HasSubstr("IMG_0003.HEIC"),
+                             HasSubstr("a HEIC photograph"), HasSubstr("heif-convert")));
+}
+
 TEST(Detect, SaysOfEachImageWhyWhereNoneShowsTheBoard) {
   const RunResult run =
       runAlidade({"detect", imagePath(1), imagePath(2), "--board", "checkerboard:10x7:25mm", "--json"});

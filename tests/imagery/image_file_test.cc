@@ -379,6 +379,13 @@ TEST_F(ImageFile, SaysWhatAFileHoldsInsteadOfAnImage) {
               HasSubstr("'<!DOCTYPE html><html"));
   EXPECT_THAT(errorFor("empty.png", {}), HasSubstr("0 bytes"));
   EXPECT_THAT(errorFor("binary.png", {0, 1, 2, 3, 4, 5}), HasSubstr("not an image"));
+  for (const std::string kind : {"heic", "mif1", "heix"}) {
+    const Bytes heic = text(std::string("\0\0\0\x18", 4) + "ftyp" + kind + std::string(40, '\0'));
+    EXPECT_THAT(errorFor("photo.HEIC", heic),
+                AllOf(HasSubstr("a HEIC photograph"), HasSubstr("heif-convert"), HasSubstr("photo.jpg'")));
+  }
+  EXPECT_THAT(errorFor("video.png", text(std::string("\0\0\0\x18", 4) + "ftypisom" + std::string(40, '\0'))),
+              HasSubstr("not an image"));
   EXPECT_THAT(errorFor("stub.jpg", {0xFF, 0xD8, 0xFF, 0xD9}), HasSubstr("cannot be decoded"));
 }
 

@@ -44,9 +44,11 @@ class ImageList : public ScratchTest {
 
 TEST_F(ImageList, ListsTheImagesOfAFolderInNaturalOrder) {
   touch({"d/img10.png", "d/img2.JPG", "d/img1.tiff", "d/notes.txt", "d/.hidden.png", "d/sub/img3.png",
-         "d/a.webp", "d/b.pgm"});
+         "d/a.webp", "d/b.pgm", "d/img3.HEIC", "d/img4.heif"});
   fs::create_directory(folder_ / "d/folder.png");
-  EXPECT_THAT(list({"d"}), ElementsAre("d/a.webp", "d/b.pgm", "d/img1.tiff", "d/img2.JPG", "d/img10.png"));
+  EXPECT_THAT(list({"d"}), ElementsAre("d/a.webp", "d/b.pgm", "d/img1.tiff", "d/img2.JPG", "d/img3.HEIC",
+                                       "d/img4.heif", "d/img10.png"))
+      << "reading names those that cannot be read";
 }
 
 TEST_F(ImageList, DoesNotDependOnTheOrderOfTheInputs) {

@@ -67,6 +67,13 @@ std::string describeStart(std::string_view bytes) {
   return "not an image, or an image in an unknown format";
 }
 
+// The container of phones' photographs: a box "ftyp" with the kind of its content.
+bool isHeic(std::string_view bytes) {
+  constexpr std::array<std::string_view, 5> kKinds = {"heic", "heix", "hevc", "mif1", "msf1"};
+  return bytes.size() >= 12 && bytes.substr(4, 4) == "ftyp" &&
+         std::ranges::count(kKinds, bytes.substr(8, 4)) > 0;
+}
+
 void checkDecodedSize(const std::string& path, const ImageSize& size) {
   const std::int64_t num_pixels = std::int64_t{size.width} * size.height;
   if (size.width <= kMaxSide && size.height <= kMaxSide && num_pixels <= kMaxPixels) return;
@@ -82,6 +89,11 @@ ContainerInfo checkContainer(const std::string& path, std::string_view content) 
       parseImageContainer({reinterpret_cast<const std::uint8_t*>(content.data()), content.size()});
   // OpenCV would try other decoders, some of which fail badly on damaged files.
   if (info.format == ContainerInfo::Format::kUnknown) {
+    if (isHeic(content)) {
+      throw imageError(path, "a HEIC photograph, which Alidade cannot read",
+                       "convert it with its full size: heif-convert -q 95 '" + path + "' '" +
+                           std::filesystem::path(path).replace_extension(".jpg").string() + "'");
+    }
     throw imageError(path, describeStart(content),
                      "open it in an image viewer; copy it again, or remove it from the inputs");
   }

@@ -27,9 +27,12 @@ namespace fs = std::filesystem;
 constexpr std::array<std::string_view, 10> kImageExtensions = {".jpg",  ".jpeg", ".png", ".bmp", ".tif",
                                                                ".tiff", ".pgm",  ".ppm", ".pnm", ".webp"};
 
+// Photographs that cannot be read count as images, so that reading names them.
+constexpr std::array<std::string_view, 2> kHeicExtensions = {".heic", ".heif"};
+
 bool hasImageName(const fs::path& path) {
-  return std::any_of(kImageExtensions.begin(), kImageExtensions.end(),
-                     [&](std::string_view extension) { return boost::iends_with(path.native(), extension); });
+  const auto isEnd = [&](std::string_view extension) { return boost::iends_with(path.native(), extension); };
+  return std::ranges::any_of(kImageExtensions, isEnd) || std::ranges::any_of(kHeicExtensions, isEnd);
 }
 
 bool isFolder(const fs::path& path) {
