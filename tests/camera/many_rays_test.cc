@@ -274,8 +274,8 @@ TYPED_TEST(ManyRays, AreThoseOfTheBatch) {
   EXPECT_GE(num_with_ray, num_compared / 10);
 }
 
-// A lens whose denominator comes near to 0 inside the image, where the numerator does too: a has a bump within
-// a narrow ring, and rounding there is many times that of other lenses.
+// A lens whose denominator comes near to 0 inside the image, where the numerator does too: a has a bump
+// within a narrow ring, and rounding there is many times that of other lenses.
 struct NearPole {
   Real radius2, width2, shift;  // a = (1 + s / q) ((s - radius2)^2 + width2) / the same with radius2 shifted
 
