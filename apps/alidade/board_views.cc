@@ -309,6 +309,11 @@ void requireBoards(const GivenViews& found, const BoardInputs& given, const Comm
     hint = diagnoseBoard(survey->outcomes, survey->board, found.boards);
     hinted = &*survey;
   }
+  const bool has_markers =
+      std::ranges::any_of(found.boards, [](const Board& board) { return board.markers().has_value(); });
+  const std::string guess = !hint && has_markers && found.image_set
+                                ? guessedBoard(*found.image_set, options.cancel)
+                                : std::string();
   throw inputError(
       {.where = paths.size() == 1 ? paths.front() : fmt::format("{} images", paths.size()),
        .found = fmt::format("no board ({})", join(reasons, ", ")),
@@ -319,9 +324,11 @@ void requireBoards(const GivenViews& found, const BoardInputs& given, const Comm
                                }),
                         " or "),
        .next_step = hint ? hintText(*hint, hinted->board)
-                         : "check that the board is in the image, is sharp and has a white margin; " +
-                               std::string(given.has_debug_flag ? "" : "alidade detect ") +
-                               "--debug FOLDER saves copies of the images with the detections drawn in"});
+                    : !guess.empty()
+                        ? guess
+                        : "check that the board is in the image, is sharp and has a white margin; " +
+                              std::string(given.has_debug_flag ? "" : "alidade detect ") +
+                              "--debug FOLDER saves copies of the images with the detections drawn in"});
 }
 
 void BoardInputs::addBoards(Flags& flags) {

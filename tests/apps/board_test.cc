@@ -48,6 +48,30 @@ TEST(Board, IsGuessedWhereNoneIsGiven) {
   }
 }
 
+TEST(Board, IsNamedWhereAnotherIsGiven) {
+  const ScratchFolder scratch;
+  struct Case {
+    std::string shown, given, named;
+  };
+  const std::vector<Case> cases = {
+      {"charuco:6x8:30mm:22mm:DICT_5X5_100", "charuco:8x6:30mm:22mm:DICT_5X5_100", "charuco:6x8:SQUARE:"},
+      {"charuco:9x5:30mm:22mm:DICT_4X4_250", "charuco:5x9:30mm:22mm:DICT_4X4_250", "charuco:9x5:SQUARE:"},
+      {"charuco:7x5:35mm:25mm:DICT_5X5_100:17", "charuco:7x5:35mm:25mm:DICT_5X5_100",
+       "charuco:7x5:SQUARE:MARKER:DICT_5X5_50:17"},
+      {"aprilgrid:4x3:40mm:0.3:5", "aprilgrid:3x4:40mm:0.3:5", "aprilgrid:4x3:TAG:0.3:5"}};
+  std::size_t num_named = 0;
+  for (const auto& [shown, given, named] : cases) {
+    const std::string image = scratch.path("board.png");
+    ASSERT_THAT(runAlidade({"board", shown, "-o", image, "--dpi", "150"}), EndsWith(0));
+    EXPECT_THAT(runAlidade({"detect", image, "--board", given}),
+                FailsWith(1, AllOf(HasSubstr("no board"), HasSubstr("--board " + named))));
+    EXPECT_THAT(runAlidade({"detect", image, "--board", shown, "-o", scratch.path("corners.csv")}),
+                EndsWith(0));
+    ++num_named;
+  }
+  EXPECT_EQ(num_named, 4U);
+}
+
 // The first images of a folder often show no board yet.
 TEST(Board, IsGuessedFromTheImagesThatShowIt) {
   const ScratchFolder scratch;

@@ -190,7 +190,7 @@ TEST(SeveralBoardsCommand, RefusesWhatCannotBe) {
       {kBoardSpec, kBoardSpec, 2, "the same board twice"},
       {kBoardSpec, "checkerboard:9x6:30mm", 2, "the same numbers of corners"},
       {"aprilgrid:6x6:88mm:0.3", "aprilgrid:4x4:60mm:0.3:30", 2, "another first id"},
-      {"charuco:8x11:24mm:18mm:DICT_4X4_250", "charuco:5x7:24mm:18mm:DICT_4X4_50", 2, "another dictionary"},
+      {"charuco:8x11:24mm:18mm:DICT_4X4_250", "charuco:5x7:24mm:18mm:DICT_4X4_50", 2, "another first id"},
       {kBoardSpec, "chekerboard:9x7:25mm", 2, "did you mean 'checkerboard'"},
       {"aprilgrid:6x6:88mm:0.3", "checkerboard:12x8:25mm", 1, "no board ("},
   };

@@ -50,6 +50,10 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"charuco:8x11:24mm:24mm:DICT_4X4_50", "markers of 0.3 to 0.95 of the square"},
       {"charuco:8x11:24mm:18mm:", "the dictionary ''"},
       {"charuco:8x11:24mm:18mm:DICT_APRILTAG_16h5", "up to 44 markers; expected at most 30"},
+      {"charuco:7x5:35mm:25mm:DICT_5X5_50:40",
+       "18 markers from id 40 to 57; expected ids from 0 to 49, which DICT_5X5_50 has"},
+      {"charuco:7x5:35mm:25mm:DICT_5X5_50:-1", "18 markers from id -1 to 16"},
+      {"charuco:7x5:35mm:25mm:DICT_5X5_50:one", "'one' as the first_id"},
       {"aprilgrid:1x1:88mm:0.3", "1x1 tags; expected 2 tags or more"},
       {"aprilgrid:0x6:88mm:0.3", "0x6 tags"},
       {"aprilgrid:25x2:88mm:0.3", "25x2 tags"},
@@ -88,7 +92,7 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"checkerboard:9x6:25km", "'25km'"},
   };
   for (const auto& [spec, part] : cases) EXPECT_THAT(messageOf(spec), HasSubstr(part)) << spec;
-  EXPECT_EQ(cases.size(), 52U);
+  EXPECT_EQ(cases.size(), 55U);
 }
 
 TEST(BoardSpec, TextReadsBack) {
@@ -99,9 +103,10 @@ TEST(BoardSpec, TextReadsBack) {
   int num_same = 0;
   for (const std::string spec :
        {"checkerboard:9x6:25mm", "charuco:8x11:24mm:18.75mm:DICT_4X4_1000", "aprilgrid:6x6:88mm:0.3",
-        "aprilgrid:6x6:88mm:0.3:36", "circles:10x8:25mm:15mm", "acircles:4x11:20mm:14mm"})
+        "aprilgrid:6x6:88mm:0.3:36", "charuco:7x5:35mm:25mm:DICT_5X5_100:17", "circles:10x8:25mm:15mm",
+        "acircles:4x11:20mm:14mm"})
     num_same += parseBoardSpec(spec).spec() == spec ? 1 : 0;
-  EXPECT_EQ(num_same, 6);
+  EXPECT_EQ(num_same, 7);
 }
 
 TEST(Board, NamesWhatItConsistsOf) {
@@ -134,6 +139,8 @@ TEST(Board, NamesWhatItConsistsOf) {
   EXPECT_EQ(num_ambiguous, 3);
   EXPECT_EQ(parseBoardSpec("aprilgrid:6x4:88mm:0.3:7").markers()->last, 30);
   EXPECT_EQ(parseBoardSpec("charuco:5x5:24mm:18mm:DICT_4X4_50").markers()->last, 12);
+  EXPECT_EQ(parseBoardSpec("charuco:5x5:24mm:18mm:DICT_4X4_50:17").markers()->first, 17);
+  EXPECT_EQ(parseBoardSpec("charuco:5x5:24mm:18mm:DICT_4X4_50:17").markers()->last, 29);
 }
 
 TEST(Checkerboard, NumbersCornersAlongTheColumnsFirst) {

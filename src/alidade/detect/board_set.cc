@@ -26,12 +26,12 @@ std::optional<ErrorDetail> likenessOf(const Board& a, const Board& b) {
     const int first = std::max(markers->first, others->first);
     const int last = std::min(markers->last, others->last);
     if (markers->family != others->family || first > last) return std::nullopt;
-    const bool are_of_one_kind = a.kind().index() == b.kind().index();
     return ErrorDetail{
         .found =
             fmt::format("two boards with the same markers, ids {} to {} of {}", first, last, markers->family),
-        .next_step = fmt::format("print one of them with {}, or calibrate with one board only",
-                                 are_of_one_kind ? a.words().other_markers : "another dictionary")};
+        .next_step =
+            "print one of them with another first id (the last part of the SPEC), or calibrate with "
+            "one board only"};
   }
   if (a.pattern() != b.pattern() || !haveSameCounts(a, b)) return std::nullopt;
   return ErrorDetail{

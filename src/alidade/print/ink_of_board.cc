@@ -45,7 +45,7 @@ void addInk(const Checkerboard& board, const InkOptions&, BoardInk& ink) {
 
 void addInk(const CharucoBoard& board, const InkOptions& options, BoardInk& ink) {
   const double margin = 0.5 * (board.square_m - board.marker_m);
-  int id = 0;
+  int id = board.first_id;
   for (int row = 0; row < board.rows; ++row) {
     for (int column = 0; column < board.columns; ++column) {
       const Vector2d low = board.square_m * Vector2d(column - 1, row - 1);

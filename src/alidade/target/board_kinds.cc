@@ -79,6 +79,18 @@ ErrorDetail unknownDictionary(const std::string& name) {
   return fault;
 }
 
+std::optional<ErrorDetail> idsFault(int first_id, int count, std::string_view marker,
+                                    const MarkerDictionary& of) {
+  const int last_start = of.num_markers - count;
+  if (first_id >= 0 && first_id <= last_start) return std::nullopt;
+  return ErrorDetail{
+      .found = std::to_string(count) + " " + std::string(marker) + "s from id " + std::to_string(first_id) +
+               " to " + std::to_string(static_cast<long long>(first_id) + count - 1),
+      .expected =
+          "ids from 0 to " + std::to_string(of.num_markers - 1) + ", which " + std::string(of.name) + " has",
+      .next_step = first_id < 0 ? "" : "the first id may be " + std::to_string(last_start) + " at most"};
+}
+
 }  // namespace
 
 std::optional<ErrorDetail> Checkerboard::fault() const {
@@ -114,7 +126,7 @@ std::optional<ErrorDetail> CharucoBoard::fault() const {
         .found = "a board of up to " + std::to_string(numMarkers(true)) + " markers",
         .expected = "at most " + std::to_string(known->num_markers) + ", as " + dictionary + " has"};
   }
-  return std::nullopt;
+  return idsFault(first_id, numMarkers(true), kWords.marker, *known);
 }
 
 std::optional<ErrorDetail> AprilGrid::fault() const {
@@ -125,13 +137,7 @@ std::optional<ErrorDetail> AprilGrid::fault() const {
   if (!(gap >= 0.1 && gap <= 1)) {
     return ErrorDetail{.found = "gaps of " + exactText(gap) + " tags", .expected = "between 0.1 and 1"};
   }
-  const int most = findMarkerDictionary(kDictionary)->num_markers;
-  if (first_id >= 0 && first_id <= most - count) return std::nullopt;
-  return ErrorDetail{
-      .found = std::to_string(count) + " tags from id " + std::to_string(first_id) + " to " +
-               std::to_string(static_cast<long long>(first_id) + count - 1),
-      .expected = "ids from 0 to " + std::to_string(most - 1) + ", which the family 36h11 has",
-      .next_step = first_id < 0 ? "" : "the first id may be " + std::to_string(most - count) + " at most"};
+  return idsFault(first_id, count, kWords.marker, *findMarkerDictionary(kDictionary));
 }
 
 std::optional<ErrorDetail> CircleGrid::fault() const {

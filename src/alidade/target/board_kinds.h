@@ -28,12 +28,11 @@ struct BoardField {
 
 /// Words for the parts of a kind of board, for messages.
 struct BoardWords {
-  std::string_view counted;             ///< counted in columns and rows: "inner corners"
-  std::string_view points;              ///< points that are found: "corners"
-  std::string_view marker = {};         ///< part that has an id; empty if there is none
-  std::string_view other_markers = {};  ///< advice for printing another board of the kind with other ids
-  std::string_view certain = {};        ///< boards of this kind that never look the same after a rotation;
-                                        ///< empty if all are unambiguous
+  std::string_view counted;       ///< counted in columns and rows: "inner corners"
+  std::string_view points;        ///< points that are found: "corners"
+  std::string_view marker = {};   ///< part that has an id; empty if there is none
+  std::string_view certain = {};  ///< boards of this kind that never look the same after a rotation; empty if
+                                  ///< all are unambiguous
 };
 
 /// Patterns of boards. Without markers, boards with the same pattern and counts look alike.
@@ -132,15 +131,14 @@ struct MarkerDictionary {
 
 /// A checkerboard with a marker in each bright square, so that any visible part can be identified. Columns
 /// and rows count squares; its corners are the (columns - 1) x (rows - 1) inner ones, with the ids and the
-/// frame of a Checkerboard. Markers are numbered row by row from the top left. There are two layouts, whose
-/// first square is dark or bright; both have the same corners.
+/// frame of a Checkerboard. Markers are numbered row by row from the top left, from the first id on. There
+/// are two layouts, whose first square is dark or bright; both have the same corners.
 struct CharucoBoard {
   static constexpr std::string_view kName = "charuco";
   static constexpr std::string_view kExample =
       "charuco:8x11:24mm:18.75mm:DICT_4X4_1000 (columns x rows of squares, the sides of a square and of a "
       "marker, OpenCV's dictionary)";
-  static constexpr BoardWords kWords = {
-      .counted = "squares", .points = "corners", .marker = "marker", .other_markers = "another dictionary"};
+  static constexpr BoardWords kWords = {.counted = "squares", .points = "corners", .marker = "marker"};
   static constexpr BoardPattern kPattern = BoardPattern::kSquares;
 
   int columns = 0;
@@ -148,11 +146,14 @@ struct CharucoBoard {
   double square_m = 0;
   double marker_m = 0;
   std::string dictionary = {};
+  int first_id = 0;
 
   static auto fields() {
-    return std::array{BoardField<CharucoBoard>{"square", &CharucoBoard::square_m},
-                      BoardField<CharucoBoard>{"marker", &CharucoBoard::marker_m},
-                      BoardField<CharucoBoard>{"dictionary", &CharucoBoard::dictionary}};
+    return std::array{
+        BoardField<CharucoBoard>{"square", &CharucoBoard::square_m},
+        BoardField<CharucoBoard>{"marker", &CharucoBoard::marker_m},
+        BoardField<CharucoBoard>{"dictionary", &CharucoBoard::dictionary},
+        BoardField<CharucoBoard>{.key = "first_id", .member = &CharucoBoard::first_id, .is_optional = true}};
   }
   [[nodiscard]] std::optional<ErrorDetail> fault() const;
 
@@ -160,7 +161,8 @@ struct CharucoBoard {
     return {.columns = columns - 1, .rows = rows - 1, .spacing_m = square_m, .margin_m = square_m};
   }
   [[nodiscard]] std::optional<MarkerIds> markers() const {
-    return MarkerIds{.family = markerFamily(dictionary), .last = numMarkers(true) - 1};
+    return MarkerIds{
+        .family = markerFamily(dictionary), .first = first_id, .last = first_id + numMarkers(true) - 1};
   }
   [[nodiscard]] int numMarkers(bool is_bright_first) const {
     return (columns * rows + (is_bright_first ? 1 : 0)) / 2;
@@ -181,10 +183,7 @@ struct AprilGrid {
   static constexpr std::string_view kName = "aprilgrid";
   static constexpr std::string_view kExample =
       "aprilgrid:6x6:88mm:0.3 (columns x rows of tags, the side of a tag, the gap as a share of it)";
-  static constexpr BoardWords kWords = {.counted = "tags",
-                                        .points = "tag corners",
-                                        .marker = "tag",
-                                        .other_markers = "another first id (the last part of the SPEC)"};
+  static constexpr BoardWords kWords = {.counted = "tags", .points = "tag corners", .marker = "tag"};
   static constexpr BoardPattern kPattern = BoardPattern::kTags;
   static constexpr std::string_view kDictionary = "DICT_APRILTAG_36h11";
   static constexpr bool kIsUpsideDown = true;  ///< as OpenCV draws its tags

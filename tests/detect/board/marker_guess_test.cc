@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 
 #include "alidade/core/random.h"
+#include "alidade/detect/board/find_board.h"
 #include "alidade/print/ink_of_board.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
@@ -74,6 +75,48 @@ TEST(MarkerGuess, GivesTheBoardThatIsShown) {
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 9U);
+}
+
+// With lengths in place of their names.
+TEST(MarkerGuess, GivesASpecThatFindsTheBoard) {
+  const Renderer renderer(someCamera(), kSize);
+  int num_found = 0;
+  for (const std::string spec :
+       {"charuco:7x5:35mm:25mm:DICT_5X5_100:17", "charuco:5x8:35mm:25mm:DICT_4X4_250:40",
+        "charuco:6x4:35mm:25mm:DICT_6X6_1000:3", "charuco:8x6:35mm:25mm:DICT_5X5_100:24",
+        "charuco:6x8:35mm:25mm:DICT_5X5_100", "aprilgrid:4x3:88mm:0.3:7"}) {
+    const Board board = parseBoardSpec(spec);
+    Random random(17);
+    MarkerGuess guess;
+    std::vector<GrayImage> images;
+    for (const SE3& pose : randomViews(someCamera(), kSize, board, 2, random,
+                                       {.max_tilt_deg = 40, .min_fill = 0.7, .max_fill = 0.95}))
+      images.push_back(renderer.render(inkOf(board), pose, someLight()));
+    for (const GrayImage& image : images) guess.look(image);
+    std::string given = guess.text();
+    given = given.substr(given.find("--board ") + 8);
+    given.resize(given.find(','));
+    for (const auto& [name, length] :
+         {std::pair("SQUARE", "35mm"), std::pair("MARKER", "25mm"), std::pair("TAG", "88mm")}) {
+      const std::size_t at = given.find(name);
+      if (at != std::string::npos) given.replace(at, std::string(name).size(), length);
+    }
+    const Board proposed = parseBoardSpec(given);
+    EXPECT_EQ(proposed.columns(), board.columns()) << given;
+    EXPECT_EQ(proposed.markers()->first, board.markers()->first) << given;
+    for (const GrayImage& image : images) {
+      const Detection detection = std::visit(
+          [&]<class Kind>(const Kind& kind) {
+            if constexpr (std::is_same_v<Kind, CharucoBoard> || std::is_same_v<Kind, AprilGrid>)
+              return findBoard(image, kind);
+            return Detection{};
+          },
+          proposed.kind());
+      EXPECT_EQ(detection.corners.size(), static_cast<std::size_t>(board.numCorners())) << given;
+      ++num_found;
+    }
+  }
+  EXPECT_EQ(num_found, 12);
 }
 
 // The ratio that a guess names: behind "TAG:" or "about ".

@@ -27,9 +27,10 @@ SeenMarker seenAt(int id, const Eigen::Vector2d& low, double side, const Eigen::
 }
 
 // Of a ChArUco board with squares of 1.
-std::vector<SeenMarker> charucoMarkers(int columns, int rows, double side, bool is_dark_first) {
+std::vector<SeenMarker> charucoMarkers(int columns, int rows, double side, bool is_dark_first,
+                                       int first_id = 0) {
   std::vector<SeenMarker> markers;
-  int id = 0;
+  int id = first_id;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       if (((row + column) % 2 == 1) != is_dark_first) continue;
@@ -59,24 +60,30 @@ std::vector<MarkerLayout> layoutsOf(const std::vector<SeenMarker>& markers, bool
   return markerLayouts(images, is_upside_down);
 }
 
-TEST(MarkerLayouts, TellCountsOfCharucoBoardsOfBothLayouts) {
+TEST(MarkerLayouts, TellCountsAndFirstIdsOfCharucoBoardsOfBothLayouts) {
   int num_checked = 0;
   for (int columns = 3; columns <= 9; ++columns) {
     for (const int rows : {3, 4, 8}) {
       for (const bool is_dark_first : {true, false}) {
         for (const double side : {0.5, 0.75, 0.9}) {
-          const auto layouts = layoutsOf(charucoMarkers(columns, rows, side, is_dark_first), false);
-          ASSERT_EQ(layouts.size(), 1U) << columns << "x" << rows;
-          EXPECT_TRUE(layouts[0].is_diagonal);
-          EXPECT_EQ(layouts[0].columns, columns) << columns << "x" << rows << " dark " << is_dark_first;
-          EXPECT_EQ(layouts[0].rows, rows) << columns << "x" << rows << " dark " << is_dark_first;
-          EXPECT_NEAR(layouts[0].spacing * side, 1, 0.1);
-          ++num_checked;
+          for (const int first_id : {0, 17, 18, 40}) {
+            const auto layouts =
+                layoutsOf(charucoMarkers(columns, rows, side, is_dark_first, first_id), false);
+            SCOPED_TRACE(testing::Message()
+                         << columns << "x" << rows << ":" << first_id << " dark " << is_dark_first);
+            ASSERT_EQ(layouts.size(), 1U);
+            EXPECT_TRUE(layouts[0].is_diagonal);
+            EXPECT_EQ(layouts[0].columns, columns);
+            EXPECT_EQ(layouts[0].rows, rows);
+            EXPECT_EQ(layouts[0].first_id, first_id);
+            EXPECT_NEAR(layouts[0].spacing * side, 1, 0.1);
+            ++num_checked;
+          }
         }
       }
     }
   }
-  EXPECT_EQ(num_checked, 7 * 3 * 2 * 3);
+  EXPECT_EQ(num_checked, 7 * 3 * 2 * 3 * 4);
 }
 
 TEST(MarkerLayouts, TellCountsAndFirstIdsOfAprilGrids) {

@@ -13,7 +13,7 @@ MarkerPattern patternOf(const CharucoBoard& board, bool is_bright_first) {
                         .step_m = board.square_m,
                         .clear_share = inset / board.square_m,
                         .is_first_dark = !is_bright_first};
-  int id = 0;
+  int id = board.first_id;
   for (int row = 0; row < board.rows; ++row) {
     for (int column = 0; column < board.columns; ++column) {
       if (((column + row) % 2 == 0) != is_bright_first) continue;

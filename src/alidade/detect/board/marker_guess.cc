@@ -168,7 +168,8 @@ std::optional<CharucoBoard> charucoOf(const MarkerLayout& layout, std::size_t pr
                      .rows = std::max(3, layout.rows),
                      .square_m = 1,
                      .marker_m = std::clamp(1 / layout.spacing, 0.3, 0.95),
-                     .dictionary = allPrints()[print].dictionary};
+                     .dictionary = allPrints()[print].dictionary,
+                     .first_id = layout.first_id};
   std::vector<Detection> detections = detectIn(images, board);
   if (!anyFound(detections)) return std::nullopt;
   while (board.rows < kMostRows) {
@@ -181,7 +182,7 @@ std::optional<CharucoBoard> charucoOf(const MarkerLayout& layout, std::size_t pr
   }
   const auto share = markerShare(detections, images, print, board.columns - 1);
   board.marker_m = plausibleShare(share.value_or(board.marker_m));
-  board.dictionary = dictionaryWith(board.dictionary, board.numMarkers(true));
+  board.dictionary = dictionaryWith(board.dictionary, board.first_id + board.numMarkers(true));
   return board;
 }
 
@@ -216,18 +217,23 @@ std::optional<AprilGrid> aprilGridOf(const MarkerLayout& layout, const Images& i
   return board;
 }
 
+// The last part of a SPEC.
+std::string firstIdText(int first_id) {
+  return first_id == 0 ? "" : fmt::format(":{}", first_id);
+}
+
 std::string textOf(const CharucoBoard& board) {
   return fmt::format(
-      "the images show a ChArUco board of {0}x{1} squares: --board charuco:{0}x{1}:SQUARE:MARKER:{2}, with "
-      "the sides of a square and of a marker, which is about {3:.3g} of it",
-      board.columns, board.rows, board.dictionary, board.marker_m);
+      "the images show a ChArUco board of {0}x{1} squares: --board charuco:{0}x{1}:SQUARE:MARKER:{2}{3}, "
+      "with the sides of a square and of a marker, which is about {4:.3g} of it",
+      board.columns, board.rows, board.dictionary, firstIdText(board.first_id), board.marker_m);
 }
 
 std::string textOf(const std::vector<AprilGrid>& boards) {
   std::vector<std::string> flags;
   for (const AprilGrid& board : boards) {
-    flags.push_back(fmt::format("--board aprilgrid:{}x{}:TAG:{:.3g}", board.columns, board.rows, board.gap) +
-                    (board.first_id == 0 ? "" : fmt::format(":{}", board.first_id)));
+    flags.push_back(fmt::format("--board aprilgrid:{}x{}:TAG:{:.3g}{}", board.columns, board.rows, board.gap,
+                                firstIdText(board.first_id)));
   }
   return fmt::format("the images show {} of {}x{} tags: {}, with the side of a tag such as 88mm",
                      boards.size() == 1 ? "an AprilGrid" : fmt::format("{} AprilGrids, one", boards.size()),

@@ -97,20 +97,29 @@ int commonestStep(const std::vector<Neighbours>& neighbours, const Vector2i& cel
   return most != counts.end() && most->second >= kMost * total ? most->first : 0;
 }
 
-// Column and row of a marker of a diagonal lattice.
-Vector2i diagonalCell(int id, int columns, bool is_dark_first) {
-  const int in_even_row = is_dark_first ? columns / 2 : (columns + 1) / 2;
-  const int rest = id % columns;
-  const bool is_odd_row = rest >= in_even_row;
-  const int place = is_odd_row ? rest - in_even_row : rest;
-  return {2 * place + (is_odd_row != is_dark_first ? 1 : 0), 2 * (id / columns) + (is_odd_row ? 1 : 0)};
+// The quotient, rounded down, and the rest, which is not negative.
+Vector2i divided(int n, int by) {
+  const int quotient = n >= 0 ? n / by : -((by - 1 - n) / by);
+  return {quotient, n - quotient * by};
+}
+
+int numInEvenRow(int columns, bool is_dark_first) {
+  return is_dark_first ? columns / 2 : (columns + 1) / 2;
+}
+
+// Column and row of a marker of a diagonal lattice, with `first_id` in the first row.
+Vector2i diagonalCell(int id, int columns, int first_id, bool is_dark_first) {
+  const int in_even_row = numInEvenRow(columns, is_dark_first);
+  const Vector2i pair = divided(id - first_id, columns);
+  const bool is_odd_row = pair.y() >= in_even_row;
+  const int place = is_odd_row ? pair.y() - in_even_row : pair.y();
+  return {2 * place + (is_odd_row != is_dark_first ? 1 : 0), 2 * pair.x() + (is_odd_row ? 1 : 0)};
 }
 
 // Rows count upwards, from the first id of the first column.
 Vector2i uprightCell(int id, int columns, int first_id) {
-  const int n = id - first_id;
-  const int row = n >= 0 ? n / columns : -((columns - 1 - n) / columns);
-  return {n - row * columns, -row};
+  const Vector2i row = divided(id - first_id, columns);
+  return {row.y(), -row.x()};
 }
 
 constexpr int kMostColumns = 100;
@@ -139,11 +148,15 @@ void countDiagonal(const std::vector<Neighbours>& neighbours, MarkerLayout& layo
   const int columns = commonestStep(neighbours, {0, 2});
   if (columns < 3 || columns > kMostColumns) return;
   double best = 0;
-  for (const bool is_dark_first : {false, true}) {
-    const auto cellOf = [&](int id) { return diagonalCell(id, columns, is_dark_first); };
-    if (!takeBetter(neighbours, cellOf, best, layout)) continue;
-    layout.columns = columns;
-    layout.rows = cellOf(layout.ids.back()).y() + 1;
+  for (int start = 0; start < columns; ++start) {
+    for (const bool is_dark_first : {false, true}) {
+      const auto cellOf = [&](int id) { return diagonalCell(id, columns, start, is_dark_first); };
+      if (!takeBetter(neighbours, cellOf, best, layout)) continue;
+      const Vector2i first = divided(cellOf(layout.ids.front()).y(), 2);
+      layout.columns = columns;
+      layout.first_id = start + first.x() * columns + first.y() * numInEvenRow(columns, is_dark_first);
+      layout.rows = cellOf(layout.ids.back()).y() - 2 * first.x() - first.y() + 1;
+    }
   }
 }
 

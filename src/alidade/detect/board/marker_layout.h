@@ -17,7 +17,7 @@ struct MarkerLayout {
   /// are too few neighbours. Rows count from the first one; more rows may exist that no image shows.
   int columns = 0;
   int rows = 0;
-  int first_id = 0;  ///< of an upright lattice; diagonal ones start at 0
+  int first_id = 0;
 };
 
 /// The layouts of the boards in images, each with four or more markers, by their lowest id; different boards
