@@ -157,7 +157,7 @@ ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPatt
 struct FoundCorner {
   CornerFit fit;
   CornerGuess view;
-  std::optional<CornerGuess> failed = {};  // from other corners alone, without a fit
+  Vector2d failed = Vector2d::Constant(NAN);  // a guess from other corners alone that led to no fit
 };
 
 // State of the search for the corners of a board.
@@ -252,8 +252,8 @@ class CornerSearch {
       if (found_[i]) continue;
       const auto view = predict(static_cast<int>(i));
       if (!view) continue;
-      constexpr double kSamePx = 0.5;
-      if (tried_.contains(i) && (tried_[i] - view->pixel).norm() < kSamePx) continue;
+      constexpr double kNearPx = 0.5;
+      if (tried_.contains(i) && (tried_[i] - view->pixel).norm() < kNearPx) continue;
       tried_[i] = view->pixel;
       if (const auto fit = fitAt(*view)) added.push_back({i, {*fit, *view}});
     }
@@ -284,7 +284,7 @@ class CornerSearch {
       FoundCorner corner = *found_[i];
       for (const From from : {From::kOtherCorners, From::kOthers}) {
         const auto view = predict(static_cast<int>(i), from);
-        if (!view || (corner.failed && isSame(*view, *corner.failed))) continue;
+        if (!view || (view->pixel - corner.failed).norm() < kSamePx) continue;
         const bool is_same = isSame(*view, corner.view);
         const auto fit = is_same ? corner.fit : fitAt(*view);
         if (fit && (fit->contrast > 0) == (corner.fit.contrast > 0)) {
@@ -292,7 +292,7 @@ class CornerSearch {
           has_changed = has_changed || !is_same;
           break;
         }
-        if (from == From::kOtherCorners) corner.failed = *view;
+        if (from == From::kOtherCorners) corner.failed = view->pixel;
       }
       has_changed = has_changed || !refitted[i];
     }
@@ -302,12 +302,12 @@ class CornerSearch {
   }
 
   static bool isSame(const CornerGuess& a, const CornerGuess& b) {
-    constexpr double kSamePx = 1e-3;
     return (a.pixel - b.pixel).norm() < kSamePx && (a.step_u - b.step_u).norm() < kSamePx &&
            (a.step_v - b.step_v).norm() < kSamePx;
   }
 
   static constexpr double kMostOffShare = 0.25;
+  static constexpr double kSamePx = 1e-3;  // between guesses that give the same fit
 
   CornerFitter fitter_;
   const GrayImage& image_;
