@@ -119,7 +119,7 @@ TEST(Odometry, SaysWhyItCannotStart) {
     SCOPED_TRACE(camera.modelId());
     std::vector<SE3> turning;
     for (int f = 0; f < 40; ++f)
-      turning.emplace_back(SO3::exp({0.02 * std::sin(0.1 * f), 0.01 * f, 0}), Eigen::Vector3d::Zero());
+      turning.push_back({SO3::exp({0.02 * std::sin(0.1 * f), 0.01 * f, 0}), Eigen::Vector3d::Zero()});
     const Path turned = pathOf(camera, walkTracks(camera, turning));
     EXPECT_EQ(turned.numPosed(), 0u);
     EXPECT_TRUE(turned.segments.empty());

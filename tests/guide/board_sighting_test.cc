@@ -13,7 +13,6 @@ namespace alidade {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
-constexpr ImageSize kSize{.width = 640, .height = 480};
 // So small that the lens shows all of it nearly alike.
 constexpr Checkerboard kSmallBoard{.columns = 4, .rows = 3, .square_m = 0.004};
 

@@ -199,7 +199,7 @@ TEST(RigData, PosesAreTestedInAnyFrame) {
   const RigRecord record = recordOf(calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene)), "");
   const RigValidation plain = validateRig(record, std::span(&kCharuco, 1), other.views, 1, optionsFor(other));
   // The same rig in a frame far off: tangents are those of a small motion there.
-  const SE3 rig_from_frame(SO3::exp(Eigen::Vector3d(0.4, -1.1, 0.3)), Eigen::Vector3d(2, -1, 3));
+  const SE3 rig_from_frame{SO3::exp(Eigen::Vector3d(0.4, -1.1, 0.3)), Eigen::Vector3d(2, -1, 3)};
   const Eigen::Matrix<double, 6, 6> adjoint = rig_from_frame.inverse().adjoint();
   RigRecord moved = record;
   const Eigen::Index count = numRigUnknowns(rigOf(record));

@@ -114,7 +114,7 @@ TEST(MonthlyCheck, FindsATenthOfADegreeAndAHundredthOfTheBaseline) {
   std::vector<std::pair<std::string, SE3>> changes;
   for (int axis = 0; axis < 3; ++axis)
     changes.emplace_back("axis " + std::to_string(axis),
-                         SE3(SO3::exp(kTurnRad * Eigen::Vector3d::Unit(axis)), Eigen::Vector3d::Zero()));
+                         SE3{SO3::exp(kTurnRad * Eigen::Vector3d::Unit(axis)), Eigen::Vector3d::Zero()});
   std::vector<int> num_found(4);
   int num_found_without_correlation = 0;
   std::vector<double> least_sigmas(4, 1e9);
@@ -146,7 +146,7 @@ TEST(MonthlyCheck, FailsWhatMattersInARigWithoutCovariance) {
     RigRecord stored = rig.record;
     stored.covariance.clear();
     EXPECT_NE(rig.test(stored, {}).verdict(), Verdict::kNo) << seed;
-    const SE3 turn(SO3::exp(Eigen::Vector3d(0.005, 0, 0)), Eigen::Vector3d::Zero());
+    const SE3 turn{SO3::exp(Eigen::Vector3d(0.005, 0, 0)), Eigen::Vector3d::Zero()};
     EXPECT_TRUE(hasFailure(rig.test(stored, turn), "pose_contradicted")) << seed;
     ++num_checked;
   }

@@ -176,7 +176,12 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
 /// The id of a diagnosis. An id in code that is missing from kDiagnosisKinds does not compile.
 class DiagnosisId : public std::string_view {
  public:
-  consteval DiagnosisId(const char* id) : std::string_view(id) {
+#if defined(__clang__) && __clang_major__ < 17
+  constexpr  // crashes where consteval makes an object of a derived class (LLVM's issue 60166)
+#else
+  consteval
+#endif
+  DiagnosisId(const char* id) : std::string_view(id) {
     for (const DiagnosisKind& kind : kDiagnosisKinds) {
       if (kind.id == id) return;
     }

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <ranges>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -80,11 +79,10 @@ ImageOutcome outcomeOf(const json& entry, const Board& board) {
   Detection& detection = outcome.detection;
   const std::string code = entry.at("reason").get<std::string>();
   // Reasons that a search gives come first in the enumeration.
-  const auto reasons = std::views::iota(0, static_cast<int>(DetectionReason::kTooSmall) + 1) |
-                       std::views::transform([](int i) { return static_cast<DetectionReason>(i); });
-  const auto reason = std::ranges::find(reasons, code, reasonCode);
-  if (reason == reasons.end()) throw foreignEntry("an unknown reason");
-  detection.reason = *reason;
+  for (detection.reason = DetectionReason::kFound; reasonCode(detection.reason) != code;
+       detection.reason = static_cast<DetectionReason>(static_cast<int>(detection.reason) + 1)) {
+    if (detection.reason == DetectionReason::kTooSmall) throw foreignEntry("an unknown reason");
+  }
   detection.detail = entry.at("detail").get<std::string>();
   detection.corners = cornersOf(entry.at("corners"), outcome.size, board);
   const int num_corners = static_cast<int>(detection.corners.size());

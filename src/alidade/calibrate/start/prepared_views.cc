@@ -201,7 +201,8 @@ std::vector<Corner> mergedCorners(const std::vector<View>& views, const std::vec
   }
   std::vector<Corner> corners;
   for (const auto& [id, samples] : by_id) {
-    const auto middle = [&](const auto& value) { return middleOf(mapped(samples, value)); };
+    // Until version 16, clang captures no structured bindings.
+    const auto middle = [&all = samples](const auto& value) { return middleOf(mapped(all, value)); };
     Corner& corner = corners.emplace_back();
     corner.id = id;
     corner.pixel = {middle([](const Corner& c) { return c.pixel.x(); }),

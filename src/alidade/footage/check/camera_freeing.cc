@@ -17,7 +17,7 @@
 namespace alidade {
 namespace {
 
-constexpr int kMostSteps = 40;
+constexpr int kMostSolveSteps = 40;
 
 // Directions of the parameters, with the readout as the last one.
 Eigen::MatrixXd withReadout(const Eigen::MatrixXd& directions) {
@@ -87,10 +87,10 @@ CameraFreeing::CameraFreeing(const AnyCamera& given, std::vector<Reconstruction>
     if (!moveTo(state, state.at)) return;
     if (is_settled) break;
   }
-  const bool is_found = solve(state, all, kMostSteps);
+  const bool is_found = solve(state, all, kMostSolveSteps);
   State given_state = unsolved();
   if (!moveTo(given_state, start_)) return;
-  is_usable_ = solve(given_state, Eigen::MatrixXd(num_ - 1, 0), kMostSteps);
+  is_usable_ = solve(given_state, Eigen::MatrixXd(num_ - 1, 0), kMostSolveSteps);
   if (is_found) at_all_ = std::move(state);
   at_given_ = std::move(given_state);
 }
@@ -108,7 +108,7 @@ std::optional<FreedCamera> CameraFreeing::all() const {
 std::optional<FreedCamera> CameraFreeing::along(const Eigen::MatrixXd& directions) const {
   if (!is_usable_) return std::nullopt;
   State state = *at_given_;
-  const bool is_converged = solve(state, directions, kMostSteps);
+  const bool is_converged = solve(state, directions, kMostSolveSteps);
   return freedAt(state.at, state.sums, directions, is_converged);
 }
 
