@@ -129,7 +129,7 @@ TEST(UndistortionView, AllOfAPinholeCameraIsThePinholeCamera) {
 
 TEST(UndistortionView, ValidOfAPinholeCameraIsThePinholeCamera) {
   int num_checked = 0;
-  for (const Eigen::Vector2d axis : {Eigen::Vector2d(300, 250), {500, 20}, {-100, 240}, {900, 700}}) {
+  for (const Eigen::Vector2d& axis : {Eigen::Vector2d(300, 250), {500, 20}, {-100, 240}, {900, 700}}) {
     const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{500, 500, axis.x(), axis.y()});
     const OutputView view = choose(pinhole, kSize, ViewExtent::kValid).view;
     EXPECT_NEAR(view.scale_px.x(), 500, 0.05);
