@@ -68,7 +68,8 @@ struct SharedLens {
 ///   formula(k, ray, m, J_m_ray, J_m_lens)  the map itself if it has a value, with row-major 2x3 and 2xN
 ///                    Jacobians (null: not computed); for double, Lanes and automatic differentiation, so
 ///                    without a branch on the ray
-///   quickUnlens(k, start, m, max_angle, ray)  the inverse, for double and Lanes: the unit ray inside the cone
+///   quickUnlens(k, start, m, max_angle, ray)  the inverse, for double and Lanes: the unit ray inside the
+///   cone
 ///                    of half-angle max_angle, in which the lens is one-to-one; without safeguards: NaN or a
 ///                    ray outside the cone if there is none, or if more iterations would be needed
 ///   unlens(k, m, max_angle, ray)  the same for the points where that gives no ray, with safeguards: the ray

@@ -105,12 +105,11 @@ bool newtonInDisc(const Warp& warp, double mx, double my, double rho_max, double
       break;
     }
     if (num_clamped > kMaxClamped) return false;
-    // Newton's steps descend until rounding stops them: the residual is then of a few bits, or, where terms of
-    // the warp nearly cancel, of as many as move the root by nothing. Near a fold, steps stay long even at a
-    // root.
+    // Newton's steps descend until rounding stops them: the residual is then of a few bits, or, where terms
+    // of the warp nearly cancel, of as many as move the root by nothing. Near a fold, steps stay long even at
+    // a root.
     if (!moved) {
-      return step <= kSameRoot * scale ||
-             residual <= 64 * kEpsilon * (std::hypot(mx, my) + std::hypot(x, y));
+      return step <= kSameRoot * scale || residual <= 64 * kEpsilon * (std::hypot(mx, my) + std::hypot(x, y));
     }
   }
   return false;

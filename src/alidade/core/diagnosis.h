@@ -181,7 +181,8 @@ class DiagnosisId : public std::string_view {
 #else
   consteval
 #endif
-  DiagnosisId(const char* id) : std::string_view(id) {
+      DiagnosisId(const char* id)
+      : std::string_view(id) {
     for (const DiagnosisKind& kind : kDiagnosisKinds) {
       if (kind.id == id) return;
     }

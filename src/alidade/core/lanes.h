@@ -156,7 +156,6 @@ ALIDADE_ALWAYS_INLINE bool isAll(const LaneMask& mask) {
 }
 #endif
 
-
 ALIDADE_ALWAYS_INLINE Lanes load(const double* from) {
   Lanes lanes;
   std::memcpy(&lanes, from, sizeof lanes);
