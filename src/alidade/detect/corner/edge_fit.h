@@ -18,12 +18,12 @@ struct EdgePrior {
 };
 
 struct EdgeSolverOptions {
-  /// Edges sharper than this pass between pixel centres, and the cost has steps. The width of a pixel alone
-  /// has a standard deviation of 0.29; sharpened images can show less.
-  double min_blur_px = 0.4;
+  /// Edges much sharper than this pass between pixel centres, and the cost has steps. The width of a pixel
+  /// alone has a standard deviation of 0.29; sharpened images can show less.
+  double min_blur_px = 0.25;
   double max_blur_px = 1e3;
   bool are_angles_held = false;  ///< at those of the start
-  int max_iterations = 20;
+  int max_iterations = 100;      ///< large residuals, as of sharpened images, need many
   /// Ends when the expected next step is shorter than this share of the estimate's standard deviation.
   double step_share = 0.1;
 };
