@@ -16,7 +16,7 @@ STUB = """#!/bin/sh
 code=$?
 case "$*" in
   *"-o board1.pdf --json") sed "s/1/2/" "$0.out" ;;
-  *"-o board2.svg --json") cat "$0.out"; sed -i "s/841.889764pt/841.889765pt/" board2.svg ;;
+  *"-o board2.svg --json") cat "$0.out"; sed -i "s/841.889764/841.889765/" board2.svg ;;
   "board nonsense:"*) cat "$0.out"; code=7 ;;
   *) cat "$0.out" ;;
 esac
