@@ -155,7 +155,15 @@ void countDiagonal(const std::vector<Neighbours>& neighbours, MarkerLayout& layo
       const Vector2i first = divided(cellOf(layout.ids.front()).y(), 2);
       layout.columns = columns;
       layout.first_id = start + first.x() * columns + first.y() * numInEvenRow(columns, is_dark_first);
-      layout.rows = cellOf(layout.ids.back()).y() - 2 * first.x() - first.y() + 1;
+      const int above = 2 * first.x() + first.y();
+      layout.rows = cellOf(layout.ids.back()).y() - above + 1;
+      // Ids nearly always start at 0, perhaps in a few rows that no image shows.
+      constexpr int kUnseenPart = 8;
+      const int num_unseen = above + (start == 0 ? 0 : 1);
+      const bool is_aligned = start == 0 || start == numInEvenRow(columns, !is_dark_first);
+      if (!is_aligned || kUnseenPart * num_unseen >= layout.rows) continue;
+      layout.rows += num_unseen;
+      layout.first_id = 0;
     }
   }
 }
