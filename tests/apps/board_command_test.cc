@@ -35,7 +35,7 @@ TEST(BoardCommand, WritesTheSameBytesAgainInEveryFormat) {
 // The drawing is at exact scale: neighbouring corners of its image are as far apart as the SPEC says.
 TEST(BoardCommand, DrawsToScale) {
   const ScratchFolder scratch;
-  constexpr double kDpi = 300;
+  constexpr double kDpi = 254;  // ten pixels a millimetre: all edges are between pixels
   struct Case {
     std::string spec;
     double spacing_mm;
@@ -48,7 +48,8 @@ TEST(BoardCommand, DrawsToScale) {
                                    {"acircles:4x7:20mm:14mm", 40, 28}};  // neighbours in a row
   for (const Case& c : cases) {
     scratch.write("images/readme.txt", "");
-    ASSERT_THAT(runAlidade({"board", c.spec, "-o", scratch.path("images/board.png")}), EndsWith(0));
+    ASSERT_THAT(runAlidade({"board", c.spec, "-o", scratch.path("images/board.png"), "--dpi", "254"}),
+                EndsWith(0));
     ASSERT_THAT(runAlidade({"detect", scratch.path("images/board.png"), "--board", c.spec, "-o",
                             scratch.path("corners.csv")}),
                 EndsWith(0));
