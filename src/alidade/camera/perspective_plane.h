@@ -174,7 +174,7 @@ ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart&
                                            const T& my, T& x, T& y) {
   constexpr int kMaxSteps = 8;
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
-  constexpr double kNear = 1e-5;  // residual at which Newton's method converges quadratically
+  constexpr double kNear = 1e-7;  // residual whose square is rounding, however the last steps converged
   const T m2 = mx * mx + my * my;
   const T scale = start.scale(m2);
   x = scale * mx;
