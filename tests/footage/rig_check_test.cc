@@ -311,7 +311,8 @@ TEST(RigCheck, InstantsThatDifferWidenTheDeviations) {
     num_within += x < kNormal95 ? 1 : 0;
     num_significant += x > 4 ? 1 : 0;
   }
-  EXPECT_EQ(num_differing, kRounds);
+  // Chi-square with seven degrees of freedom, about 12 times its expectation, stays below 2 once in 90 cases.
+  EXPECT_GE(num_differing, kRounds - 2);
   EXPECT_GE(num_within, kRounds * 8 / 10);
   // Student's t with seven degrees of freedom exceeds 4 once in 200 cases.
   EXPECT_LE(num_significant, 1);

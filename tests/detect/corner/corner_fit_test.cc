@@ -139,9 +139,10 @@ struct PaintedBoard {
   Eigen::Vector2d step_v{-4, 22};
 
   [[nodiscard]] Eigen::Vector2d shares(double x, double y) const {
-    Eigen::Matrix2d steps;
-    steps << step_u, step_v;
-    return steps.inverse() * (Eigen::Vector2d(x, y) - corner);
+    const double dx = x - corner[0];
+    const double dy = y - corner[1];
+    const double area = step_u[0] * step_v[1] - step_u[1] * step_v[0];
+    return {(dx * step_v[1] - dy * step_v[0]) / area, (dy * step_u[0] - dx * step_u[1]) / area};
   }
   [[nodiscard]] double tone(double x, double y) const {
     const Eigen::Vector2d at = shares(x, y);

@@ -114,8 +114,10 @@ bool isPlausible(const CornerTask& task, const EdgeModel& model) {
 }
 
 // True if all four arms of the corner show the contrast of its squares, above the noise. Softened fits have
-// tighter limits, because an object in front of the board may have prevented convergence.
-bool isCrossing(const WindowFit& candidate, bool is_softened) {
+// tighter limits, because an object in front of the board may have prevented convergence. A tone curve that is
+// not monotone (beyond half the amplitude) describes sharpened edges, but also an L or a T in a small window,
+// where the corner is loose.
+bool isCrossing(const WindowFit& candidate, bool is_softened, double spacing_px) {
   const double kLeastArm = is_softened ? 0.6 : 0.5;
   const double kMostArm = is_softened ? 1.5 : 1.7;
   const double kMostResidual = is_softened ? 0.2 : 1.0;  // of the squared amplitude
@@ -126,6 +128,10 @@ bool isCrossing(const WindowFit& candidate, bool is_softened) {
     ++num_arms;
   }
   const double amplitude = candidate.model[EdgeModel::kAmplitude];
+  constexpr double kMostLoose = 0.0015;  // of the spacing
+  if (std::abs(candidate.model[EdgeModel::kTone]) > std::abs(amplitude) &&
+      candidate.sigma() > kMostLoose * spacing_px)
+    return false;
   return num_arms >= 3 && candidate.quality.residual_variance < kMostResidual * amplitude * amplitude;
 }
 
@@ -233,7 +239,7 @@ class Refinement {
     // The model did not fit these pixels well, so its own estimate of the error is too small.
     constexpr double kSoftenedSigmas = 2;
     if (is_softened) candidate.covariance *= kSoftenedSigmas * kSoftenedSigmas;
-    if (!candidate.covariance.allFinite() || !isCrossing(candidate, is_softened)) return std::nullopt;
+    if (!candidate.covariance.allFinite() || !isCrossing(candidate, is_softened, task_.spacing)) return std::nullopt;
     return candidate;
   }
 
