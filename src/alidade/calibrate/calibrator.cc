@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "alidade/adjust/board/errors.h"
@@ -29,6 +30,11 @@ SE3 settled(SE3 pose) {
   return pose;
 }
 
+// The fit of a model that the options name.
+ModelSolution solutionOf(const PreparedViews& given, const CalibratorOptions& options) {
+  return withDataSettled(fittedPlainly(given, options), given, options);
+}
+
 Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
                           const CalibratorOptions& options) {
   Fit& fit = solution.fit;
@@ -49,6 +55,65 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
                      .domain = std::move(domain)};
   result.diagnoses = judge(result, options.tolerance_px);
   return result;
+}
+
+// The models that predict corners no worse than the chosen one beyond chance, by less error than a warning
+// needs; the best first.
+std::vector<ModelCandidate> alternativesTo(const ModelCandidate& chosen, const ModelChoice& choice,
+                                           double tolerance_px) {
+  constexpr std::size_t kMost = 3;
+  std::vector<ModelCandidate> others;
+  for (const ModelCandidate& c : choice.candidates) {
+    const double further =
+        c.holdout_rms_px * c.holdout_rms_px - chosen.holdout_rms_px * chosen.holdout_rms_px;
+    if (c.verdict == "larger" &&
+        severityOf(std::sqrt(std::max(0.0, further)), tolerance_px) == Severity::kNote)
+      others.push_back(c);
+  }
+  std::ranges::stable_sort(others, {}, &ModelCandidate::excess);
+  if (others.size() > kMost) others.resize(kMost);
+  return others;
+}
+
+// True if the camera may be used, although each failure of the other one is among its diagnoses: it is a
+// matter of degree, and the model does not hide the cause.
+bool isUsableDespite(const Calibration& calibration, const std::vector<Diagnosis>& failed) {
+  return calibration.isUsable() && std::ranges::all_of(failed, [&](const Diagnosis& d) {
+           return d.severity != Severity::kFailure ||
+                  std::ranges::find(calibration.diagnoses, d.id, &Diagnosis::id) !=
+                      calibration.diagnoses.end();
+         });
+}
+
+// The model that predicts corners best may still give a camera that must not be used, where another one, not
+// distinguishable by these views, gives a usable one.
+Calibration calibrationOfChoice(const PreparedViews& given, const CalibratorOptions& options) {
+  ModelSolution solution = chooseModel(given, options);
+  std::vector<AnyCamera> rivals = solution.rivals;
+  Calibration first = calibrationOf(std::move(solution), given, options);
+  if (first.isUsable()) return first;
+  const auto chosen = std::ranges::find(first.choice.model->candidates, "chosen", &ModelCandidate::verdict);
+  rivals.push_back(first.camera());
+  for (const ModelCandidate& other : alternativesTo(*chosen, *first.choice.model, options.tolerance_px)) {
+    CalibratorOptions own = options;
+    own.model = other.id;
+    ModelSolution instead = solutionOf(given, own);
+    std::ranges::copy_if(rivals, std::back_inserter(instead.rivals),
+                         [&](const AnyCamera& rival) { return rival.modelId() != other.id; });
+    instead.choice.model = first.choice.model;
+    for (ModelCandidate& c : instead.choice.model->candidates) {
+      if (c.id == chosen->id) {
+        c.verdict = "rejected";
+        c.reason = first.diagnoses.front().id;
+      } else if (c.id == other.id) {
+        c.verdict = "chosen";
+        c.reason = "";
+      }
+    }
+    Calibration usable = calibrationOf(std::move(instead), given, own);
+    if (isUsableDespite(usable, first.diagnoses)) return usable;
+  }
+  return first;
 }
 
 // Rounded to a tenth of a pixel: enough to recognise an image by.
@@ -120,9 +185,8 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
     static_cast<void>(parameterNames(named.model));  // throws for an unknown model
   static_cast<void>(constraintOf(named));
   const PreparedViews given = prepareViews(boards, std::move(views));
-  return calibrationOf(named.model == kAutoModel ? chooseModel(given, named)
-                                                 : withDataSettled(fittedPlainly(given, named), given, named),
-                       given, named);
+  return named.model == kAutoModel ? calibrationOfChoice(given, named)
+                                   : calibrationOf(solutionOf(given, named), given, named);
 }
 
 Calibration calibrate(const Board& board, std::vector<View> views, const CalibratorOptions& options) {

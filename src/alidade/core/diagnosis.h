@@ -70,6 +70,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"misfit", Subject::kLens, detail::kByRule, Rank::kConsequence},
     {"model_too_lean", Subject::kLens, detail::kByRule, Rank::kCause},
     {"lens_deviates", Subject::kLens},
+    {"model_rejected", Subject::kLens, Severity::kWarning},
     {"few_views", Subject::kLens},
     {"ambiguous_optimum", Subject::kLens},
     {"centre_moves", Subject::kViews, detail::kByRule, Rank::kConsequence},

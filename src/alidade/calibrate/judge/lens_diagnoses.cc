@@ -89,6 +89,19 @@ void lensDeviates(Evidence& of) {
          deviation_px);
 }
 
+// A model that was preferred, whose camera must not be used.
+void modelRejected(Evidence& of) {
+  if (!of.choice.model) return;
+  for (const ModelCandidate& candidate : of.choice.model->candidates) {
+    if (candidate.verdict != "rejected") continue;
+    of.add({.id = "model_rejected",
+            .cause = "the camera of " + candidate.id + ", which predicts corners as well with " +
+                     std::to_string(candidate.num_params) + " parameters, must not be used",
+            .evidence = candidate.reason,
+            .next_step = "add views; --model " + candidate.id + " shows its diagnoses"});
+  }
+}
+
 double degrees(double radians) {
   return radians * 180 / std::numbers::pi;
 }
@@ -310,9 +323,10 @@ void poorCoverage(Evidence& of) {
 }  // namespace
 
 void diagnoseLens(Evidence& of) {
-  for (const auto& diagnose : {notConverged, notSettled, parameterAtLimit, misfit, modelTooLean, lensDeviates,
-                               cornersOutsideDomain, principalPointOutside, oddAspect, undetermined,
-                               inaccurate, illConditioned, ambiguousOptimum, pixelsWithoutRay, poorCoverage})
+  for (const auto& diagnose :
+       {notConverged, notSettled, parameterAtLimit, misfit, modelTooLean, lensDeviates, modelRejected,
+        cornersOutsideDomain, principalPointOutside, oddAspect, undetermined, inaccurate, illConditioned,
+        ambiguousOptimum, pixelsWithoutRay, poorCoverage})
     diagnose(of);
 }
 

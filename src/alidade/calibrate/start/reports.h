@@ -115,7 +115,7 @@ struct ModelCandidate {
   double excess_std = std::numeric_limits<double>::quiet_NaN();
   /// chosen; worse; larger (no worse than the chosen one, but not needed); no_solution; not_allowed; or why
   /// it cannot be recommended, see Unsoundness: not_converged, ill_conditioned, corners_outside_domain,
-  /// folds_in_image, no_holdout.
+  /// folds_in_image, no_holdout. `rejected`: calibrated with it, a diagnosis is a failure.
   std::string verdict;
   std::string reason;  ///< the same for human readers
 };

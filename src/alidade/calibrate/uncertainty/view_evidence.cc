@@ -183,12 +183,20 @@ class CommonEstimate {
     by_views *= num_views / std::max(1.0, num_views - 1);
     const int beyond_boards = column - (numColumns() - kNumOtherCauses);
     const bool is_of_board = beyond_boards < 0;
-    return CommonError{
+    CommonError error{
         .cause = static_cast<CommonCause>(is_of_board ? column % kNumBoardCauses
                                                       : kNumBoardCauses + beyond_boards),
         .board = is_of_board ? static_cast<std::size_t>(column / kNumBoardCauses) : 0,
         .value = step(directions_.rows() + column),
         .sigma = smoothness_ * std::sqrt(std::max(by_views, variance_ * (*inverse)(last, last)))};
+    // Pupils move by a few millimetres; views that hardly determine the motion give it other errors' size.
+    constexpr double kPupilPriorM = 0.01;
+    if (error.cause == CommonCause::kPupil) {
+      const double trust = 1 / (1 + std::pow(error.sigma / kPupilPriorM, 2));
+      error.value *= trust;
+      error.sigma *= std::sqrt(trust);
+    }
+    return error;
   }
 
   // Error of the intrinsics if an error of this size is not taken into account.
