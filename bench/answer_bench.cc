@@ -4,6 +4,7 @@
 //   answer_bench flawed [sets, default 600] [flaw]  flaws of all kinds and sizes, and trust in the results
 //   answer_bench cameras [pairs, default 100]       mixed views of two cameras
 //   answer_bench halves CORNERS.csv...              random halves of a set compared
+// With ALIDADE_VERBOSE in the environment, `flawed` prints each set.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -113,6 +114,11 @@ int runFlawed(std::size_t num_sets, const std::string& only) {
       row->num_trustworthy += is_trustworthy ? 1 : 0;
       row->num_rejected += a.verdict == Verdict::kNo ? 1 : 0;
       row->num_wrong += is_wrong ? 1 : 0;
+    }
+    if (std::getenv("ALIDADE_VERBOSE") != nullptr) {
+      std::printf("%s %zu: %s, stated %.3g px, true %.3g px;", std::string(cases[i].kind->name).c_str(),
+                  cases[i].number, std::string(verdictName(a.verdict)).c_str(), a.stated_px, a.p95_px);
+      printIds({a}, Severity::kWarning);
     }
     if (!is_wrong) continue;
     std::printf(

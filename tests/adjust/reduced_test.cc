@@ -98,5 +98,38 @@ TEST(Reduced, LeavesOutCornersThatDoNotProject) {
   EXPECT_LE((with.gradient - without.gradient).norm(), 1e-9 * without.information.norm());
 }
 
+// The bend of a flexible board is one more unknown of the view, with a prior.
+TEST(Reduced, EliminatesTheBendOfAFlexibleBoard) {
+  Fit fit = bundleSet<Radtan>(4, kOutlierPx, kLoss);
+  FitBoard& board = fit.boards.front();
+  board.flex_std_m = 1e-3;
+  board.flex_precision = 1e4;
+  int num_checked = 0;
+  for (FitView& view : fit.views) {
+    view.flex_m = {2e-3, -1e-3};
+    const Reduced flexible = reduced(fit, view, LossWeights::kUse, MadeUpColumns{});
+    board.flex_std_m = 0;
+    const Reduced rigid = reduced(fit, view, LossWeights::kUse, MadeUpColumns{});
+    board.flex_std_m = 1e-3;
+    const Reduced all = reducedByPose(fit, view, LossWeights::kUse, bendColumns(&board.target));
+    const Eigen::Index n = all.gradient.size() - kNumBends;
+    Eigen::MatrixXd H = all.information;
+    Eigen::VectorXd g = all.gradient;
+    H.bottomRightCorner<kNumBends, kNumBends>().diagonal().array() += board.flex_precision;
+    g.tail<kNumBends>() += board.flex_precision * view.flex_m;
+    const Eigen::MatrixXd back =
+        H.topRightCorner(n, kNumBends) * H.bottomRightCorner<kNumBends, kNumBends>().inverse();
+    const Eigen::MatrixXd information = H.topLeftCorner(n, n) - back * H.bottomLeftCorner(kNumBends, n);
+    const Eigen::VectorXd gradient = g.head(n) - back * g.tail<kNumBends>();
+    EXPECT_LE((flexible.information.topLeftCorner(n, n) - information).norm(), 1e-9 * information.norm());
+    EXPECT_LE((flexible.gradient.head(n) - gradient).norm(), 1e-9 * gradient.norm());
+    // Bends take information away, in the further columns as well.
+    EXPECT_GT(rigid.information.trace(), flexible.information.trace());
+    EXPECT_GT(rigid.information(n, n), flexible.information(n, n));
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 4);
+}
+
 }  // namespace
 }  // namespace alidade

@@ -98,6 +98,25 @@ void liftCorner(FlawedSet& of, Random& random) {
   bend(of, random, [](const Eigen::Vector2d& p) { return std::pow(std::max(0.0, 0.5 * p.sum()), 3); });
 }
 
+// Paper that bends differently in each view, or in the two halves of a set.
+void flex(FlawedSet& of, Random& random, std::size_t num_bends) {
+  const double height = drawSize(random, 5e-4, 0.03) * of.set.board.middle().x();
+  std::vector<Eigen::Vector2d> bends;
+  for (std::size_t i = 0; i < num_bends; ++i) bends.emplace_back(height * drawNormal(random));
+  const std::size_t num_views = of.set.views.size();
+  photograph(of, random, [&](std::size_t v, int id) {
+    const Eigen::Vector2d& at = bends[v * num_bends / num_views];
+    const double z = at.dot(placeOf(of.set.board, id).cwiseAbs2());
+    return pixelAt(of.drawn.camera, of.set.poses[v] * (of.set.board.corner(id) + Eigen::Vector3d(0, 0, z)));
+  });
+}
+void flexAlways(FlawedSet& of, Random& random) {
+  flex(of, random, of.set.views.size());
+}
+void flexMidway(FlawedSet& of, Random& random) {
+  flex(of, random, 2);
+}
+
 void stretch(FlawedSet& of, Random& random) {
   const double factor = 1 + drawSign(random) * drawSize(random, 1e-4, 0.02);
   photographBoard(of, random, [&](int id) -> Eigen::Vector3d {
@@ -360,12 +379,14 @@ void stepBack(FlawedSet& of, Random& random) {
 
 void leaveAsIs(FlawedSet&, Random&) {}
 
-constexpr std::array<FlawKind, 32> kKinds = {{{"none", leaveAsIs},
+constexpr std::array<FlawKind, 34> kKinds = {{{"none", leaveAsIs},
                                               {"cylinder", bendCylinder},
                                               {"saddle", bendSaddle},
                                               {"twist", twist},
                                               {"wave", wave},
                                               {"lifted_corner", liftCorner},
+                                              {"flexing", flexAlways},
+                                              {"flexed_midway", flexMidway},
                                               {"stretched", stretch},
                                               {"graded", grade},
                                               {"misprint", misprint},

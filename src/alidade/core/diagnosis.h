@@ -83,6 +83,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"corners_biased", Subject::kViews},
     {"odd_aspect", Subject::kLens},
     {"bent_board", Subject::kBoard},
+    {"board_flexes", Subject::kBoard, Severity::kWarning, Rank::kCause},
     {"board_even", Subject::kBoard, Severity::kNote},
     {"uneven_board", Subject::kBoard, Severity::kNote},
     {"bend_ignored", Subject::kBoard},

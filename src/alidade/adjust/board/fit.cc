@@ -45,7 +45,14 @@ std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
 
 std::vector<Observation> cornersOnShape(const Fit& fit, const FitView& view) {
   const FitBoard& board = boardOf(fit, view);
-  return onShape(board.target, board.shape, view.corners);
+  return onShape(board.target, shapeIn(board, view), view.corners);
+}
+
+BoardShape shapeIn(const FitBoard& board, const FitView& view) {
+  BoardShape shape = board.shape;
+  shape.bend_x_m += view.flex_m.x();
+  shape.bend_y_m += view.flex_m.y();
+  return shape;
 }
 
 std::string boardSuffix(const Fit& fit, std::size_t board) {
@@ -63,7 +70,7 @@ bool isAnyUneven(const Fit& fit) {
 
 double numFreeOffsets(const Fit& fit) {
   double sum = 0;
-  for (const FitBoard& board : fit.boards) sum += board.num_free_offsets;
+  for (const FitBoard& board : fit.boards) sum += board.num_free_offsets + board.num_free_flexes;
   return sum;
 }
 

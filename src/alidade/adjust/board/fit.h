@@ -57,8 +57,15 @@ struct FitBoard {
   /// Inverse variances per m^2, times the variance (px^2) of a corner of weight 1. See withOffsets().
   std::optional<Eigen::Vector2d> offset_precision = {};
   double num_free_offsets = 0;  ///< number of offset coordinates that the corners determine, not the scatter
+  /// For a board that bends differently in each view: the standard deviation of bend_x and bend_y, metres,
+  /// and the inverse variance times the variance (px^2) of a corner of weight 1. See estimateFlex().
+  double flex_std_m = 0;
+  double flex_precision = 0;
+  double num_free_flexes =
+      0;  ///< number of bends of single views that the corners determine, not the scatter
 
   [[nodiscard]] bool isUneven() const { return offset_precision.has_value(); }
+  [[nodiscard]] bool isFlexible() const { return flex_std_m > 0; }
 };
 
 /// The position of a board in one frame (instant) of the rig.
@@ -76,6 +83,7 @@ struct FitView {
   std::vector<Observation> corners = {};     ///< in use, in ascending order of id; on the flat board
   std::vector<Eigen::Vector2d> errors = {};  ///< projected minus observed, px, not weighted; set by solve()
   std::string image = {};                    ///< its name; may be empty
+  Eigen::Vector2d flex_m{0, 0};              ///< bend_x and bend_y that the board has in this view only
 };
 
 enum class Termination {
@@ -150,7 +158,7 @@ requires std::is_same_v<const AnyFit, const Fit>
 /// True if any board is uneven.
 [[nodiscard]] bool isAnyUneven(const Fit& fit);
 
-/// Number of offset coordinates of all boards that the corners determine.
+/// Number of offset coordinates of all boards, and bends of single views, that the corners determine.
 [[nodiscard]] double numFreeOffsets(const Fit& fit);
 
 /// The number of views that show a board.
@@ -163,6 +171,9 @@ void fixShapes(Fit& fit);
 [[nodiscard]] std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
                                                std::span<const Observation> flat);
 [[nodiscard]] std::vector<Observation> cornersOnShape(const Fit& fit, const FitView& view);
+
+/// The board's shape in a view, with the bend that it has there only.
+[[nodiscard]] BoardShape shapeIn(const FitBoard& board, const FitView& view);
 
 /// The number of corners in all views.
 [[nodiscard]] std::size_t numCorners(const Fit& fit);

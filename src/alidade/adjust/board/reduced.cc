@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
 #include "alidade/adjust/board/view_kernel.h"
 #include "alidade/core/mapped.h"
 #include "alidade/geometry/decompositions.h"
@@ -125,10 +127,33 @@ detail::ViewGram detail::gramOf(std::string_view model_id, std::span<const doubl
   return gram;
 }
 
-Reduced reduced(const Fit& fit, const FitView& view, LossWeights weights, const ExtraColumns& extra) {
+Reduced reducedByPose(const Fit& fit, const FitView& view, LossWeights weights, const ExtraColumns& extra) {
   const FitCamera& camera = fit.cameras[view.camera];
   return eliminatePose(detail::gramOf(camera.model, camera.params, cameraFromBoard(fit, view),
                                       cornersOnShape(fit, view), fit.loss, weights, extra));
+}
+
+Reduced reduced(const Fit& fit, const FitView& view, LossWeights weights, const ExtraColumns& extra) {
+  const FitBoard& board = boardOf(fit, view);
+  if (!board.isFlexible()) return reducedByPose(fit, view, weights, extra);
+  const ExtraColumns bends = bendColumns(&board.target, extra.size);
+  ExtraColumns both;
+  both.size = extra.size + kNumBends;
+  both.addElements = [&](const CornerRows& rows, int axis, Elements& to) {
+    if (extra.size > 0) extra.addElements(rows, axis, to);
+    bends.addElements(rows, axis, to);
+  };
+  Reduced all = reducedByPose(fit, view, weights, both);
+  const Eigen::Index size = all.gradient.size() - kNumBends;
+  const Eigen::Matrix2d own = all.information.bottomRightCorner<kNumBends, kNumBends>() +
+                              board.flex_precision * Eigen::Matrix2d::Identity();
+  const Eigen::Vector2d pull = all.gradient.tail<kNumBends>() + board.flex_precision * view.flex_m;
+  const Eigen::MatrixXd coupling = all.information.topRightCorner(size, kNumBends) * own.inverse();
+  return {.information = all.information.topLeftCorner(size, size) -
+                         coupling * all.information.bottomLeftCorner(kNumBends, size),
+          .gradient = all.gradient.head(size) - coupling * pull,
+          .squares = all.squares,
+          .num_corners = all.num_corners};
 }
 
 std::vector<Reduced> reduced(const Fit& fit, LossWeights weights, const ExtraColumns& extra) {

@@ -97,7 +97,12 @@ struct ViewGram {
 
 }  // namespace detail
 
-/// The equations of one view, see Reduced. Corners that do not project are skipped.
+/// The equations of one view with its pose eliminated and the bend of a flexible board held. Corners that do
+/// not project are skipped.
+[[nodiscard]] Reduced reducedByPose(const Fit& fit, const FitView& view, LossWeights weights,
+                                    const ExtraColumns& extra = {});
+
+/// The same with the bend of a flexible board eliminated as well.
 [[nodiscard]] Reduced reduced(const Fit& fit, const FitView& view, LossWeights weights,
                               const ExtraColumns& extra = {});
 

@@ -22,7 +22,7 @@ ViewBlock::ViewBlock(const Fit& fit, const FitView& view)
       kernel_(viewKernel(camera_.model)),
       has_rig_pose_(!camera_.is_rig_pose_fixed),
       has_shape_(!board_.is_shape_fixed),
-      corners_(groupsOf(onShape(board_.target, board_.shape, view.corners))) {
+      corners_(groupsOf(cornersOnShape(fit, view))) {
   mutable_parameter_block_sizes()->push_back(kernel_.numParams());
   mutable_parameter_block_sizes()->push_back(7);
   if (has_rig_pose_) mutable_parameter_block_sizes()->push_back(7);
@@ -65,8 +65,8 @@ bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double*
 
 std::vector<Observation> ViewBlock::onBend(const double* bend_m) const {
   BoardShape shape = board_.shape;
-  shape.bend_x_m = bend_m[0];
-  shape.bend_y_m = bend_m[1];
+  shape.bend_x_m = bend_m[0] + view_.flex_m.x();
+  shape.bend_y_m = bend_m[1] + view_.flex_m.y();
   return onShape(board_.target, shape, view_.corners);
 }
 

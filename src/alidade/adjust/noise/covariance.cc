@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "alidade/adjust/board/reduced.h"
 #include "alidade/adjust/board/view_kernel.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
@@ -40,6 +41,10 @@ IntrinsicsInformation intrinsicsInformation(const Fit& fit) {
   const ViewKernel& kernel = viewKernel(camera.model);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kernel.numParams(), kernel.numParams());
   for (const FitView& view : fit.views) {
+    if (boardOf(fit, view).isFlexible()) {
+      information += reduced(fit, view, LossWeights::kLeaveOut).information;
+      continue;
+    }
     const auto factor = viewFactor(kernel, camera.params, cameraFromBoard(fit, view),
                                    groupsOf(cornersOnShape(fit, view)), kNoLoss, Unseen::kLeaveOut);
     information += paramsInformation(*factor);

@@ -49,7 +49,7 @@ std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view, c
   const FitCamera& camera = without.cameras[view.camera];
   const FitBoard& board = without.boards[boardIndex(fit, view)];
   const ViewKernel& kernel = viewKernel(camera.model);
-  const std::vector<Observation> all = onShape(board.target, board.shape, view.corners);
+  const std::vector<Observation> all = onShape(board.target, shapeIn(board, view), view.corners);
   const SE3 pose = cameraFromBoard(fit, view);
   const CornerHalves halves = halvesOf(board.target, all);
   const std::array corners = {cornersOf(all, halves[0]), cornersOf(all, halves[1])};

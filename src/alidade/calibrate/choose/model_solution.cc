@@ -8,6 +8,7 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/adjust/noise/weak_prior.h"
+#include "alidade/calibrate/bend/flex_fit.h"
 #include "alidade/calibrate/bend/shape_fit.h"
 #include "alidade/calibrate/clean/outliers.h"
 #include "alidade/calibrate/start/held_params.h"
@@ -98,13 +99,16 @@ ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given
   SettledFit now{.fit = regularised(std::move(solution.fit), cancel),
                  .is_settled = solution.choice.is_settled};
   solution.choice.shapes = estimateBends(now, options.board_shape, cancel);
-  estimateOffsets(now, options.board_shape, cancel, solution.choice);
+  estimateFlex(now, options.board_shape, cancel);
+  if (!now.fit.boards.front().isFlexible())
+    estimateOffsets(now, options.board_shape, cancel, solution.choice);
   now = withoutOutliers(std::move(now), given, cancel);
   const std::vector<std::size_t> bent_boards = estimatedShapes(now.fit);
   testBendsAgain(now, solution.choice.shapes, options.board_shape, cancel);
   if (estimatedShapes(now.fit) != bent_boards) now = withoutOutliers(std::move(now), given, cancel);
   // Again on the corners that are left.
   estimateOffsetsAgain(now, cancel);
+  estimateFlexAgain(now, cancel);
   solution.fit = regularised(std::move(now.fit), cancel);
   solution.choice.is_settled = now.is_settled;
   return solution;

@@ -22,8 +22,8 @@ std::vector<Observation> weightedCorners(const Fit& fit, const View& view) {
   return corners;
 }
 
-ViewFit viewFit(const Fit& fit, std::size_t board_index, const SE3& camera_from_board,
-                std::vector<Observation> corners) {
+ViewFit viewFit(const Fit& fit, std::size_t board_index, const BoardShape& shape,
+                const SE3& camera_from_board, std::vector<Observation> corners) {
   const FitCamera& camera = onlyCamera(fit);
   const FitBoard& board = fit.boards[board_index];
   ViewFit of{.board = board_index,
@@ -32,14 +32,15 @@ ViewFit viewFit(const Fit& fit, std::size_t board_index, const SE3& camera_from_
              .errors = {},
              .sigma_px = noiseSigma(fit)};
   of.errors = reprojectionErrors(camera.model, camera.params, camera_from_board,
-                                 onShape(board.target, board.shape, of.corners));
+                                 onShape(board.target, shape, of.corners));
   return of;
 }
 
 }  // namespace
 
 ViewFit fitInUse(const Fit& fit, std::size_t v, const View& view) {
-  return viewFit(fit, view.board, cameraFromBoard(fit, fit.views[v]), weightedCorners(fit, view));
+  return viewFit(fit, view.board, shapeIn(fit.boards[view.board], fit.views[v]),
+                 cameraFromBoard(fit, fit.views[v]), weightedCorners(fit, view));
 }
 
 std::optional<ViewFit> fitAlone(const Fit& fit, const View& view) {
@@ -51,7 +52,7 @@ std::optional<ViewFit> fitAlone(const Fit& fit, const View& view) {
   const auto refined =
       refitPose(camera.model, camera.params, onShape(board.target, board.shape, corners), fit.loss, *pose);
   if (!refined) return std::nullopt;
-  return viewFit(fit, view.board, *refined, std::move(corners));
+  return viewFit(fit, view.board, board.shape, *refined, std::move(corners));
 }
 
 bool ViewFit::isOutlier(std::size_t corner) const {

@@ -57,6 +57,16 @@ void unevenBoard(Evidence& of) {
   }
 }
 
+void boardFlexes(Evidence& of) {
+  for (const FitBoard& board : of.fit.boards) {
+    if (!board.isFlexible()) continue;
+    of.add({.id = "board_flexes",
+            .cause = "the board bends differently in each view; its bends are estimated view by view",
+            .evidence = "standard deviation " + numberText("%.2g", 1e3 * board.flex_std_m) + " mm",
+            .next_step = "mount the board on something flat and rigid, and photograph it again"});
+  }
+}
+
 void bendIgnored(Evidence& of) {
   if (!of.uncertainty.ignored_bend) return;
   const IgnoredBend& ignored = *of.uncertainty.ignored_bend;
@@ -90,7 +100,7 @@ void bendUnknown(Evidence& of) {
 }  // namespace
 
 void diagnoseBoards(Evidence& of) {
-  for (const auto& diagnose : {bentBoard, unevenBoard, bendIgnored, bendUnknown}) diagnose(of);
+  for (const auto& diagnose : {bentBoard, unevenBoard, boardFlexes, bendIgnored, bendUnknown}) diagnose(of);
 }
 
 }  // namespace alidade::detail

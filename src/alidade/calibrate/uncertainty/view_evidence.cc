@@ -13,6 +13,7 @@
 
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/view_shares.h"
+#include "alidade/adjust/noise/view_ways.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 #include "alidade/core/statistics.h"
@@ -232,78 +233,6 @@ class CommonEstimate {
   Eigen::VectorXd gradient_;
 };
 
-constexpr int kFocal = 0;
-constexpr int kShear = 1;
-constexpr int kStretch = 2;
-constexpr int kNumWays = 3;
-
-// The ways in which a view may differ, as additional columns.
-struct WayColumns {
-  std::array<double, 2> focal;
-  double centre_y;
-
-  static int size() { return kNumWays; }
-  [[nodiscard]] ExtraElements<2> elements(const CornerRows& rows, int axis) const {
-    const double* J = rows.J_px_params[static_cast<std::size_t>(axis)];
-    // For the projected pixel, the sum of the observed one and the error.
-    const double below_centre = rows.root_weight * (rows.corner.pixel.y() - centre_y) + rows.error[1];
-    return {.column = {kFocal, axis == 0 ? kShear : kStretch},
-            .value = {focal[0] * J[0] + focal[1] * J[1], below_centre}};
-  }
-};
-
-// Decrease of the sums of squares if views may differ, and the degrees of freedom of these differences.
-struct Drop {
-  double squares = 0;
-  int freedom = 0;
-};
-
-void addDropByFocal(const Reduced& view, Drop& drop) {
-  const double information = view.information.bottomRightCorner<kNumWays, kNumWays>()(kFocal, kFocal);
-  if (!(information > 0)) return;
-  const double gradient = view.gradient.tail<kNumWays>()(kFocal);
-  drop.squares += gradient * gradient / information;
-  ++drop.freedom;
-}
-
-void addDropByRows(const Reduced& view, Drop& all) {
-  const SymmetricEigen solver(view.information.bottomRightCorner<2, 2>());
-  // In a frontal view a plane does not determine one of the two.
-  constexpr double kUnseen = 1e-6;
-  Drop drop;
-  for (int i = 0; i < 2; ++i) {
-    const double information = solver.eigenvalues()(i);
-    if (!(information > kUnseen * solver.eigenvalues()(1))) continue;
-    const double gradient = solver.eigenvectors().col(i).dot(view.gradient.tail<2>());
-    drop.squares += gradient * gradient / information;
-    ++drop.freedom;
-  }
-  all.squares += drop.squares;
-  all.freedom += drop.freedom;
-}
-
-// The variance of one way between views without the contribution of noise, see ViewVariations.
-double varianceOf(int way, std::span<const Reduced> views, double noise_variance) {
-  double weights = 0;
-  double squared_weights = 0;
-  double values = 0;
-  double squared_values = 0;
-  int count = 0;
-  for (const Reduced& view : views) {
-    const double information = view.information.bottomRightCorner<kNumWays, kNumWays>()(way, way);
-    if (!(information > 0)) continue;
-    const double weight = information / noise_variance;
-    const double value = -view.gradient.tail<kNumWays>()(way) / information;
-    weights += weight;
-    squared_weights += weight * weight;
-    values += weight * value;
-    squared_values += weight * value * value;
-    ++count;
-  }
-  const double excess = squared_values - values * values / weights - (count - 1);
-  return std::max(0.0, excess / (weights - squared_weights / weights));
-}
-
 }  // namespace
 
 std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
@@ -419,30 +348,20 @@ ViewVariations viewVariations(const Fit& fit) {
   constexpr std::size_t kMinViewsToVary = 4;
   ViewVariations variations;
   if (fit.views.size() < kMinViewsToVary) return variations;
-  const std::vector<double>& params = onlyCamera(fit).params;
-  const WayColumns columns{.focal = {params[0], params[1]}, .centre_y = params[3]};
-  const std::vector<Reduced> views = reduced(fit, LossWeights::kUse, columns);
-  double squares = 0;
-  int freedom = -static_cast<int>(params.size());
-  Drop by_focal;
-  Drop by_rows;
-  for (const Reduced& view : views) {
-    squares += view.squares;
-    freedom += 2 * view.num_corners - 6;
-    addDropByFocal(view, by_focal);
-    addDropByRows(view, by_rows);
-  }
-  if (freedom <= 2 * static_cast<int>(views.size())) return variations;
-  // F statistics of the drops against the remaining squares. Only poses are free and, in total, as many
-  // values as the camera has parameters.
-  const double focal_variance = (squares - by_focal.squares) / (freedom - by_focal.freedom);
-  const double rows_variance = (squares - by_rows.squares) / (freedom - by_rows.freedom);
+  const ViewWays ways(fit);
+  if (!ways.isRedundant()) return variations;
+  const auto spreadOf = [&](ViewWay way, double variance) {
+    return std::sqrt(ways.varianceOf(way, variance));
+  };
+  const WayDrop by_focal = ways.dropBy(kFocalWay);
+  const WayDrop by_rows = ways.dropBy(kRowWays);
+  const double rows_variance = ways.varianceLeft(by_rows);
   variations.focal_share = by_rows.squares > 0 ? std::min(1.0, by_focal.squares / by_rows.squares) : 0.0;
-  variations.focal_f = by_focal.squares / by_focal.freedom / focal_variance;
-  variations.focal_spread = std::sqrt(varianceOf(kFocal, views, focal_variance));
-  variations.rows_f = by_rows.squares / by_rows.freedom / rows_variance;
-  variations.rows_spread = std::sqrt(
-      std::max(varianceOf(kShear, views, rows_variance), varianceOf(kStretch, views, rows_variance)));
+  variations.focal_f = ways.f(by_focal);
+  variations.focal_spread = spreadOf(ViewWay::kFocal, ways.varianceLeft(by_focal));
+  variations.rows_f = ways.f(by_rows);
+  variations.rows_spread =
+      std::max(spreadOf(ViewWay::kShear, rows_variance), spreadOf(ViewWay::kStretch, rows_variance));
   return variations;
 }
 
