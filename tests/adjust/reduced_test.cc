@@ -102,21 +102,21 @@ TEST(Reduced, LeavesOutCornersThatDoNotProject) {
 TEST(Reduced, EliminatesTheBendOfAFlexibleBoard) {
   Fit fit = bundleSet<Radtan>(4, kOutlierPx, kLoss);
   FitBoard& board = fit.boards.front();
-  board.flex_std_m = 1e-3;
-  board.flex_precision = 1e4;
+  board.flex.std_m = 1e-3;
+  board.flex.precision = 1e4;
   int num_checked = 0;
   for (FitView& view : fit.views) {
     view.flex_m = {2e-3, -1e-3};
     const Reduced flexible = reduced(fit, view, LossWeights::kUse, MadeUpColumns{});
-    board.flex_std_m = 0;
+    board.flex.std_m = 0;
     const Reduced rigid = reduced(fit, view, LossWeights::kUse, MadeUpColumns{});
-    board.flex_std_m = 1e-3;
+    board.flex.std_m = 1e-3;
     const Reduced all = reducedByPose(fit, view, LossWeights::kUse, bendColumns(&board.target));
     const Eigen::Index n = all.gradient.size() - kNumBends;
     Eigen::MatrixXd H = all.information;
     Eigen::VectorXd g = all.gradient;
-    H.bottomRightCorner<kNumBends, kNumBends>().diagonal().array() += board.flex_precision;
-    g.tail<kNumBends>() += board.flex_precision * view.flex_m;
+    H.bottomRightCorner<kNumBends, kNumBends>().diagonal().array() += board.flex.precision;
+    g.tail<kNumBends>() += board.flex.precision * view.flex_m;
     const Eigen::MatrixXd back =
         H.topRightCorner(n, kNumBends) * H.bottomRightCorner<kNumBends, kNumBends>().inverse();
     const Eigen::MatrixXd information = H.topLeftCorner(n, n) - back * H.bottomLeftCorner(kNumBends, n);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <string_view>
 #include <utility>
 
 #include "alidade/adjust/board/errors.h"
@@ -13,6 +14,7 @@
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/calibrate/uncertainty/uncertainty_of.h"
+#include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 
@@ -66,7 +68,7 @@ std::vector<ModelCandidate> alternativesTo(const ModelCandidate& chosen, const M
   for (const ModelCandidate& c : choice.candidates) {
     const double further =
         c.holdout_rms_px * c.holdout_rms_px - chosen.holdout_rms_px * chosen.holdout_rms_px;
-    if (c.verdict == "larger" &&
+    if (c.verdict == "larger" && std::isfinite(further) && std::isfinite(c.excess) &&
         severityOf(std::sqrt(std::max(0.0, further)), tolerance_px) == Severity::kNote)
       others.push_back(c);
   }
@@ -85,6 +87,20 @@ bool isUsableDespite(const Calibration& calibration, const std::vector<Diagnosis
          });
 }
 
+// The choice if another model is taken because the chosen one's camera failed.
+ModelChoice withInstead(ModelChoice choice, std::string_view other, const Diagnosis& failure) {
+  for (ModelCandidate& c : choice.candidates) {
+    if (c.verdict == "chosen") {
+      c.verdict = "rejected";
+      c.reason = failure.id;
+    } else if (c.id == other) {
+      c.verdict = "chosen";
+      c.reason = "";
+    }
+  }
+  return choice;
+}
+
 // The model that predicts corners best may still give a camera that must not be used, where another one, not
 // distinguishable by these views, gives a usable one.
 Calibration calibrationOfChoice(const PreparedViews& given, const CalibratorOptions& options) {
@@ -97,21 +113,16 @@ Calibration calibrationOfChoice(const PreparedViews& given, const CalibratorOpti
   for (const ModelCandidate& other : alternativesTo(*chosen, *first.choice.model, options.tolerance_px)) {
     CalibratorOptions own = options;
     own.model = other.id;
-    ModelSolution instead = solutionOf(given, own);
-    std::ranges::copy_if(rivals, std::back_inserter(instead.rivals),
-                         [&](const AnyCamera& rival) { return rival.modelId() != other.id; });
-    instead.choice.model = first.choice.model;
-    for (ModelCandidate& c : instead.choice.model->candidates) {
-      if (c.id == chosen->id) {
-        c.verdict = "rejected";
-        c.reason = first.diagnoses.front().id;
-      } else if (c.id == other.id) {
-        c.verdict = "chosen";
-        c.reason = "";
-      }
+    try {
+      ModelSolution instead = solutionOf(given, own);
+      std::ranges::copy_if(rivals, std::back_inserter(instead.rivals),
+                           [&](const AnyCamera& rival) { return rival.modelId() != other.id; });
+      instead.choice.model = withInstead(*first.choice.model, other.id, first.diagnoses.front());
+      Calibration usable = calibrationOf(std::move(instead), given, own);
+      if (isUsableDespite(usable, first.diagnoses)) return usable;
+    } catch (const Error&) {  // no camera of this model explains the views
+      continue;
     }
-    Calibration usable = calibrationOf(std::move(instead), given, own);
-    if (isUsableDespite(usable, first.diagnoses)) return usable;
   }
   return first;
 }

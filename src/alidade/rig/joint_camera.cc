@@ -24,6 +24,7 @@ void setFit(const Fit& rig, std::size_t camera, double variance, Fit& fit) {
     if (view.camera != camera) continue;
     own->corners = view.corners;
     own->errors = view.errors;
+    own->flex_m.setZero();
     for (Observation& corner : own->corners) corner.weight *= variance;
     setCameraFromBoard(fit, *own, cameraFromBoard(rig, view));
     ++own;

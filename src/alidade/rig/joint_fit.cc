@@ -52,6 +52,7 @@ Fit startOf(const JointViews& views) {
   }
   // Each camera estimates the points differently and may number them differently.
   for (FitBoard& board : fit.boards) makeEven(board);
+  stiffen(fit);
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // by frame and board
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     const PosedView& pose = views.poses[v];

@@ -48,6 +48,11 @@ std::vector<Observation> cornersOnShape(const Fit& fit, const FitView& view) {
   return onShape(board.target, shapeIn(board, view), view.corners);
 }
 
+void stiffen(Fit& fit) {
+  for (FitBoard& board : fit.boards) board.flex = {};
+  for (FitView& view : fit.views) view.flex_m.setZero();
+}
+
 BoardShape shapeIn(const FitBoard& board, const FitView& view) {
   BoardShape shape = board.shape;
   shape.bend_x_m += view.flex_m.x();
@@ -70,7 +75,7 @@ bool isAnyUneven(const Fit& fit) {
 
 double numFreeOffsets(const Fit& fit) {
   double sum = 0;
-  for (const FitBoard& board : fit.boards) sum += board.num_free_offsets + board.num_free_flexes;
+  for (const FitBoard& board : fit.boards) sum += board.num_free_offsets + board.flex.num_free;
   return sum;
 }
 

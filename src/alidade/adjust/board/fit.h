@@ -48,6 +48,14 @@ struct FitCamera {
   bool is_rig_pose_fixed = true;
 };
 
+/// How a board bends differently in each view about its own shape, see estimateFlex(); FitView::flex_m are
+/// the bends.
+struct Flex {
+  double std_m = 0;      ///< standard deviation of bend_x and bend_y, metres; 0 for a rigid board
+  double precision = 0;  ///< inverse variance per m^2, times the variance (px^2) of a corner of weight 1
+  double num_free = 0;   ///< number of bends that the corners determine, not the scatter
+};
+
 /// A board, and the estimated parts of its shape.
 struct FitBoard {
   Board target;
@@ -57,15 +65,10 @@ struct FitBoard {
   /// Inverse variances per m^2, times the variance (px^2) of a corner of weight 1. See withOffsets().
   std::optional<Eigen::Vector2d> offset_precision = {};
   double num_free_offsets = 0;  ///< number of offset coordinates that the corners determine, not the scatter
-  /// For a board that bends differently in each view: the standard deviation of bend_x and bend_y, metres,
-  /// and the inverse variance times the variance (px^2) of a corner of weight 1. See estimateFlex().
-  double flex_std_m = 0;
-  double flex_precision = 0;
-  double num_free_flexes =
-      0;  ///< number of bends of single views that the corners determine, not the scatter
+  Flex flex = {};
 
   [[nodiscard]] bool isUneven() const { return offset_precision.has_value(); }
-  [[nodiscard]] bool isFlexible() const { return flex_std_m > 0; }
+  [[nodiscard]] bool isFlexible() const { return flex.std_m > 0; }
 };
 
 /// The position of a board in one frame (instant) of the rig.
@@ -171,6 +174,9 @@ void fixShapes(Fit& fit);
 [[nodiscard]] std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
                                                std::span<const Observation> flat);
 [[nodiscard]] std::vector<Observation> cornersOnShape(const Fit& fit, const FitView& view);
+
+/// Takes the boards as rigid.
+void stiffen(Fit& fit);
 
 /// The board's shape in a view, with the bend that it has there only.
 [[nodiscard]] BoardShape shapeIn(const FitBoard& board, const FitView& view);

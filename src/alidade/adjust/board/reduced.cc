@@ -146,8 +146,8 @@ Reduced reduced(const Fit& fit, const FitView& view, LossWeights weights, const 
   Reduced all = reducedByPose(fit, view, weights, both);
   const Eigen::Index size = all.gradient.size() - kNumBends;
   const Eigen::Matrix2d own = all.information.bottomRightCorner<kNumBends, kNumBends>() +
-                              board.flex_precision * Eigen::Matrix2d::Identity();
-  const Eigen::Vector2d pull = all.gradient.tail<kNumBends>() + board.flex_precision * view.flex_m;
+                              board.flex.precision * Eigen::Matrix2d::Identity();
+  const Eigen::Vector2d pull = all.gradient.tail<kNumBends>() + board.flex.precision * view.flex_m;
   const Eigen::MatrixXd coupling = all.information.topRightCorner(size, kNumBends) * own.inverse();
   return {.information = all.information.topLeftCorner(size, size) -
                          coupling * all.information.bottomLeftCorner(kNumBends, size),

@@ -36,7 +36,7 @@ struct WayColumns {
 
 ViewWays::ViewWays(const Fit& fit) {
   const std::vector<double>& params = onlyCamera(fit).params;
-  freedom_ = -static_cast<int>(params.size());
+  freedom_ = -static_cast<int>(params.size()) - static_cast<int>(std::lround(numFreeOffsets(fit)));
   for (const FitView& view : fit.views) {
     const WayColumns columns{
         .focal = {params[0], params[1]}, .centre_y = params[3], .board = boardOf(fit, view).target};
@@ -48,8 +48,8 @@ ViewWays::ViewWays(const Fit& fit) {
   }
 }
 
-bool ViewWays::isRedundant() const {
-  return freedom_ > kNumWays * static_cast<int>(views_.size());
+bool ViewWays::isRedundant(int num_ways) const {
+  return freedom_ > num_ways * static_cast<int>(views_.size());
 }
 
 WayDrop ViewWays::dropBy(const OfView& view, std::span<const ViewWay> ways) {

@@ -37,8 +37,8 @@ class ViewWays {
  public:
   explicit ViewWays(const Fit& fit);
 
-  /// False if there are hardly more corners than unknowns.
-  [[nodiscard]] bool isRedundant() const;
+  /// False if there are hardly more corners than unknowns, with so many ways free.
+  [[nodiscard]] bool isRedundant(int num_ways) const;
   [[nodiscard]] WayDrop dropBy(std::span<const ViewWay> ways) const;
   /// Variance of a coordinate, px^2, that is left after a drop.
   [[nodiscard]] double varianceLeft(const WayDrop& drop) const;

@@ -8,15 +8,16 @@
 namespace alidade {
 
 /// Estimates a bend for each view if the views show that the only board bends differently in each, as paper
-/// does that is held by hand: if bends of single views explain more than 20 times what noise would, and four
-/// times what other differences of views beyond them do (focal length, rolling shutter). The bends scatter
-/// about the board's own shape with a standard deviation that is estimated with them: by restricted maximum
-/// likelihood, iterated with the solve (Harville 1977, Maximum likelihood approaches to variance component
-/// estimation and to related problems, Journal of the American Statistical Association 72(358)).
+/// does that is held by hand, and no larger lens model leaves smaller errors: if bends of single views
+/// explain more than 20 times what noise would, and four times what other differences of views beyond them do
+/// (focal length, rolling shutter). The bends scatter about the board's own shape with a standard deviation
+/// that is estimated with them: by restricted maximum likelihood, iterated with the solve (Harville 1977,
+/// Maximum likelihood approaches to variance component estimation and to related problems, Journal of the
+/// American Statistical Association 72(358)).
 /// @param now  with the board's bend estimated, even
 void estimateFlex(SettledFit& now, BoardShapeMode mode, const CancelFlag* cancel);
 
-/// Estimates the bends again on the corners now in use, if the board is flexible.
+/// Estimates the bends again on the corners now in use, if the board still flexes on these.
 void estimateFlexAgain(SettledFit& now, const CancelFlag* cancel);
 
 }  // namespace alidade

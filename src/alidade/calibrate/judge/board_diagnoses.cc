@@ -62,7 +62,7 @@ void boardFlexes(Evidence& of) {
     if (!board.isFlexible()) continue;
     of.add({.id = "board_flexes",
             .cause = "the board bends differently in each view; its bends are estimated view by view",
-            .evidence = "standard deviation " + numberText("%.2g", 1e3 * board.flex_std_m) + " mm",
+            .evidence = "standard deviation " + numberText("%.2g", 1e3 * board.flex.std_m) + " mm",
             .next_step = "mount the board on something flat and rigid, and photograph it again"});
   }
 }

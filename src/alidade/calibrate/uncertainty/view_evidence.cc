@@ -349,7 +349,7 @@ ViewVariations viewVariations(const Fit& fit) {
   ViewVariations variations;
   if (fit.views.size() < kMinViewsToVary) return variations;
   const ViewWays ways(fit);
-  if (!ways.isRedundant()) return variations;
+  if (!ways.isRedundant(2)) return variations;
   const auto spreadOf = [&](ViewWay way, double variance) {
     return std::sqrt(ways.varianceOf(way, variance));
   };

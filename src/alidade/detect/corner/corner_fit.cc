@@ -114,9 +114,9 @@ bool isPlausible(const CornerTask& task, const EdgeModel& model) {
 }
 
 // True if all four arms of the corner show the contrast of its squares, above the noise. Softened fits have
-// tighter limits, because an object in front of the board may have prevented convergence. A tone curve that
-// is not monotone (beyond half the amplitude) describes sharpened edges, but also an L or a T in a small
-// window, where the corner is loose.
+// tighter limits, because an object in front of the board may have prevented convergence. A tone curve is
+// monotone up to half the amplitude; sharpened edges need up to twice the amplitude, but so does an L or a T
+// in a small window, where the corner is loose.
 bool isCrossing(const WindowFit& candidate, bool is_softened, double spacing_px) {
   const double kLeastArm = is_softened ? 0.6 : 0.5;
   const double kMostArm = is_softened ? 1.5 : 1.7;

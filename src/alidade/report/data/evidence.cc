@@ -133,7 +133,7 @@ json fittedShapeJson(const Fit& fit, std::size_t board) {
     document["offset_rms_in_plane_m"] = rms_m.x();
     document["offset_rms_across_m"] = rms_m.y();
   }
-  if (of_board.isFlexible()) document["flex_std_m"] = of_board.flex_std_m;
+  if (of_board.isFlexible()) document["flex_std_m"] = of_board.flex.std_m;
   if (fit.boards.size() > 1) {
     document["board"] = of_board.target.spec();
     document["num_views"] = numViews(fit, board);

@@ -59,7 +59,7 @@ std::vector<ReportedView> readViews(const JsonNode& root, const std::vector<FitB
   });
 }
 
-// Outliers are listed by image; their observed pixels follow from the view's pose.
+// Outliers are listed by image. Where their observed pixels are not stated, they follow from the view's pose.
 void addOutliers(const JsonNode& root, const ReportData& data, std::vector<ReportedView>& views) {
   std::map<std::pair<std::string, std::size_t>, ReportedView*> by_name;
   for (ReportedView& view : views) by_name[{view.image, view.board}] = &view;
@@ -72,6 +72,11 @@ void addOutliers(const JsonNode& root, const ReportData& data, std::vector<Repor
     const FitBoard& on = data.boards[board];
     const int id = node["corner_id"].whole(0, on.target.numCorners() - 1);
     const Eigen::Vector2d error(node["dx"].finite(), node["dy"].finite());
+    if (node.has("u") && node.has("v")) {
+      const Eigen::Vector2d pixel(node["u"].finite(), node["v"].finite());
+      view->second->outliers.push_back({.id = id, .pixel = pixel, .error_px = error});
+      continue;
+    }
     const Projection projected =
         data.camera.project(view->second->camera_from_board * pointOn(on.target, on.shape, id));
     if (!projected.ok()) continue;

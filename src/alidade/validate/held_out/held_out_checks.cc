@@ -74,6 +74,14 @@ Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_
   const double holdout_px = judgement.freed->uncertainty.holdout.rms_px;
   const double freed_px = std::isfinite(holdout_px) ? holdout_px : noise_px;
   const bool is_model = isFreedWrong(*judgement.freed);
+  const FitBoard& flexing = judgement.freed->fit.boards.front();
+  if (flexing.isFlexible()) {
+    return end(
+        Severity::kWarning,
+        fmt::format("the board bends differently in each view (standard deviation {:.2g} mm), so these "
+                    "images cannot test the camera; use a rigid board",
+                    1e3 * flexing.flex.std_m));
+  }
   if (!is_model && beyond(judgement.held_out_rms_px, freed_px) <= tolerance_px) {
     return end(
         Severity::kWarning,
