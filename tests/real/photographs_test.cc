@@ -15,6 +15,7 @@
 #include "alidade/core/random.h"
 #include "alidade/detect/detect_images.h"
 #include "alidade/detect/survey.h"
+#include "alidade/files/corners_file.h"
 #include "alidade/imagery/image_file.h"
 #include "alidade/imagery/image_list.h"
 #include "alidade/rig/rig_validation.h"
@@ -234,6 +235,32 @@ TEST(Photographs, OfFourCamerasGiveOneRig) {
     EXPECT_LE(camera.rms_px, 1.11 * camera.alone_rms_px) << camera.name;
     EXPECT_LE(rig.cameras[c].rms_px, 0.35 * camera.alone_rms_px) << camera.name;
   }
+}
+
+// Five views of a fisheye, from a public report. The smallest model that predicts their corners makes the
+// moving pupil count for more than five times the tolerance; another, which they cannot tell from it, for
+// less.
+TEST(Photographs, OfAFisheyeFromFiveViewsGiveAUsableCamera) {
+  const std::string folder = publicData("reports/63_fisheye_corners");
+  if (!fs::exists(folder)) GTEST_SKIP() << "not there: " << folder;
+  std::vector<Board> boards;
+  std::vector<View> views;
+  for (int i = 1; i <= 5; ++i) {
+    CornersFile file = readCornersFile(folder + "/view" + std::to_string(i) + ".csv");
+    boards = file.boards;
+    views.push_back(std::move(file.views.front()));
+  }
+  const Calibration result = calibrate(boards, views, {});
+  const auto isNamed = [&](std::string_view id) {
+    return std::ranges::find(result.diagnoses, id, &Diagnosis::id) != result.diagnoses.end();
+  };
+  EXPECT_EQ(result.verdict(), Verdict::kReservations);
+  EXPECT_TRUE(isNamed("model_rejected"));
+  EXPECT_TRUE(isNamed("centre_moves"));
+  const auto& candidates = result.choice.model->candidates;
+  EXPECT_EQ(std::ranges::count(candidates, "rejected", &ModelCandidate::verdict), 1);
+  EXPECT_EQ(std::ranges::count(candidates, "chosen", &ModelCandidate::verdict), 1);
+  EXPECT_GT(result.uncertainty.accuracy->covered_px, 2);
 }
 
 // Tags whose four corners are found; two boards in one image are told apart by their ids.
