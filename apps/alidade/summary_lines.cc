@@ -28,7 +28,10 @@ std::string valueText(double value, double std) {
 }
 
 // Empty for an even board.
+// What differs from a flat or evenly bent board.
 std::string unevenText(const FitBoard& board) {
+  if (board.isFlexible())
+    return fmt::format(", bending by {:.2g} mm from view to view", 1e3 * board.flex.std_m);
   if (!board.isUneven()) return "";
   const Eigen::Vector2d rms_m = offsetRms(board.shape);
   return fmt::format(", uneven: {} {:.2g} mm off in the plane and {:.2g} mm across it (RMS)",

@@ -37,6 +37,7 @@ std::vector<FitBoard> readBoards(const JsonNode& root) {
   const auto readOne = [](const JsonNode& of, const JsonNode& shape_of) {
     FitBoard board{.target = of.made([&] { return parseBoardSpec(of.text()); })};
     board.shape = readShape(shape_of, board.target);
+    if (shape_of.has("flex_std_m")) board.flex.std_m = shape_of["flex_std_m"].finite();
     return board;
   };
   if (!spec.isArray()) return {readOne(spec, shape)};

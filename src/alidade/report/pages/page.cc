@@ -120,9 +120,11 @@ std::string detailsHtml(const CalibrationEvidence& data) {
   for (const FitBoard& board : data.boards) {
     const bool is_flat = board.shape == BoardShape{};
     boards.push_back(board.target.spec() +
-                     (is_flat ? ", flat"
-                              : fmt::format(", bent by {:.2g} mm in x and {:.2g} mm in y",
-                                            1e3 * board.shape.bend_x_m, 1e3 * board.shape.bend_y_m)));
+                     (board.isFlexible()
+                          ? fmt::format(", bending by {:.2g} mm from view to view", 1e3 * board.flex.std_m)
+                      : is_flat ? ", flat"
+                                : fmt::format(", bent by {:.2g} mm in x and {:.2g} mm in y",
+                                              1e3 * board.shape.bend_x_m, 1e3 * board.shape.bend_y_m)));
     const Eigen::Vector2d rms_m = offsetRms(board.shape);
     if (!board.shape.offsets_m.empty()) {
       boards.back() += fmt::format("; {} {:.2g} mm off in the plane and {:.2g} mm across it (RMS)",
