@@ -76,11 +76,17 @@ Diagnosis heldOutErrorCheck(const HeldOutJudgement& judgement, double tolerance_
   const bool is_model = isFreedWrong(*judgement.freed);
   const FitBoard& flexing = judgement.freed->fit.boards.front();
   if (flexing.isFlexible()) {
-    return end(
-        Severity::kWarning,
-        fmt::format("the board bends differently in each view (standard deviation {:.2g} mm), so these "
-                    "images cannot test the camera; use a rigid board",
-                    1e3 * flexing.flex.std_m));
+    const std::string bends = fmt::format(
+        "the board bends differently in each view (standard deviation {:.2g} mm)", 1e3 * flexing.flex.std_m);
+    constexpr double kSigmas = 2;
+    if (judgement.difference && judgement.significance && judgement.significance->isSignificant() &&
+        judgement.difference->p95_px > tolerance_px + kSigmas * judgement.significance->expected_rms_px) {
+      return end(
+          Severity::kFailure,
+          fmt::format("{}; with the bends estimated, the images give another camera, {:.3g} px from this one",
+                      bends, judgement.difference->p95_px));
+    }
+    return end(Severity::kWarning, bends + ", so corners cannot be predicted; use a rigid board");
   }
   if (!is_model && beyond(judgement.held_out_rms_px, freed_px) <= tolerance_px) {
     return end(
