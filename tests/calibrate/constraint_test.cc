@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 
@@ -49,6 +53,55 @@ TEST(Held, ParametersKeepTheirValueWithSigmaZero) {
     EXPECT_NEAR(onlyCamera(held.fit).params[static_cast<std::size_t>(i)], kTruth[static_cast<std::size_t>(i)],
                 5 * held.uncertainty.parameterStdByNoise(i));
   }
+}
+
+// A set whose camera is calibrated with parameter values `factor` times the true ones.
+Calibration heldAt(double factor, const std::vector<std::string>& names, std::uint64_t seed) {
+  const SimulatedSet set = simulateSet(AnyCamera::make("radtan", kTruth), kSize, 12, 0.1, seed);
+  std::vector<double> params = kTruth;
+  for (const std::string& name : names)
+    params[static_cast<std::size_t>(*parameterIndex(parameterNames("radtan"), name))] *= factor;
+  return calibrate(
+      set.board, set.views,
+      {.model = "radtan", .initial = InitialCamera{AnyCamera::make("radtan", params), kSize}, .held = names});
+}
+
+bool isNamed(const Calibration& result) {
+  return std::ranges::any_of(result.diagnoses, [](const Diagnosis& d) { return d.id == "held_value"; });
+}
+
+TEST(Held, WrongValuesAreNamedWithWhatTheImagesGive) {
+  const std::vector<std::vector<std::string>> kNames = {
+      {"fx", "fy"}, {"cx"}, {"k1", "k2"}, {"cx", "cy", "fy"}};
+  int num_right = 0;
+  int num_right_named = 0;
+  int num_wrong = 0;
+  int num_wrong_named = 0;
+  for (const auto& names : kNames) {
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      num_right_named += isNamed(heldAt(1, names, seed)) ? 1 : 0;
+      ++num_right;
+      // 1 % of the focal length and of the centre (3 px) are obvious; 5 % of the distortion
+      const Calibration wrong = heldAt(names.front() == "k1" ? 1.05 : 1.01, names, seed);
+      num_wrong_named += isNamed(wrong) ? 1 : 0;
+      ++num_wrong;
+      for (const CommonError& error : wrong.uncertainty.common_errors) {
+        if (error.cause == CommonCause::kHeldFocal) {
+          EXPECT_NEAR(1.01 * (1 + error.value), 1, 5 * error.sigma) << seed;
+        } else if (error.cause == CommonCause::kHeld) {
+          const auto i = static_cast<std::size_t>(error.parameter);
+          // One of two distortions of which both are wrong has no true value.
+          if (names.front() == "k1" || (names.size() == 2 && i == 0)) continue;
+          EXPECT_NEAR(onlyCamera(wrong.fit).params[i] + error.value, kTruth[i], 5 * error.sigma)
+              << parameterNames("radtan")[i] << " " << seed;
+        }
+      }
+    }
+  }
+  EXPECT_EQ(num_right, 20);
+  EXPECT_LE(num_right_named, 1);
+  EXPECT_EQ(num_wrong, 20);
+  EXPECT_EQ(num_wrong_named, 20);
 }
 
 TEST(Held, DegreesOfFreedomCountWhatIsFree) {

@@ -72,6 +72,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"lens_deviates", Subject::kLens},
     {"model_rejected", Subject::kLens, Severity::kWarning},
     {"few_views", Subject::kLens},
+    {"held_value", Subject::kLens, detail::kByRule, Rank::kCause},
     {"ambiguous_optimum", Subject::kLens},
     {"centre_moves", Subject::kViews, detail::kByRule, Rank::kConsequence},
     {"focus_breathes", Subject::kViews, detail::kByRule, Rank::kConsequence},

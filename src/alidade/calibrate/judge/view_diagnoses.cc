@@ -188,6 +188,25 @@ Diagnosis diagnosisOf(const Evidence& of, const CommonError& error) {
                        (error.value > 0 ? "far out" : "far in"),
               .evidence = "by " + numberText("%.2g", size) + " px",
               .next_step = "light the board evenly, do not overexpose, and leave a wide margin"};
+    case CommonCause::kHeld: {
+      const auto i = static_cast<std::size_t>(error.parameter);
+      const double held = of.camera.parameters()[i];
+      return {.id = "held_value",
+              .cause = std::string(of.camera.parameterNames()[i]) + " is held at " + numberText("%.6g", held) +
+                       ", which the images contradict",
+              .evidence = "they give " + numberText("%.6g", held + error.value) + " +- " +
+                          numberText("%.2g", error.sigma),
+              .next_step = "correct the value with --init, or do not hold it"};
+    }
+    case CommonCause::kHeldFocal: {
+      const double fx = of.camera.parameters()[0];
+      return {.id = "held_value",
+              .cause = "fx is held at " + numberText("%.6g", fx) + " and fy at " +
+                       numberText("%.6g", of.camera.parameters()[1]) + ", which the images contradict",
+              .evidence = "they give fx " + numberText("%.6g", fx * (1 + error.value)) + " +- " +
+                          numberText("%.2g", fx * error.sigma) + ", and fy in proportion",
+              .next_step = "correct the values with --init, or do not hold them"};
+    }
     case CommonCause::kPupil:
       break;
   }

@@ -104,15 +104,17 @@ struct ParameterUncertainty {
 /// Errors, the same in all views, that a calibration assumes to be absent. The first kNumBoardCauses are
 /// errors of a board: boards are printed and mounted individually, so each has its own.
 enum class CommonCause {
-  kStretch,   ///< width over height of the squares, less 1
-  kGradingX,  ///< of the squares along x: change at the edges, over the board's half width
-  kGradingY,  ///< the same along y
-  kTwist,     ///< height of the board's corners over its plane, over its half width
-  kPupil,     ///< shift of the entrance pupil towards the scene at 1 rad off the axis, metres
-  kFocus,     ///< share by which the focal length changes per inverse distance, metres
-  kOutward,   ///< outward displacement of corners at the board's edges, px
+  kStretch,    ///< width over height of the squares, less 1
+  kGradingX,   ///< of the squares along x: change at the edges, over the board's half width
+  kGradingY,   ///< the same along y
+  kTwist,      ///< height of the board's corners over its plane, over its half width
+  kPupil,      ///< shift of the entrance pupil towards the scene at 1 rad off the axis, metres
+  kFocus,      ///< share by which the focal length changes per inverse distance, metres
+  kOutward,    ///< outward displacement of corners at the board's edges, px
+  kHeld,       ///< held value of a parameter: what the views give in its place, less it
+  kHeldFocal,  ///< held values of both focal lengths: those that the views give over them, less 1
 };
-/// Their names, for JSON.
+/// Their names, for JSON, without those of held values.
 inline constexpr std::array<std::string_view, 7> kCommonCauses = {
     "stretch", "grading_x", "grading_y", "twist", "pupil_m", "focus_m", "outward_px"};
 
@@ -122,6 +124,7 @@ inline constexpr int kNumBoardCauses = 4;
 struct CommonError {
   CommonCause cause;
   std::size_t board = 0;                 ///< index of the board, for causes related to a board
+  int parameter = -1;                    ///< index of the held parameter, for kHeld
   double value = 0;                      ///< in the unit of the cause
   double sigma = 0;                      ///< one standard deviation
   std::vector<double> params_step = {};  ///< N: parameter change if it were taken into account

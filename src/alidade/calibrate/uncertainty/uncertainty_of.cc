@@ -195,7 +195,7 @@ ViewEvidence viewEvidence(const Fit& fit, const Residuals& residuals, double smo
   const auto flexible = modelTraits(onlyCamera(fit).model).is_stiff ? flexibleFit(fit) : std::nullopt;
   const double sigma_px = std::sqrt(residuals.variance);
   return {.influences = viewInfluences(scores, residuals.directions, residuals.variance),
-          .common_errors = commonErrors(scores, residuals.directions,
+          .common_errors = commonErrors(scores, residuals.directions, onlyCamera(fit),
                                         flexible ? viewScores(*flexible) : std::vector<Reduced>(),
                                         residuals.variance, smoothness),
           .variations = viewVariations(fit),

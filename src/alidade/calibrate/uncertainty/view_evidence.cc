@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -147,12 +148,41 @@ std::optional<Eigen::MatrixXd> inverseOf(const Eigen::MatrixXd& matrix) {
   return scaledInverse(matrix, kSingular).inverse;
 }
 
-// Estimates of common errors from all views together. Causes are named by their columns.
+// A held value that may be wrong, and how the parameters change with it.
+struct HeldCause {
+  CommonError named;
+  Eigen::VectorXd direction;
+};
+
+std::vector<HeldCause> heldCauses(const FitCamera& camera) {
+  constexpr int kFx = 0;
+  constexpr int kFy = 1;
+  const Eigen::Index n = std::ssize(camera.params);
+  std::vector<HeldCause> causes;
+  const bool is_focal_held = camera.constraint.holds(kFx) && camera.constraint.holds(kFy);
+  if (is_focal_held) {
+    HeldCause& both = causes.emplace_back(HeldCause{{.cause = CommonCause::kHeldFocal}, {}});
+    both.direction = Eigen::VectorXd::Zero(n);
+    both.direction.head<2>() << camera.params[kFx], camera.params[kFy];
+  }
+  for (const int i : camera.constraint.held) {
+    if (is_focal_held && i == kFy) continue;
+    causes.push_back({{.cause = CommonCause::kHeld, .parameter = i}, Eigen::VectorXd::Unit(n, i)});
+  }
+  return causes;
+}
+
+// Estimates of common errors from all views together. Causes are named by their columns, after which come
+// held values.
 class CommonEstimate {
  public:
   CommonEstimate(std::span<const Reduced> scores, const Eigen::MatrixXd& directions, double variance,
-                 double smoothness)
-      : scores_(scores), directions_(directions), variance_(variance), smoothness_(smoothness) {
+                 double smoothness, std::vector<HeldCause> held = {})
+      : scores_(scores),
+        directions_(directions),
+        held_(std::move(held)),
+        variance_(variance),
+        smoothness_(smoothness) {
     const Eigen::Index size = scores.front().gradient.size();
     information_ = Eigen::MatrixXd::Zero(size, size);
     gradient_ = Eigen::VectorXd::Zero(size);
@@ -163,6 +193,7 @@ class CommonEstimate {
   }
 
   [[nodiscard]] int numColumns() const { return static_cast<int>(gradient_.size() - directions_.rows()); }
+  [[nodiscard]] int numCauses() const { return numColumns() + static_cast<int>(held_.size()); }
 
   // Estimates one cause with others free, excluding those that follow from it.
   [[nodiscard]] std::optional<CommonError> of(int column, const std::vector<int>& others) const {
@@ -172,7 +203,8 @@ class CommonEstimate {
     const auto inverse = inverseOf(all.transpose() * information_ * all);
     if (!inverse) return std::nullopt;
     const Eigen::Index last = all.cols() - 1;
-    const Eigen::VectorXd step = -all * (*inverse * (all.transpose() * gradient_));
+    const Eigen::VectorXd values = -*inverse * (all.transpose() * gradient_);
+    const Eigen::VectorXd step = all * values;
     double by_views = 0;
     for (const Reduced& score : scores_) {
       const Eigen::VectorXd left = all.transpose() * (score.gradient + score.information * step);
@@ -182,14 +214,9 @@ class CommonEstimate {
     // The step's own freedom makes the views' shares agree slightly too well.
     const auto num_views = static_cast<double>(scores_.size());
     by_views *= num_views / std::max(1.0, num_views - 1);
-    const int beyond_boards = column - (numColumns() - kNumOtherCauses);
-    const bool is_of_board = beyond_boards < 0;
-    CommonError error{
-        .cause = static_cast<CommonCause>(is_of_board ? column % kNumBoardCauses
-                                                      : kNumBoardCauses + beyond_boards),
-        .board = is_of_board ? static_cast<std::size_t>(column / kNumBoardCauses) : 0,
-        .value = step(directions_.rows() + column),
-        .sigma = smoothness_ * std::sqrt(std::max(by_views, variance_ * (*inverse)(last, last)))};
+    CommonError error = named(column);
+    error.value = values(last);
+    error.sigma = smoothness_ * std::sqrt(std::max(by_views, variance_ * (*inverse)(last, last)));
     // Pupils move by a few millimetres; views that hardly determine the motion give it other errors' size.
     constexpr double kPupilPriorM = 0.01;
     if (error.cause == CommonCause::kPupil) {
@@ -209,10 +236,23 @@ class CommonEstimate {
       if (const auto known = inverseOf(intrinsics.transpose() * information_ * intrinsics))
         moved = -value * directions_ * (*known * (intrinsics.transpose() * pull));
     }
+    if (column >= numColumns()) moved += value * held(column).direction;
     return {moved.begin(), moved.end()};
   }
 
  private:
+  [[nodiscard]] CommonError named(int column) const {
+    if (column >= numColumns()) return held(column).named;
+    const int beyond_boards = column - (numColumns() - kNumOtherCauses);
+    if (beyond_boards >= 0) return {.cause = static_cast<CommonCause>(kNumBoardCauses + beyond_boards)};
+    return {.cause = static_cast<CommonCause>(column % kNumBoardCauses),
+            .board = static_cast<std::size_t>(column / kNumBoardCauses)};
+  }
+
+  [[nodiscard]] const HeldCause& held(int column) const {
+    return held_[static_cast<std::size_t>(column - numColumns())];
+  }
+
   // The free directions: the intrinsics and these columns.
   [[nodiscard]] Eigen::MatrixXd basis(const std::vector<int>& columns) const {
     const Eigen::Index n = directions_.rows();
@@ -220,13 +260,20 @@ class CommonEstimate {
     Eigen::MatrixXd free =
         Eigen::MatrixXd::Zero(n + numColumns(), m + static_cast<Eigen::Index>(columns.size()));
     free.topLeftCorner(n, m) = directions_;
-    for (std::size_t i = 0; i < columns.size(); ++i)
-      free(n + columns[i], m + static_cast<Eigen::Index>(i)) = 1;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      auto along = free.col(m + static_cast<Eigen::Index>(i));
+      if (columns[i] < numColumns()) {
+        along(n + columns[i]) = 1;
+      } else {
+        along.head(n) = held(columns[i]).direction;
+      }
+    }
     return free;
   }
 
   std::span<const Reduced> scores_;
   Eigen::MatrixXd directions_;
+  std::vector<HeldCause> held_;
   double variance_;
   double smoothness_;
   Eigen::MatrixXd information_;
@@ -277,26 +324,37 @@ std::vector<Reduced> viewScores(const Fit& fit) {
 }
 
 std::vector<CommonError> commonErrors(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,
-                                      std::span<const Reduced> flexible, double variance, double smoothness) {
-  const CommonEstimate own(scores, directions, variance, smoothness);
+                                      const FitCamera& camera, std::span<const Reduced> flexible,
+                                      double variance, double smoothness) {
+  const CommonEstimate own(scores, directions, variance, smoothness, heldCauses(camera));
   const Eigen::Index num_flexible =
       flexible.empty() ? 0 : flexible.front().gradient.size() - own.numColumns();
   const CommonEstimate estimate =
       flexible.empty() ? own
                        : CommonEstimate(flexible, Eigen::MatrixXd::Identity(num_flexible, num_flexible),
                                         variance, smoothness);
+  const auto is_held = [&](int cause) { return cause >= own.numColumns(); };
   std::vector<int> found;
   for (;;) {
     std::vector<CommonError> errors;
     std::vector<int> columns;  // of the errors
     std::optional<std::size_t> surest;
-    for (int column = 0; column < own.numColumns(); ++column) {
+    double most = 0;
+    for (int column = 0; column < own.numCauses(); ++column) {
       std::vector<int> others = found;
       const bool is_new = std::erase(others, column) == 0;
-      const auto error = estimate.of(column, others);
+      // The flexible model has parameters of its own, all of them free.
+      const bool is_own = is_held(column) || flexible.empty();
+      if (!is_own) std::erase_if(others, is_held);
+      const auto error = (is_own ? own : estimate).of(column, others);
       if (!error) continue;
-      if (is_new && error->isSignificant() && (!surest || error->sigmas() > errors[*surest].sigmas()))
+      // A value that somebody entered is the likelier cause of what looks like several.
+      constexpr double kLikelier = 1.5;
+      const double certainty = (is_held(column) ? kLikelier : 1) * error->sigmas();
+      if (is_new && error->isSignificant() && certainty > most) {
         surest = errors.size();
+        most = certainty;
+      }
       errors.push_back(*error);
       columns.push_back(column);
     }

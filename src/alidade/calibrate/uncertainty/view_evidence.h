@@ -45,6 +45,7 @@ namespace alidade {
 /// determine.
 /// @param scores  see viewScores()
 /// @param directions  free directions of the intrinsics, see freeDirections()
+/// @param camera  that of the fit; each of its held values is freed as a cause of its own
 /// @param flexible  the same for a flexibleFit() of a stiff model, whose deviations from the lens would look
 /// like one of these errors; empty for other models
 /// @param variance  of the coordinate of a corner of weight 1, px^2
@@ -52,6 +53,7 @@ namespace alidade {
 /// from its model causes the same errors in all views, which then agree, so the sigma is multiplied by this
 [[nodiscard]] std::vector<CommonError> commonErrors(std::span<const Reduced> scores,
                                                     const Eigen::MatrixXd& directions,
+                                                    const FitCamera& camera,
                                                     std::span<const Reduced> flexible, double variance,
                                                     double smoothness);
 

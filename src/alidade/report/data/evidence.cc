@@ -196,8 +196,12 @@ json commonErrorsJson(const Calibration& result) {
     });
   for (const CommonError& error : result.uncertainty.common_errors) {
     json& of = hasSeveralBoards(result) && isOfBoard(error) ? errors["boards"][error.board] : errors;
-    of[std::string(kCommonCauses[static_cast<std::size_t>(error.cause)])] = {{"value", error.value},
-                                                                             {"sigma", error.sigma}};
+    const std::string_view name =
+        error.cause == CommonCause::kHeldFocal ? "focal"
+        : error.cause == CommonCause::kHeld
+            ? parameterNames(onlyCamera(result.fit).model)[static_cast<std::size_t>(error.parameter)]
+            : kCommonCauses[static_cast<std::size_t>(error.cause)];
+    of[std::string(name)] = {{"value", error.value}, {"sigma", error.sigma}};
   }
   return errors;
 }
