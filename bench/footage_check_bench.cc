@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/core/image.h"
 #include "alidade/core/random.h"
 #include "alidade/core/statistics.h"
 #include "alidade/footage/check/camera_check.h"
@@ -86,13 +87,25 @@ FootageTracks tracksOf(const FootageSimulator& simulator, std::uint64_t seed) {
                                   {.columns = 20, .rows = 15});
 }
 
-FootageTracks renderedTracks(const FootageSimulator& simulator) {
+// A car's bonnet: the lowest fifth of each image shows the same texture.
+void coverBelow(GrayImage& image, const GrayImage& texture) {
+  const auto width = static_cast<std::size_t>(image.size.width);
+  const auto height = static_cast<std::size_t>(image.size.height);
+  for (std::size_t y = height - height / 5; y < height; ++y)
+    std::copy_n(&texture.pixels[(height - 1 - y) * width], width, &image.pixels[y * width]);
+}
+
+FootageTracks renderedTracks(const FootageSimulator& simulator, bool has_bonnet = false) {
   const auto front_end = makeFrontEnd(FrontEndKind::kFlow);
   FootageTracks kept;
   kept.size = kSize;
   kept.is_video = true;
+  GrayImage first;
   for (int i = 0; i < simulator.numFrames(); ++i) {
-    std::vector<TrackPixel> frame = front_end->follow(simulator.renderFrame(i));
+    GrayImage image = simulator.renderFrame(i);
+    if (i == 0) first = image;
+    if (has_bonnet) coverBelow(image, first);
+    std::vector<TrackPixel> frame = front_end->follow(image);
     if (!isKeyframe(kept, frame)) continue;
     kept.numbers.push_back(static_cast<std::size_t>(i));
     kept.frames.push_back(std::move(frame));
@@ -252,37 +265,48 @@ int runSets(bool is_rendered, int num_sets, int first) {
   return is_good ? 0 : 1;
 }
 
+// Twelve kinds of footage, with the true camera: it must not be called inconsistent.
 int runControls(int num_sets) {
   struct Control {
     const char* name;
-    bool is_binding;  // must never be called inconsistent
     std::function<void(FootageScene&)> apply;
+    bool has_bonnet = false;
   };
   const std::vector<Control> controls = {
-      {"rotation", true, [](FootageScene& s) { s.path = FootagePath::kRotation; }},
-      {"plane", true, [](FootageScene& s) { s.surroundings = FootageSurroundings::kPlane; }},
-      {"far away", true, [](FootageScene& s) { s.surroundings = FootageSurroundings::kFar; }},
-      {"static", true, [](FootageScene& s) { s.path = FootagePath::kStatic; }},
-      {"crowd, static", true,
+      {"room", [](FootageScene&) {}},
+      {"rotation", [](FootageScene& s) { s.path = FootagePath::kRotation; }},
+      {"wall", [](FootageScene& s) { s.surroundings = FootageSurroundings::kPlane; }},
+      {"ground, straight",
+       [](FootageScene& s) {
+         s.surroundings = FootageSurroundings::kPlane;
+         s.path = FootagePath::kStraight;
+       }},
+      {"far away", [](FootageScene& s) { s.surroundings = FootageSurroundings::kFar; }},
+      {"crowd, static",
        [](FootageScene& s) {
          s.path = FootagePath::kStatic;
          s.effects.moving_objects = 40;
          s.effects.moving_share = 0.75;
        }},
-      {"crowd, walk", true,
+      {"crowd, walk",
        [](FootageScene& s) {
          s.effects.moving_objects = 40;
          s.effects.moving_share = 0.6;
        }},
-      {"rolling shutter", false, [](FootageScene& s) { s.effects.rolling_shutter = 0.7; }},
-      {"stabilised", false,
+      {"bonnet, walk", [](FootageScene&) {}, true},
+      {"bonnet, straight", [](FootageScene& s) { s.path = FootagePath::kStraight; }, true},
+      {"rolling shutter", [](FootageScene& s) { s.effects.rolling_shutter = 0.7; }},
+      {"rolling shutter, shaken",
        [](FootageScene& s) {
+         s.effects.rolling_shutter = 0.9;
+         s.effects.shake_px = 5;
+       }},
+      {"stabilised", [](FootageScene& s) {
          s.effects.shake_px = 5;
          s.effects.stabilisation_frames = 5;
-       }},
-      {"zoom", false, [](FootageScene& s) { s.effects.zoom = 1.2; }}};
-  bool is_good = true;
+       }}};
   std::vector<std::pair<std::string, Row>> rows;
+  Row all;
   for (const Control& control : controls) {
     Row& row = rows.emplace_back(control.name, Row()).second;
     for (int set = 0; set < num_sets; ++set) {
@@ -291,22 +315,21 @@ int runControls(int num_sets) {
       if (scene.path == FootagePath::kStatic) scene.flow_px = 0;
       try {
         const FootageSimulator simulator(scene);
+        const FootageTracks tracks = renderedTracks(simulator, control.has_bonnet);
         const double before = processorSeconds();
-        const FootageCheck check =
-            checkOnFootage(scene.camera, tracksOf(simulator, scene.seed), {.num_jobs = 1});
+        const FootageCheck check = checkOnFootage(scene.camera, tracks, {.num_jobs = 2});
         print(set, scene.camera, control.name, check, processorSeconds() - before);
         row.add(check, false);
+        all.add(check, false);
       } catch (const std::exception& error) {
         std::printf("%3d %s: no such footage: %s\n", set, control.name, error.what());
       }
     }
-    is_good = is_good && !(control.is_binding && row.num_inconsistent > 0);
   }
   std::printf("%-28s sets inconsistent consistent cannot_tell\n", "");
-  for (const auto& [name, row] : rows)
-    std::printf("%-28s %4d %12d %10d %11d\n", name.c_str(), row.count(), row.num_inconsistent,
-                row.num_consistent, row.num_cannot_tell);
-  return is_good ? 0 : 1;
+  for (const auto& [name, row] : rows) row.print(name.c_str());
+  all.print("all");
+  return 100 * all.num_inconsistent <= all.count() ? 0 : 1;
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/footage/check/camera_check.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -77,6 +80,39 @@ TEST(CameraCheck, TrueCamerasAreNotDoubted) {
   }
   EXPECT_EQ(num_checked, 4);
   EXPECT_GE(num_consistent, 3);
+}
+
+// Points of a car's bonnet, as many as a fifth of all.
+FootageTracks withBonnet(FootageTracks tracks) {
+  Random random(61);
+  std::vector<Eigen::Vector2d> bonnet;
+  while (5 * bonnet.size() < tracks.frames.front().size())
+    bonnet.emplace_back(random.uniform(0, 639), random.uniform(400, 479));
+  for (auto& frame : tracks.frames) {
+    std::uint32_t track = 1000000;
+    std::erase_if(frame, [](const TrackPixel& at) { return at.pixel.y() > 400; });
+    for (const Eigen::Vector2d& pixel : bonnet) {
+      const Eigen::Vector2d noise(random.normal(), random.normal());
+      frame.push_back({.track = track++, .pixel = pixel + 0.1 * noise});
+    }
+  }
+  return tracks;
+}
+
+TEST(CameraCheck, PointsFixedToTheImageDoNotCount) {
+  int num_checked = 0;
+  for (const AnyCamera& camera : footageCameras()) {
+    const FootageTracks with = withBonnet(tracksOf(sceneOf(camera)));
+    const FootageTracks without = withoutFixed(with);
+    for (std::size_t i = 0; i < with.frames.size(); ++i) {
+      EXPECT_TRUE(
+          std::ranges::none_of(without.frames[i], [](const TrackPixel& at) { return at.track >= 1000000; }));
+      EXPECT_GE(without.frames[i].size(), 0.78 * static_cast<double>(with.frames[i].size()));
+    }
+    EXPECT_NE(checkOnFootage(camera, with).verdict, FootageVerdict::kInconsistent) << camera.modelId();
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 4);
 }
 
 TEST(CameraCheck, FootageThatCannotTellSaysWhy) {

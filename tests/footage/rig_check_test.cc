@@ -283,6 +283,40 @@ TEST(RigCheck, StatedDeviationsCoverTheTruth) {
   EXPECT_LE(num_within, 0.98 * num_checked);
 }
 
+// The cameras are not triggered together, and the rig turns or moves between their images.
+TEST(RigCheck, ImagesOfDifferentInstantsAreNotBlamedOnTheRig) {
+  Random random(23);
+  int num_checked = 0;
+  int num_wrong = 0;  // blamed or confirmed
+  int num_named = 0;
+  for (std::size_t kind = 0; kind < kNumPairs; ++kind) {
+    for (const bool is_moving : {false, true}) {
+      for (const int num_instants : {3, 8}) {
+        const AnyRig rig = pairOf(kind, random);
+        const Eigen::Vector3d heading = randomDirection(random);
+        RigPairMatches matches{.first = 0, .second = 1, .instants = {}};
+        for (int k = 0; k < num_instants; ++k) {
+          std::vector<MountedCamera> cameras = rig.cameras();
+          const Eigen::Vector3d way = 0.05 * random.uniform(0.5, 1.5) * heading;
+          const double degrees = (is_moving ? 0.3 : 1) * random.normal();
+          const SE3 between{SO3::exp(degrees * kDeg * randomDirection(random)),
+                            is_moving ? way : Eigen::Vector3d::Zero()};
+          cameras[1].camera_from_rig = between * cameras[1].camera_from_rig;
+          matches.instants.push_back(
+              matchesOf(AnyRig(cameras), {.instants = 1, .far_m = 20}, random).instants.front());
+        }
+        const RigPairCheck check = checked(rig, matches);
+        num_wrong += check.verdict == FootageVerdict::kCannotTell ? 0 : 1;
+        num_named += check.gap == FootageGap::kInstants ? 1 : 0;
+        ++num_checked;
+      }
+    }
+  }
+  EXPECT_EQ(num_checked, 28);
+  EXPECT_LE(num_wrong, 4);  // the lag may look like another baseline, or be too small
+  EXPECT_GE(num_named, 18);
+}
+
 // An error that all matches of an instant share is a hundred errors of one match.
 TEST(RigCheck, InstantsThatDifferWidenTheDeviations) {
   Random random(19);

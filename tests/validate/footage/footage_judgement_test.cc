@@ -115,6 +115,7 @@ TEST(FootageFindings, SayWhichFootageWouldTell) {
         Case{FootageGap::kMovingScene, "in which nothing moves"},
         Case{FootageGap::kFewFrames, "fewer than five images"},
         Case{FootageGap::kUnsolved, "could not be computed"},
+        Case{FootageGap::kShutter, "too slowly for any camera"},
         Case{FootageGap::kWeak, "an error of 14 px would go unnoticed"}}) {
     judgement.check.gap = c.gap;
     judgement.check.blind_px = 14.2;
@@ -124,7 +125,7 @@ TEST(FootageFindings, SayWhichFootageWouldTell) {
     EXPECT_THAT(found.cause, AllOf(StartsWith("cannot tell: "), HasSubstr(c.words)));
     ++num_cases;
   }
-  EXPECT_EQ(num_cases, 7);
+  EXPECT_EQ(num_cases, 8);
 }
 
 TEST(FootageFindings, NoteWhatIsNotEnoughToFail) {

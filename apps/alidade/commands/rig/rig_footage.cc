@@ -146,6 +146,10 @@ std::string gapText(const RigPairCheck& pair) {
     case FootageGap::kUnsolved:
       return "another value that may explain the images could not be computed; take other images, or test "
              "with a board";
+    case FootageGap::kInstants:
+      return "the images may not be of one instant: a pose of its own for each pair explains them better than "
+             "any change of the rig; trigger the cameras together, or keep rig and scene still";
+    case FootageGap::kShutter:
     case FootageGap::kWeak:
       break;
   }

@@ -71,16 +71,25 @@ double displacement(const AnyCamera& camera, const Eigen::MatrixXd& parameter_co
 
 CameraChange changeBy(const AnyCamera& camera, CameraChangeKind kind, const FreedCamera& given,
                       const FreedCamera& freed, const std::vector<Eigen::Vector2d>& pixels) {
-  CameraChange change{{.kind = kind}, freed.camera};
+  CameraChange change{{.kind = kind}, freed.camera, freed.readout};
   const double drop = given.cost - freed.cost;
   change.cost_drop = change.gain = drop / given.cost;
   change.setFit(freed.amounts, freed.amount_covariance.view(), drop,
                 freed.dispersion * std::max(1.0, freed.disagreement));
   const auto n = static_cast<Eigen::Index>(camera.parameters().size());
   const Eigen::MatrixXd covariance = freed.covariance.view();
+  change.readout_std = std::sqrt(covariance(n, n));
   change.setEffect(displacement(camera, freed.camera, pixels),
                    displacement(freed.camera, covariance.topLeftCorner(n, n), pixels));
   return change;
+}
+
+// True if no camera reads its rows so slowly, or backwards: the footage is not what the fit assumes.
+bool isReadoutImpossible(const CameraChange& change) {
+  constexpr double kCertain = 3;  // standard deviations
+  constexpr double kSlack = 0.1;  // frames, for errors that the deviation does not show
+  const double margin = kSlack + kCertain * change.readout_std;
+  return change.readout < -margin || change.readout > 1 + margin;
 }
 
 // The changes that can be tried, each with the remaining error.
@@ -224,8 +233,9 @@ FootageGap gapOf(const FootageTracks& tracks, const FootageWindows& found) {
 
 }  // namespace
 
-FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks,
+FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& given_tracks,
                             const FootageCheckOptions& options) {
+  const FootageTracks tracks = withoutFixed(given_tracks);
   FootageCheck check;
   check.tolerance_px = options.tolerance_px;
   check.is_video = tracks.is_video;
@@ -275,6 +285,8 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks
   constexpr double kMoving = 0.5;
   if (outliers > kMoving) {
     check.gap = FootageGap::kMovingScene;
+  } else if (is_wrong && isReadoutImpossible(check.changes[*check.explanation])) {
+    check.gap = FootageGap::kShutter;
   } else if (is_wrong) {
     check.verdict = FootageVerdict::kInconsistent;
   } else if (check.blind_px > check.blindLimitPx()) {

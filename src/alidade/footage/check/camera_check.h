@@ -14,7 +14,9 @@ namespace alidade {
 
 /// The change of a camera that fits the footage best.
 struct CameraChange : ChangeFit {
-  AnyCamera camera;  ///< the changed camera
+  AnyCamera camera;        ///< the changed camera
+  double readout = 0;      ///< that fits best with it, see FootageCheck
+  double readout_std = 0;  ///< its standard deviation
 };
 
 /// The mean error in a part of the image, for points found without the pixel in question.

@@ -35,9 +35,9 @@ std::string_view verdictId(FootageVerdict verdict) {
 }
 
 std::string_view gapId(FootageGap gap) {
-  constexpr std::array<std::string_view, 8> kIds = {
-      "",         "too_few_points", "no_motion", "no_parallax", "moving_scene", "too_few_frames",
-      "unsolved", "undetermined"};
+  constexpr std::array<std::string_view, 10> kIds = {
+      "",         "too_few_points", "no_motion",          "no_parallax",    "moving_scene", "too_few_frames",
+      "unsolved", "undetermined",   "impossible_readout", "not_one_instant"};
   return kIds.at(static_cast<std::size_t>(gap));
 }
 
@@ -93,8 +93,8 @@ bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& chang
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const ChangeFit& change = *changes[i];
     if (!isSeveral(i) || !(change.score > kEvidence) || !isWrong(i) ||
-        change.effect_px < several * outcome.failurePx() || change.cost_drop < kMore * most ||
-        (!is_wrong && change.cost_drop < kAllTogether))
+        !(change.blind_px <= outcome.blindLimitPx()) || change.effect_px < several * outcome.failurePx() ||
+        change.cost_drop < kMore * most || (!is_wrong && change.cost_drop < kAllTogether))
       continue;
     outcome.explanation = i;
     outcome.alternatives.clear();

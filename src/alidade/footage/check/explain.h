@@ -34,9 +34,11 @@ enum class FootageGap : std::uint8_t {
   kFewFrames,    ///< fewer than five frames could be reconstructed together
   kUnsolved,     ///< a change that may explain the footage could not be solved for
   kWeak,         ///< the motion does not determine the camera's parameters
+  kShutter,      ///< a change explains the footage only with a readout that no camera has
+  kInstants,     ///< a pose of its own for each pair of images explains more than any change of the rig
 };
 /// "too_few_points", "no_motion", "no_parallax", "moving_scene", "too_few_frames",
-/// "unsolved", "undetermined"; empty for kNone.
+/// "unsolved", "undetermined", "impossible_readout", "not_one_instant"; empty for kNone.
 [[nodiscard]] std::string_view gapId(FootageGap gap);
 
 struct FootageCheckOptions {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -293,6 +294,42 @@ class PairTest {
     }
   }
 
+  // True if poses for single instants explain the matches that one change of the rig, or none, leaves
+  // unexplained: the two cameras did not see the same instants.
+  [[nodiscard]] bool doInstantsDiffer(double explained_share) const {
+    const auto pose = std::ranges::find(freedoms_, CameraChangeKind::kPose, &PairFreedom::kind);
+    if (pose == freedoms_.end()) return false;
+    std::map<std::size_t, std::vector<TimedMatch>> used;
+    for (const TimedMatch& match : used_) used[match.instant].push_back(match);
+    double drop = 0;
+    for (const auto& [instant, matches] : used) {
+      if (matches.size() < kFewest) continue;
+      const PairFit fit =
+          fitPair(stated_, *pose, matches, Eigen::VectorXd::Zero(pose->size()), noise_, 30, options_.cancel);
+      const double gain = costOf(stated_, matches, noise_) - fit.cost;
+      drop += std::max(0.0, gain - kPenalty * static_cast<double>(pose->size()));
+    }
+    constexpr double kMost = 0.5;
+    constexpr double kNotSmall = 0.05;  // of what the change explains
+    const double cost = costOf(stated_, used_, noise_);
+    const double further = drop / cost - explained_share;
+    const double further_px = noise_ * std::sqrt(2 * cost * further / static_cast<double>(used_.size()));
+    if (further > kMost * (1 - explained_share) && further > kNotSmall * explained_share &&
+        further_px > check_.tolerance_px)
+      return true;
+    std::map<std::size_t, std::vector<TimedMatch>> all;
+    for (const TimedMatch& match : matches_) all[match.instant].push_back(match);
+    std::size_t num_explained = 0;
+    for (const auto& [instant, matches] : all) {
+      const auto own = changedPair(stated_, *pose, searched(*pose, matches));
+      num_explained += std::max(within(*own, matches, threshold_px_, kAnyError).size(),
+                                within(best_, matches, threshold_px_, kAnyError).size());
+    }
+    constexpr double kMoreMatches = 1.15;
+    const auto in_common = static_cast<double>(within(best_, matches_, threshold_px_, kAnyError).size());
+    return static_cast<double>(num_explained) > kMoreMatches * in_common;
+  }
+
   void judge() {
     std::vector<const ChangeFit*> fits;
     for (const RigChange& change : check_.changes) fits.push_back(&change);
@@ -306,7 +343,11 @@ class PairTest {
         lens_px = std::max(lens_px, change.blind_px);
     }
     check_.blind_px = std::max(far_px, lens_px);
-    if (is_wrong) {
+    if (doInstantsDiffer(check_.explanation ? check_.changes[*check_.explanation].cost_drop : 0)) {
+      check_.gap = FootageGap::kInstants;
+      check_.explanation.reset();
+      check_.alternatives.clear();
+    } else if (is_wrong) {
       check_.verdict = FootageVerdict::kInconsistent;
     } else if (lens_px > check_.blindLimitPx()) {
       check_.gap = FootageGap::kWeak;

@@ -2,7 +2,10 @@
 #include "alidade/footage/follow/tracks.h"
 
 #include <algorithm>
+#include <map>
+#include <set>
 
+#include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 
 namespace alidade {
@@ -20,6 +23,37 @@ std::vector<std::pair<std::size_t, std::size_t>> commonTracks(const std::vector<
     }
   }
   return common;
+}
+
+FootageTracks withoutFixed(FootageTracks tracks) {
+  constexpr double kMotion = 8;        // px, of the median track from frame to frame
+  constexpr double kStill = 1;         // px
+  constexpr int kOften = 2;            // steps without motion; a point of the scene may hardly move in one
+  std::map<std::uint32_t, int> still;  // steps of each track that never moved
+  std::set<std::uint32_t> moved;
+  for (std::size_t f = 1; f < tracks.frames.size(); ++f) {
+    const std::vector<TrackPixel>& last = tracks.frames[f - 1];
+    const std::vector<TrackPixel>& frame = tracks.frames[f];
+    std::vector<std::pair<std::uint32_t, double>> motions;
+    for (const auto& [i, j] : commonTracks(last, frame))
+      motions.emplace_back(frame[j].track, (frame[j].pixel - last[i].pixel).norm());
+    if (motions.empty() || medianOf(mapped(motions, [](const auto& m) { return m.second; })) < kMotion)
+      continue;
+    for (const auto& [track, motion] : motions) {
+      if (motion < kStill) {
+        ++still[track];
+      } else {
+        moved.insert(track);
+      }
+    }
+  }
+  for (std::vector<TrackPixel>& frame : tracks.frames) {
+    std::erase_if(frame, [&](const TrackPixel& at) {
+      const auto found = still.find(at.track);
+      return found != still.end() && found->second >= kOften && !moved.contains(at.track);
+    });
+  }
+  return tracks;
 }
 
 bool isKeyframe(const FootageTracks& kept, const std::vector<TrackPixel>& frame) {

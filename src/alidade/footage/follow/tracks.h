@@ -32,6 +32,10 @@ struct FootageTracks {
 [[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> commonTracks(const std::vector<TrackPixel>& a,
                                                                             const std::vector<TrackPixel>& b);
 
+/// Without tracks that stay where they are while others move, and so do not belong to the scene: a car's
+/// bonnet, dirt on the lens, a caption.
+[[nodiscard]] FootageTracks withoutFixed(FootageTracks tracks);
+
 /// True if a frame shows something new: points moved by 4 % of the width since the last keyframe, or half of
 /// them are new. Always true for photographs.
 /// @param kept  the keyframes so far

@@ -101,6 +101,10 @@ std::string gapWords(const FootageJudgement& judgement) {
     case FootageGap::kUnsolved:
       return "another value that may explain the footage could not be computed; use other footage, or test "
              "with a board (--images)";
+    case FootageGap::kShutter:
+      return "what explains the footage best reads the rows of a frame too slowly for any camera, so something "
+             "else is wrong with it: stabilised, cut or of another frame rate; film without stabilisation";
+    case FootageGap::kInstants:
     case FootageGap::kWeak:
       break;
   }
