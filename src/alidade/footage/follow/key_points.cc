@@ -4,12 +4,14 @@
 #include <cmath>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <numeric>
 #include <set>
 #include <utility>
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
@@ -23,26 +25,47 @@ namespace {
 
 constexpr std::size_t kImages = 24;  // earlier images that an image is matched with
 
-// Mutual nearest descriptors, each clearly nearer than the second nearest. The stored distance of a match is
-// its ratio to the second one.
-std::vector<cv::DMatch> matchesBetween(const cv::Mat& from, const cv::Mat& to) {
-  if (from.rows < 2 || to.rows < 2) return {};
+// Two descriptors and the ratio of their distance to the second smallest one.
+struct Match {
+  Eigen::Index from;
+  Eigen::Index to;
+  float ratio;
+};
+
+// Mutual nearest descriptors, each clearly nearer than the second nearest. Descriptors are whole numbers, one
+// per row, so that their products are exact.
+std::vector<Match> matchesBetween(const Eigen::MatrixXf& from, const Eigen::MatrixXf& to) {
+  if (from.rows() < 2 || to.rows() < 2) return {};
   constexpr float kRatio = 0.8F;
-  const cv::BFMatcher matcher(cv::NORM_L2);
-  std::vector<std::vector<cv::DMatch>> forward;
-  std::vector<std::vector<cv::DMatch>> backward;
-  matcher.knnMatch(from, to, forward, 2);
-  matcher.knnMatch(to, from, backward, 1);
-  std::vector<cv::DMatch> matches;
-  for (const auto& best : forward) {
-    if (best.size() < 2 || best[0].distance >= kRatio * best[1].distance) continue;
-    const int i = best[0].queryIdx;
-    const int j = best[0].trainIdx;
-    const auto& back = backward[static_cast<std::size_t>(j)];
-    if (!back.empty() && back[0].trainIdx == i)
-      matches.emplace_back(i, j, best[0].distance / best[1].distance);
+  // Squared distances, less the squared length of the descriptor in `from`; one of those per column.
+  Eigen::MatrixXf rest = -2 * to * from.transpose();
+  rest.colwise() += to.rowwise().squaredNorm();
+  const Eigen::VectorXf lengths = from.rowwise().squaredNorm();
+  std::vector<std::pair<float, Eigen::Index>> nearest_to(static_cast<std::size_t>(to.rows()),
+                                                         {std::numeric_limits<float>::infinity(), -1});
+  std::vector<Match> clear;
+  for (Eigen::Index i = 0; i < from.rows(); ++i) {
+    Match best{i, -1, 0};
+    float least = std::numeric_limits<float>::infinity();
+    float second = least;
+    for (Eigen::Index j = 0; j < to.rows(); ++j) {
+      const float square = rest(j, i) + lengths[i];
+      if (square < second) {
+        second = std::max(square, least);
+        if (square < least) {
+          least = square;
+          best.to = j;
+        }
+      }
+      auto& nearest = nearest_to[static_cast<std::size_t>(j)];
+      if (square < nearest.first) nearest = {square, i};
+    }
+    best.ratio = std::sqrt(least) / std::sqrt(second);
+    if (best.ratio < kRatio) clear.push_back(best);
   }
-  return matches;
+  std::erase_if(clear,
+                [&](const Match& m) { return nearest_to[static_cast<std::size_t>(m.to)].second != m.from; });
+  return clear;
 }
 
 // SIFT takes seconds for more pixels, and its points at fine scales are the least repeatable.
@@ -87,7 +110,7 @@ class KeyPointMatcher final : public FrontEnd {
   };
   struct Image {
     std::vector<Point> points;
-    cv::Mat descriptors;  // one per row
+    Eigen::MatrixXf descriptors;  // one per row
   };
 
   [[nodiscard]] Image describe(const GrayImage& searched, double scale) const;
@@ -125,7 +148,11 @@ KeyPointMatcher::Image KeyPointMatcher::describe(const GrayImage& searched, doub
     chosen.push_back(point);
   }
   Image result;
-  sift->compute(used, chosen, result.descriptors);
+  cv::Mat descriptors;
+  sift->compute(used, chosen, descriptors);
+  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  if (!descriptors.empty())
+    result.descriptors = Eigen::Map<const Rows>(descriptors.ptr<float>(), descriptors.rows, descriptors.cols);
   for (const cv::KeyPoint& key : chosen) {
     // OpenCV doubles the image first and takes half of the doubled image's pixel number, which leaves a
     // quarter of a pixel.
@@ -179,10 +206,10 @@ std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   // per image. A claim is a ratio and the point of an earlier image.
   std::vector<std::pair<float, const Point*>> claims(now.points.size(), {1.0F, nullptr});
   for (const Image& earlier : earlier_) {
-    for (const cv::DMatch& match : matchesBetween(now.descriptors, earlier.descriptors)) {
-      auto& claim = claims[static_cast<std::size_t>(match.queryIdx)];
-      if (match.distance < claim.first)
-        claim = {match.distance, &earlier.points[static_cast<std::size_t>(match.trainIdx)]};
+    for (const Match& match : matchesBetween(now.descriptors, earlier.descriptors)) {
+      auto& claim = claims[static_cast<std::size_t>(match.from)];
+      if (match.ratio < claim.first)
+        claim = {match.ratio, &earlier.points[static_cast<std::size_t>(match.to)]};
     }
   }
   std::map<std::uint32_t, std::size_t> holder;
@@ -208,12 +235,11 @@ std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   std::vector<int> order(now.points.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::sort(order, {}, [&](int i) { return now.points[static_cast<std::size_t>(i)].at.track; });
-  Image sorted;
+  Image sorted{.points = {}, .descriptors = now.descriptors(order, Eigen::all)};
   std::vector<TrackPixel> result;
   for (const int i : order) {
     result.push_back(now.points[static_cast<std::size_t>(i)].at);
     sorted.points.push_back(std::move(now.points[static_cast<std::size_t>(i)]));
-    sorted.descriptors.push_back(now.descriptors.row(i));
   }
   earlier_.push_back(std::move(sorted));
   if (earlier_.size() > kImages) earlier_.pop_front();
