@@ -35,8 +35,25 @@ FootageSimulator footageOf(int num_frames, FootagePath path = FootagePath::kWalk
                            .num_frames = num_frames});
 }
 
-std::vector<cv::Mat> walkFrames(int num_frames) {
-  return simulatedFrames(footageOf(num_frames));
+// A walk that is rendered once.
+struct Walk {
+  FootageSimulator footage = footageOf(84);
+  std::vector<cv::Mat> frames = simulatedFrames(footage);
+  std::vector<SE3> poses = simulatedPoses(footage);
+};
+const Walk& walk() {
+  static const Walk one;
+  return one;
+}
+
+// Its first frames, as copies.
+std::vector<cv::Mat> walkFrames(std::size_t num_frames) {
+  std::vector<cv::Mat> frames;
+  for (std::size_t i = 0; i < num_frames; ++i) frames.push_back(walk().frames[i].clone());
+  return frames;
+}
+std::vector<SE3> walkPoses(std::size_t num_frames) {
+  return {walk().poses.begin(), walk().poses.begin() + static_cast<std::ptrdiff_t>(num_frames)};
 }
 
 // A folder with a camera file, in which the command runs.
@@ -82,9 +99,8 @@ double trajectoryError(const PoseList& list, const std::vector<SE3>& poses) {
 constexpr double kMostPathShare = 0.02;
 
 TEST_F(TrackTest, WritesTheTrajectoryOfAVideo) {
-  const FootageSimulator footage = footageOf(50);
-  const auto poses = simulatedPoses(footage);
-  const RunResult result = track(video("walk.avi", simulatedFrames(footage)), {"--map", "points.ply"});
+  const auto poses = walkPoses(50);
+  const RunResult result = track(video("walk.avi", walkFrames(50)), {"--map", "points.ply"});
   ASSERT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.out, AllOf(HasSubstr("poses of 50 of 50 frames"), HasSubstr("the scale is arbitrary"),
                                 HasSubstr("reprojection RMS"), Not(HasSubstr("Lost"))));
@@ -112,11 +128,10 @@ TEST_F(TrackTest, WritesTheTrajectoryOfAVideo) {
 }
 
 TEST_F(TrackTest, TakesPhotographsByTheirKeyPoints) {
-  const FootageSimulator footage = footageOf(40);
   std::vector<SE3> few;
   std::vector<cv::Mat> pictures;
-  const auto poses = simulatedPoses(footage);
-  const auto frames = simulatedFrames(footage);
+  const auto poses = walkPoses(40);
+  const auto frames = walkFrames(40);
   for (std::size_t i = 0; i < frames.size(); i += 5) {
     few.push_back(poses[i]);
     pictures.push_back(frames[i]);
