@@ -117,5 +117,6 @@ struct BasicSE3 {
 };
 
 using SE3 = BasicSE3<double>;
+extern template struct BasicSE3<double>;
 
 }  // namespace alidade

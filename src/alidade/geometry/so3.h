@@ -162,5 +162,6 @@ class BasicSO3 {
 };
 
 using SO3 = BasicSO3<double>;
+extern template class BasicSO3<double>;
 
 }  // namespace alidade

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <array>
 
 #include <ceres/manifold.h>
@@ -28,16 +27,6 @@ using PoseBlock = std::array<double, 7>;
   return pose;
 }
 
-// d(q Exp(w)) / dw at w = 0 is half the matrix of x -> q x on imaginary x: rows qx, qy, qz, qw.
-inline Eigen::Matrix<double, 4, 3> halfQuaternionProduct(const Eigen::Quaterniond& q) {
-  Eigen::Matrix<double, 4, 3> m;
-  m << q.w(), -q.z(), q.y(),  //
-      q.z(), q.w(), -q.x(),   //
-      -q.y(), q.x(), q.w(),   //
-      -q.x(), -q.y(), -q.z();
-  return 0.5 * m;
-}
-
 /// SE(3) for Ceres with this project's tangent: T Exp(xi), xi = [translation, rotation] in metres and true
 /// radians (Ceres' own quaternion manifolds use half angles, which would make every rotation variance a
 /// quarter).
@@ -45,34 +34,10 @@ class SE3Manifold final : public ceres::Manifold {
  public:
   [[nodiscard]] int AmbientSize() const override { return 7; }
   [[nodiscard]] int TangentSize() const override { return 6; }
-  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
-    const SE3 moved = fromBlock(x) * SE3::exp(Eigen::Map<const SE3::Vec6>(delta));
-    const PoseBlock block = toBlock(moved);
-    std::copy(block.begin(), block.end(), x_plus_delta);
-    return true;
-  }
-  bool PlusJacobian(const double* x, double* jacobian) const override {
-    const SE3 pose = fromBlock(x);
-    Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> J(jacobian);
-    J.setZero();
-    J.topRightCorner<4, 3>() = halfQuaternionProduct(pose.rotation.quaternion());
-    J.bottomLeftCorner<3, 3>() = pose.rotation.matrix();
-    return true;
-  }
-  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
-    Eigen::Map<SE3::Vec6> difference(y_minus_x);
-    difference = (fromBlock(x).inverse() * fromBlock(y)).log();
-    return true;
-  }
-  bool MinusJacobian(const double* x, double* jacobian) const override {
-    const SE3 pose = fromBlock(x);
-    Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> J(jacobian);
-    J.setZero();
-    // The pseudo-inverse of PlusJacobian, whose quaternion columns are orthogonal with length 1/2.
-    J.bottomLeftCorner<3, 4>() = 4 * halfQuaternionProduct(pose.rotation.quaternion()).transpose();
-    J.topRightCorner<3, 3>() = pose.rotation.matrix().transpose();
-    return true;
-  }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
 /// Derivative of the tangent at a pose by the seven numbers of its block.
