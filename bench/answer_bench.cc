@@ -3,6 +3,7 @@
 //   answer_bench sound [sets per row, default 200]  30 views over the whole image, nothing wrong
 //   answer_bench flawed [sets, default 600] [flaw]  flaws of all kinds and sizes, and trust in the results
 //   answer_bench cameras [pairs, default 100]       mixed views of two cameras
+//   answer_bench uneven [sets per row, default 200] stated deviations with boards as people print them
 //   answer_bench halves CORNERS.csv...              random halves of a set compared
 // With ALIDADE_VERBOSE in the environment, `flawed` prints each set.
 #include <algorithm>
@@ -200,6 +201,86 @@ int runCameras(std::size_t num_pairs) {
   return 0;
 }
 
+// A printed board as people have it: stretched by the printer, each point off its place, and the paper wavy.
+std::vector<Eigen::Vector3d> unevenPoints(const Checkerboard& board, Random& random) {
+  constexpr double kStretch = 1e-3;  // standard deviation
+  constexpr double kPoint = 3e-5;    // m, in the plane
+  constexpr double kWave = 2e-4;     // m
+  const double stretch = kStretch * random.normal();
+  const double height = kWave * random.normal();
+  const double bow = kWave * random.normal();
+  const double phase = random.uniform(0, 6.28);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < board.numCorners(); ++i) {
+    Eigen::Vector3d p = board.corner(i);
+    const Eigen::Vector2d at = (p - board.middle()).head<2>().cwiseQuotient(board.middle().head<2>());
+    p.x() *= 1 + stretch;
+    p += kPoint * Eigen::Vector3d(random.normal(), random.normal(), 0);
+    p.z() = height * std::sin(3 * at.x() + phase) + bow * at.y() * at.y();
+    points.push_back(p);
+  }
+  return points;
+}
+
+// How often the truth lies within the stated 95 % of single parameters, with uneven boards.
+int runUneven(std::size_t num_sets) {
+  const AnyCamera camera = spoiledCamera("radtan");
+  constexpr double kNoisePx = 0.1;
+  std::printf("%5s %5s %7s %7s  %s\n", "views", "sets", "usable", "uneven",
+              "share within 1.96 deviations, RMS of deviations");
+  for (const int num_views : {6, 12, 30}) {
+    struct One {
+      bool is_usable = false;
+      bool is_uneven = false;
+      std::vector<double> deviations = {};
+    };
+    std::vector<One> all(num_sets);
+    parallelFor(num_sets, 0, [&](std::size_t i) {
+      SimulatedSet set =
+          simulateSet(camera, kSpoiledSize, num_views, 0, streamSeed(400, i), {}, kSpoiledBoard);
+      Random random(streamSeed(401, i));
+      const std::vector<Eigen::Vector3d> points = unevenPoints(set.board, random);
+      for (std::size_t v = 0; v < set.views.size(); ++v) {
+        for (Corner& corner : set.views[v].corners) {
+          const Projection at = camera.project(set.poses[v] * points[static_cast<std::size_t>(corner.id)]);
+          const double x = random.normal();
+          corner.pixel = at.pixel + kNoisePx * Eigen::Vector2d(x, random.normal());
+        }
+      }
+      try {
+        const Calibration result = calibrate(set.board, set.views, {.model = "radtan", .jobs = 1});
+        One& one = all[i];
+        one.is_usable = result.isUsable();
+        one.is_uneven = isAnyUneven(result.fit);
+        if (!result.uncertainty.covariance) return;
+        for (int k = 0; k < 5; ++k) {
+          const auto at = static_cast<std::size_t>(k);
+          one.deviations.push_back((onlyCamera(result.fit).params[at] - camera.parameters()[at]) /
+                                   result.uncertainty.parameterStd(k));
+        }
+      } catch (const Error&) {  // counts as unusable
+        return;
+      }
+    });
+    std::printf("%5d %5zu %7td %7td ", num_views, num_sets, std::ranges::count(all, true, &One::is_usable),
+                std::ranges::count(all, true, &One::is_uneven));
+    for (std::size_t k = 0; k < 5; ++k) {
+      Sum sum;
+      std::size_t num_within = 0;
+      for (const One& one : all) {
+        if (one.deviations.empty()) continue;
+        sum.add(one.deviations[k], 1);
+        num_within += std::abs(one.deviations[k]) < 1.96 ? 1 : 0;
+      }
+      std::printf(" %s %.1f %% %.2f", std::string(camera.parameterNames()[k]).c_str(),
+                  percent(num_within, static_cast<std::size_t>(sum.count)), sum.rms());
+    }
+    std::printf("\n");
+    std::fflush(stdout);
+  }
+  return 0;
+}
+
 int runHalves(const std::vector<std::string>& paths) {
   constexpr std::size_t kNumHalvings = 8;
   std::printf("%-40s %6s %-15s %9s %6s\n", "set", "views", "model", "halvings", "rms");
@@ -243,10 +324,12 @@ int run(const std::vector<std::string>& args) {
   if (what == "sound") return runSound(count(200));
   if (what == "flawed") return runFlawed(count(600), args.size() > 2 ? args[2] : "");
   if (what == "cameras") return runCameras(count(100));
+  if (what == "uneven") return runUneven(count(200));
   if (what == "halves" && args.size() > 1) return runHalves({args.begin() + 1, args.end()});
-  std::fprintf(stderr,
-               "usage: answer_bench sound [SETS] | flawed [SETS [FLAW]] | cameras [PAIRS] | halves "
-               "CORNERS.csv...\n");
+  std::fprintf(
+      stderr,
+      "usage: answer_bench sound [SETS] | flawed [SETS [FLAW]] | cameras [PAIRS] | uneven [SETS] | halves "
+      "CORNERS.csv...\n");
   return 2;
 }
 

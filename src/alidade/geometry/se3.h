@@ -117,6 +117,5 @@ struct BasicSE3 {
 };
 
 using SE3 = BasicSE3<double>;
-extern template struct BasicSE3<double>;
 
 }  // namespace alidade

@@ -162,6 +162,5 @@ class BasicSO3 {
 };
 
 using SO3 = BasicSO3<double>;
-extern template class BasicSO3<double>;
 
 }  // namespace alidade

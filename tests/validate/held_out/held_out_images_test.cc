@@ -2,6 +2,8 @@
 #include "alidade/validate/held_out/held_out_images.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <string>
 
 #include <gmock/gmock.h>
 
@@ -73,6 +75,41 @@ TEST(HeldOutImages, DoNotCondemnACameraForABentBoard) {
   }
   EXPECT_NE(verdictOn(drawn.camera, drawn.size, set), Severity::kFailure);
   EXPECT_EQ(verdictOn(spoiled(drawn.camera, Wrong::kFocal), drawn.size, set), Severity::kFailure);
+}
+
+// Paper held by hand, with bends that scatter by a millimetre.
+TEST(HeldOutImages, TellAWrongCameraFromABoardThatFlexes) {
+  const DrawnCamera drawn = ordinaryCamera();
+  int num_checked = 0;
+  int num_true_failed = 0;
+  int num_wrong_failed = 0;
+  int num_named = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    UserSet set = viewsOf(drawn, 16, 40 + seed);
+    Random random(seed);
+    for (std::size_t v = 0; v < set.views.size(); ++v) {
+      const BoardShape shape{.bend_x_m = 1e-3 * random.normal(), .bend_y_m = 1e-3 * random.normal()};
+      for (Corner& corner : set.views[v].corners) {
+        const Eigen::Vector3d p = onBentBoard(set.board, shape, set.board.corner(corner.id));
+        const double x = random.normal();
+        corner.pixel =
+            drawn.camera.project(set.poses[v] * p).pixel + 0.1 * Eigen::Vector2d(x, random.normal());
+      }
+    }
+    const auto checks =
+        heldOutChecks(judgeOnImages({&drawn.camera, drawn.size}, set.board, set.views), kDefaultTolerancePx);
+    const bool is_failed = std::ranges::any_of(
+        checks, [](const Diagnosis& check) { return check.severity == Severity::kFailure; });
+    num_true_failed += is_failed ? 1 : 0;
+    num_named += checks[0].cause.find("bends differently") != std::string::npos ? 1 : 0;
+    num_wrong_failed +=
+        verdictOn(spoiled(drawn.camera, Wrong::kFocal), drawn.size, set) == Severity::kFailure ? 1 : 0;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 8);
+  EXPECT_EQ(num_true_failed, 0);
+  EXPECT_GE(num_named, 6);
+  EXPECT_EQ(num_wrong_failed, 8);
 }
 
 TEST(HeldOutImages, SeeAModelThatIsTooLean) {
