@@ -265,7 +265,7 @@ int runSets(bool is_rendered, int num_sets, int first) {
   return is_good ? 0 : 1;
 }
 
-// Twelve kinds of footage, with the true camera: it must not be called inconsistent.
+// Thirteen kinds of footage, with the true camera: it must not be called inconsistent.
 int runControls(int num_sets) {
   struct Control {
     const char* name;
@@ -301,6 +301,7 @@ int runControls(int num_sets) {
          s.effects.rolling_shutter = 0.9;
          s.effects.shake_px = 5;
        }},
+      {"zoom", [](FootageScene& s) { s.effects.zoom = 1.2; }},
       {"stabilised", [](FootageScene& s) {
          s.effects.shake_px = 5;
          s.effects.stabilisation_frames = 5;
@@ -326,7 +327,7 @@ int runControls(int num_sets) {
       }
     }
   }
-  std::printf("%-28s sets inconsistent consistent cannot_tell\n", "");
+  std::printf("%-28s sets inconsistent consistent cannot_tell named rightly\n", "");
   for (const auto& [name, row] : rows) row.print(name.c_str());
   all.print("all");
   return 100 * all.num_inconsistent <= all.count() ? 0 : 1;

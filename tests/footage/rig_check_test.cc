@@ -315,6 +315,23 @@ TEST(RigCheck, ImagesOfDifferentInstantsAreNotBlamedOnTheRig) {
   EXPECT_EQ(num_checked, 28);
   EXPECT_LE(num_wrong, 4);  // the lag may look like another baseline, or be too small
   EXPECT_GE(num_named, 18);
+
+  // Right and turned rigs of which few points are seen, and of these many falsely.
+  int num_synchronous = 0;
+  int num_falsely_named = 0;
+  for (std::size_t kind = 0; kind < kNumPairs; ++kind) {
+    for (const std::size_t points : {18U, 40U}) {
+      const AnyRig rig = pairOf(kind, random);
+      const RigPairMatches matches =
+          matchesOf(rig, {.instants = 4, .points = points, .false_share = 0.35}, random);
+      for (const AnyRig& stated : {rig, turned(rig, kDeg * randomDirection(random))}) {
+        num_falsely_named += checked(stated, matches).gap == FootageGap::kInstants ? 1 : 0;
+        ++num_synchronous;
+      }
+    }
+  }
+  EXPECT_EQ(num_synchronous, 28);
+  EXPECT_LE(num_falsely_named, 1);
 }
 
 // An error that all matches of an instant share is a hundred errors of one match.

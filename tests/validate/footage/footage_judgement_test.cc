@@ -115,7 +115,7 @@ TEST(FootageFindings, SayWhichFootageWouldTell) {
         Case{FootageGap::kMovingScene, "in which nothing moves"},
         Case{FootageGap::kFewFrames, "fewer than five images"},
         Case{FootageGap::kUnsolved, "could not be computed"},
-        Case{FootageGap::kShutter, "too slowly for any camera"},
+        Case{FootageGap::kShutter, "more slowly than any camera"},
         Case{FootageGap::kWeak, "an error of 14 px would go unnoticed"}}) {
     judgement.check.gap = c.gap;
     judgement.check.blind_px = 14.2;

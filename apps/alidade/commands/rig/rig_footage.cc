@@ -148,7 +148,8 @@ std::string gapText(const RigPairCheck& pair) {
              "with a board";
     case FootageGap::kInstants:
       return "the images may not be of one instant: a pose of its own for each pair explains them better than "
-             "any change of the rig; trigger the cameras together, or keep rig and scene still";
+             "any change of the rig; trigger the cameras together, or keep rig and scene still, and check "
+             "that no mount gives way";
     case FootageGap::kShutter:
     case FootageGap::kWeak:
       break;

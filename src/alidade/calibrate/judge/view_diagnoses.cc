@@ -191,12 +191,13 @@ Diagnosis diagnosisOf(const Evidence& of, const CommonError& error) {
     case CommonCause::kHeld: {
       const auto i = static_cast<std::size_t>(error.parameter);
       const double held = of.camera.parameters()[i];
-      return {.id = "held_value",
-              .cause = std::string(of.camera.parameterNames()[i]) + " is held at " + numberText("%.6g", held) +
-                       ", which the images contradict",
-              .evidence = "they give " + numberText("%.6g", held + error.value) + " +- " +
-                          numberText("%.2g", error.sigma),
-              .next_step = "correct the value with --init, or do not hold it"};
+      return {
+          .id = "held_value",
+          .cause = std::string(of.camera.parameterNames()[i]) + " is held at " + numberText("%.6g", held) +
+                   ", which the images contradict",
+          .evidence = "they give " + numberText("%.6g", held + error.value) + " +- " +
+                      numberText("%.2g", error.sigma),
+          .next_step = "correct the value with --init, or do not hold it (--to holds what its format lacks)"};
     }
     case CommonCause::kHeldFocal: {
       const double fx = of.camera.parameters()[0];

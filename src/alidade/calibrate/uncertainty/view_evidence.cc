@@ -154,19 +154,24 @@ struct HeldCause {
   Eigen::VectorXd direction;
 };
 
-std::vector<HeldCause> heldCauses(const FitCamera& camera) {
-  constexpr int kFx = 0;
-  constexpr int kFy = 1;
+bool isFocal(int parameter) {
+  return parameter == 0 || parameter == 1;
+}
+
+// None if the whole lens is given: such a lens is tested against the one that the views give.
+std::vector<HeldCause> heldCauses(const FitCamera& camera, Eigen::Index num_free) {
   const Eigen::Index n = std::ssize(camera.params);
+  const ParamConstraint& constraint = camera.constraint;
   std::vector<HeldCause> causes;
-  const bool is_focal_held = camera.constraint.holds(kFx) && camera.constraint.holds(kFy);
-  if (is_focal_held) {
+  if (num_free == 0) return causes;
+  const int num_focals = (constraint.holds(0) ? 1 : 0) + (constraint.holds(1) ? 1 : 0);
+  if (num_focals == 2 || (num_focals == 1 && constraint.same_focal)) {
     HeldCause& both = causes.emplace_back(HeldCause{{.cause = CommonCause::kHeldFocal}, {}});
     both.direction = Eigen::VectorXd::Zero(n);
-    both.direction.head<2>() << camera.params[kFx], camera.params[kFy];
+    both.direction.head<2>() << camera.params[0], camera.params[1];
   }
-  for (const int i : camera.constraint.held) {
-    if (is_focal_held && i == kFy) continue;
+  for (const int i : constraint.held) {
+    if (constraint.same_focal && isFocal(i)) continue;
     causes.push_back({{.cause = CommonCause::kHeld, .parameter = i}, Eigen::VectorXd::Unit(n, i)});
   }
   return causes;
@@ -194,6 +199,15 @@ class CommonEstimate {
 
   [[nodiscard]] int numColumns() const { return static_cast<int>(gradient_.size() - directions_.rows()); }
   [[nodiscard]] int numCauses() const { return numColumns() + static_cast<int>(held_.size()); }
+
+  // The cause, without its estimate.
+  [[nodiscard]] CommonError named(int column) const {
+    if (column >= numColumns()) return held(column).named;
+    const int beyond_boards = column - (numColumns() - kNumOtherCauses);
+    if (beyond_boards >= 0) return {.cause = static_cast<CommonCause>(kNumBoardCauses + beyond_boards)};
+    return {.cause = static_cast<CommonCause>(column % kNumBoardCauses),
+            .board = static_cast<std::size_t>(column / kNumBoardCauses)};
+  }
 
   // Estimates one cause with others free, excluding those that follow from it.
   [[nodiscard]] std::optional<CommonError> of(int column, const std::vector<int>& others) const {
@@ -241,14 +255,6 @@ class CommonEstimate {
   }
 
  private:
-  [[nodiscard]] CommonError named(int column) const {
-    if (column >= numColumns()) return held(column).named;
-    const int beyond_boards = column - (numColumns() - kNumOtherCauses);
-    if (beyond_boards >= 0) return {.cause = static_cast<CommonCause>(kNumBoardCauses + beyond_boards)};
-    return {.cause = static_cast<CommonCause>(column % kNumBoardCauses),
-            .board = static_cast<std::size_t>(column / kNumBoardCauses)};
-  }
-
   [[nodiscard]] const HeldCause& held(int column) const {
     return held_[static_cast<std::size_t>(column - numColumns())];
   }
@@ -326,7 +332,7 @@ std::vector<Reduced> viewScores(const Fit& fit) {
 std::vector<CommonError> commonErrors(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,
                                       const FitCamera& camera, std::span<const Reduced> flexible,
                                       double variance, double smoothness) {
-  const CommonEstimate own(scores, directions, variance, smoothness, heldCauses(camera));
+  const CommonEstimate own(scores, directions, variance, smoothness, heldCauses(camera, directions.cols()));
   const Eigen::Index num_flexible =
       flexible.empty() ? 0 : flexible.front().gradient.size() - own.numColumns();
   const CommonEstimate estimate =
@@ -334,6 +340,18 @@ std::vector<CommonError> commonErrors(std::span<const Reduced> scores, const Eig
                        : CommonEstimate(flexible, Eigen::MatrixXd::Identity(num_flexible, num_flexible),
                                         variance, smoothness);
   const auto is_held = [&](int cause) { return cause >= own.numColumns(); };
+  // A value that was entered is the likelier cause of what looks like several others. One of two focal
+  // lengths looks like squares that are not square, and either may be it.
+  const auto likelihood = [&](const CommonError& error) {
+    constexpr double kEntered = 1.5;
+    const bool is_entered = error.cause == CommonCause::kHeldFocal ||
+                            (error.cause == CommonCause::kHeld && !isFocal(error.parameter));
+    return (is_entered ? kEntered : 1) * error.sigmas();
+  };
+  // Both focal lengths in proportion, and one of them, are not estimated together.
+  const auto excludes = [&](const CommonError& a, const CommonError& b) {
+    return a.cause == CommonCause::kHeldFocal && b.cause == CommonCause::kHeld && isFocal(b.parameter);
+  };
   std::vector<int> found;
   for (;;) {
     std::vector<CommonError> errors;
@@ -343,14 +361,16 @@ std::vector<CommonError> commonErrors(std::span<const Reduced> scores, const Eig
     for (int column = 0; column < own.numCauses(); ++column) {
       std::vector<int> others = found;
       const bool is_new = std::erase(others, column) == 0;
+      const bool is_excluded = std::ranges::any_of(others, [&](int other) {
+        return excludes(own.named(other), own.named(column)) || excludes(own.named(column), own.named(other));
+      });
+      if (is_excluded) continue;
       // The flexible model has parameters of its own, all of them free.
       const bool is_own = is_held(column) || flexible.empty();
       if (!is_own) std::erase_if(others, is_held);
       const auto error = (is_own ? own : estimate).of(column, others);
       if (!error) continue;
-      // A value that somebody entered is the likelier cause of what looks like several.
-      constexpr double kLikelier = 1.5;
-      const double certainty = (is_held(column) ? kLikelier : 1) * error->sigmas();
+      const double certainty = likelihood(*error);
       if (is_new && error->isSignificant() && certainty > most) {
         surest = errors.size();
         most = certainty;

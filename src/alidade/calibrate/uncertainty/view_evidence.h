@@ -45,7 +45,8 @@ namespace alidade {
 /// determine.
 /// @param scores  see viewScores()
 /// @param directions  free directions of the intrinsics, see freeDirections()
-/// @param camera  that of the fit; each of its held values is freed as a cause of its own
+/// @param camera  that of the fit; each of its held values is freed as a cause of its own, unless all are
+/// held
 /// @param flexible  the same for a flexibleFit() of a stiff model, whose deviations from the lens would look
 /// like one of these errors; empty for other models
 /// @param variance  of the coordinate of a corner of weight 1, px^2

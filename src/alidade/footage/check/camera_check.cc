@@ -84,12 +84,12 @@ CameraChange changeBy(const AnyCamera& camera, CameraChangeKind kind, const Free
   return change;
 }
 
-// True if no camera reads its rows so slowly, or backwards: the footage is not what the fit assumes.
-bool isReadoutImpossible(const CameraChange& change) {
+// True if a frame would be read for longer than until the next one: the footage is not what the fit assumes.
+// Below 0, the image is upside down.
+bool isReadoutImpossible(double readout, double std) {
   constexpr double kCertain = 3;  // standard deviations
   constexpr double kSlack = 0.1;  // frames, for errors that the deviation does not show
-  const double margin = kSlack + kCertain * change.readout_std;
-  return change.readout < -margin || change.readout > 1 + margin;
+  return std::abs(readout) > 1 + kSlack + kCertain * std;
 }
 
 // The changes that can be tried, each with the remaining error.
@@ -282,14 +282,19 @@ FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& given_
     if (is_binding) check.blind_px = std::max(check.blind_px, change.blind_px);
   }
   const bool is_wrong = explain(check, fits, false);
+  const auto n = static_cast<Eigen::Index>(camera.parameters().size());
+  const CameraChange* const change = is_wrong ? &check.changes[*check.explanation] : nullptr;
+  const bool is_readout_impossible =
+      change != nullptr ? isReadoutImpossible(change->readout, change->readout_std)
+                        : isReadoutImpossible(given->readout, std::sqrt(given->covariance.view()(n, n)));
   constexpr double kMoving = 0.5;
   if (outliers > kMoving) {
     check.gap = FootageGap::kMovingScene;
-  } else if (is_wrong && isReadoutImpossible(check.changes[*check.explanation])) {
+  } else if (is_readout_impossible) {
     check.gap = FootageGap::kShutter;
   } else if (is_wrong) {
     check.verdict = FootageVerdict::kInconsistent;
-  } else if (check.blind_px > check.blindLimitPx()) {
+  } else if (check.gap == FootageGap::kWeak || check.blind_px > check.blindLimitPx()) {
     check.gap = FootageGap::kWeak;
   } else if (has_open) {
     check.gap = FootageGap::kUnsolved;

@@ -51,8 +51,10 @@ struct FootageCheck : FootageOutcome {
 /// noticed. The camera is inconsistent if the explanation displaces pixels by more than five times the
 /// tolerance, and with certainty by more than half of that. All parameters at once must remove a quarter more
 /// than that change; or, if that change alone does not make the camera wrong, half of the squared errors,
-/// because small track errors common to all images would otherwise be attributed to the lens. A camera is
-/// called consistent only if at least five frames were reconstructed together.
+/// because small track errors common to all images would otherwise be attributed to the lens; and
+/// the footage must determine them. Tracks fixed to the image are left out, and there is no verdict with an
+/// impossible readout. A camera is called consistent only if at least five frames were reconstructed
+/// together.
 /// @param tracks  of keyframes
 [[nodiscard]] FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& tracks,
                                           const FootageCheckOptions& options = {});

@@ -93,9 +93,13 @@ bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& chang
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const ChangeFit& change = *changes[i];
     if (!isSeveral(i) || !(change.score > kEvidence) || !isWrong(i) ||
-        !(change.blind_px <= outcome.blindLimitPx()) || change.effect_px < several * outcome.failurePx() ||
-        change.cost_drop < kMore * most || (!is_wrong && change.cost_drop < kAllTogether))
+        change.effect_px < several * outcome.failurePx() || change.cost_drop < kMore * most ||
+        (!is_wrong && change.cost_drop < kAllTogether))
       continue;
+    if (!(change.blind_px <= outcome.blindLimitPx())) {
+      outcome.gap = FootageGap::kWeak;
+      continue;
+    }
     outcome.explanation = i;
     outcome.alternatives.clear();
     is_wrong = true;

@@ -294,16 +294,26 @@ class PairTest {
     }
   }
 
-  // True if poses for single instants explain the matches that one change of the rig, or none, leaves
-  // unexplained: the two cameras did not see the same instants.
-  [[nodiscard]] bool doInstantsDiffer(double explained_share) const {
+  // True if a separate pose for each instant explains matches that neither the explanation nor one pose does:
+  // the two cameras did not see the same instants.
+  [[nodiscard]] bool doInstantsDiffer() const {
     const auto pose = std::ranges::find(freedoms_, CameraChangeKind::kPose, &PairFreedom::kind);
     if (pose == freedoms_.end()) return false;
-    std::map<std::size_t, std::vector<TimedMatch>> used;
-    for (const TimedMatch& match : used_) used[match.instant].push_back(match);
+    const auto byInstant = [](const std::vector<TimedMatch>& matches) {
+      std::map<std::size_t, std::vector<TimedMatch>> instants;
+      for (const TimedMatch& match : matches) instants[match.instant].push_back(match);
+      std::erase_if(instants, [](const auto& instant) { return instant.second.size() < kFewest; });
+      return instants;
+    };
+    const auto used = byInstant(used_);
+    if (used.size() < 2) return false;
+    double explained_share = 0;  // by the explanation, or one pose for all instants
+    for (std::size_t i = 0; i < check_.changes.size(); ++i) {
+      if (check_.changes[i].kind == CameraChangeKind::kPose || check_.explanation == i)
+        explained_share = std::max(explained_share, check_.changes[i].cost_drop);
+    }
     double drop = 0;
     for (const auto& [instant, matches] : used) {
-      if (matches.size() < kFewest) continue;
       const PairFit fit =
           fitPair(stated_, *pose, matches, Eigen::VectorXd::Zero(pose->size()), noise_, 30, options_.cancel);
       const double gain = costOf(stated_, matches, noise_) - fit.cost;
@@ -317,17 +327,19 @@ class PairTest {
     if (further > kMost * (1 - explained_share) && further > kNotSmall * explained_share &&
         further_px > check_.tolerance_px)
       return true;
-    std::map<std::size_t, std::vector<TimedMatch>> all;
-    for (const TimedMatch& match : matches_) all[match.instant].push_back(match);
+    // Each unknown can fit one false match by chance.
+    const auto by_chance = static_cast<std::size_t>(pose->size());
     std::size_t num_explained = 0;
-    for (const auto& [instant, matches] : all) {
+    std::size_t num_in_common = 0;
+    for (const auto& [instant, matches] : byInstant(matches_)) {
       const auto own = changedPair(stated_, *pose, searched(*pose, matches));
-      num_explained += std::max(within(*own, matches, threshold_px_, kAnyError).size(),
-                                within(best_, matches, threshold_px_, kAnyError).size());
+      const std::size_t in_common = within(best_, matches, threshold_px_, kAnyError).size();
+      const std::size_t by_own = within(*own, matches, threshold_px_, kAnyError).size();
+      num_in_common += in_common;
+      num_explained += std::max(in_common, by_own - std::min(by_own, by_chance));
     }
-    constexpr double kMoreMatches = 1.15;
-    const auto in_common = static_cast<double>(within(best_, matches_, threshold_px_, kAnyError).size());
-    return static_cast<double>(num_explained) > kMoreMatches * in_common;
+    constexpr double kMoreMatches = 1.1;
+    return static_cast<double>(num_explained) > kMoreMatches * static_cast<double>(num_in_common);
   }
 
   void judge() {
@@ -343,13 +355,13 @@ class PairTest {
         lens_px = std::max(lens_px, change.blind_px);
     }
     check_.blind_px = std::max(far_px, lens_px);
-    if (doInstantsDiffer(check_.explanation ? check_.changes[*check_.explanation].cost_drop : 0)) {
+    if (doInstantsDiffer()) {
       check_.gap = FootageGap::kInstants;
       check_.explanation.reset();
       check_.alternatives.clear();
     } else if (is_wrong) {
       check_.verdict = FootageVerdict::kInconsistent;
-    } else if (lens_px > check_.blindLimitPx()) {
+    } else if (check_.gap == FootageGap::kWeak || lens_px > check_.blindLimitPx()) {
       check_.gap = FootageGap::kWeak;
     } else if (far_px > check_.blindLimitPx()) {
       check_.gap = FootageGap::kNoParallax;

@@ -67,8 +67,9 @@ struct RigPairMatches {
 /// matches or of instants, whichever is larger) and if its effect exceeds five times the tolerance, and with
 /// certainty half of that. All unknowns at once count only if the effect is twice as large, because they also
 /// absorb errors of the lens models. Matches that a changed rig explains, but not the stated one, are
-/// included. A pair is called consistent only if at least three instants have matches, and a rig if
-/// consistent pairs connect all its cameras.
+/// included. If a separate pose for each instant explains clearly more than any change, there is no verdict.
+/// A pair is called consistent only if at least three instants have matches, and a rig if consistent pairs
+/// connect all its cameras.
 /// @param matches  of each pair of cameras that have synchronous images
 /// @throws Cancelled
 [[nodiscard]] RigCheck checkRigOnFootage(const AnyRig& rig, std::span<const RigPairMatches> matches,

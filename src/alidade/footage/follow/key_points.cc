@@ -37,7 +37,7 @@ struct Match {
 std::vector<Match> matchesBetween(const Eigen::MatrixXf& from, const Eigen::MatrixXf& to) {
   if (from.rows() < 2 || to.rows() < 2) return {};
   constexpr float kRatio = 0.8F;
-  // Squared distances, less the squared length of the descriptor in `from`; one of those per column.
+  // Squared distances, less the squared length of the descriptor of `from` to which the column belongs.
   Eigen::MatrixXf rest = -2 * to * from.transpose();
   rest.colwise() += to.rowwise().squaredNorm();
   const Eigen::VectorXf lengths = from.rowwise().squaredNorm();
@@ -49,7 +49,7 @@ std::vector<Match> matchesBetween(const Eigen::MatrixXf& from, const Eigen::Matr
     float least = std::numeric_limits<float>::infinity();
     float second = least;
     for (Eigen::Index j = 0; j < to.rows(); ++j) {
-      const float square = rest(j, i) + lengths[i];
+      const float square = std::max(0.0F, rest(j, i) + lengths[i]);
       if (square < second) {
         second = std::max(square, least);
         if (square < least) {
@@ -61,7 +61,7 @@ std::vector<Match> matchesBetween(const Eigen::MatrixXf& from, const Eigen::Matr
       if (square < nearest.first) nearest = {square, i};
     }
     best.ratio = std::sqrt(least) / std::sqrt(second);
-    if (best.ratio < kRatio) clear.push_back(best);
+    if (std::sqrt(least) < kRatio * std::sqrt(second)) clear.push_back(best);
   }
   std::erase_if(clear,
                 [&](const Match& m) { return nearest_to[static_cast<std::size_t>(m.to)].second != m.from; });

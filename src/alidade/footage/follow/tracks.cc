@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 
-#include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 
 namespace alidade {
@@ -26,31 +24,33 @@ std::vector<std::pair<std::size_t, std::size_t>> commonTracks(const std::vector<
 }
 
 FootageTracks withoutFixed(FootageTracks tracks) {
-  constexpr double kMotion = 8;        // px, of the median track from frame to frame
-  constexpr double kStill = 1;         // px
-  constexpr int kOften = 2;            // steps without motion; a point of the scene may hardly move in one
-  std::map<std::uint32_t, int> still;  // steps of each track that never moved
-  std::set<std::uint32_t> moved;
-  for (std::size_t f = 1; f < tracks.frames.size(); ++f) {
-    const std::vector<TrackPixel>& last = tracks.frames[f - 1];
-    const std::vector<TrackPixel>& frame = tracks.frames[f];
-    std::vector<std::pair<std::uint32_t, double>> motions;
-    for (const auto& [i, j] : commonTracks(last, frame))
-      motions.emplace_back(frame[j].track, (frame[j].pixel - last[i].pixel).norm());
-    if (motions.empty() || medianOf(mapped(motions, [](const auto& m) { return m.second; })) < kMotion)
-      continue;
-    for (const auto& [track, motion] : motions) {
-      if (motion < kStill) {
-        ++still[track];
-      } else {
-        moved.insert(track);
-      }
+  constexpr double kMotion = 0.0125;  // of the width, by the median track from frame to frame
+  constexpr double kStill = 0.002;    // of the width, from the first place of a track
+  constexpr int kOften = 2;           // moving frames; a point of the scene may hardly move in one
+  struct Stay {
+    Eigen::Vector2d first;
+    double farthest = 0;
+    int num_moving = 0;
+  };
+  std::map<std::uint32_t, Stay> stays;
+  for (std::size_t f = 0; f < tracks.frames.size(); ++f) {
+    std::vector<double> motions;
+    if (f > 0) {
+      for (const auto& [i, j] : commonTracks(tracks.frames[f - 1], tracks.frames[f]))
+        motions.push_back((tracks.frames[f][j].pixel - tracks.frames[f - 1][i].pixel).norm());
+    }
+    const bool is_moving = !motions.empty() && medianOf(std::move(motions)) > kMotion * tracks.size.width;
+    for (const TrackPixel& at : tracks.frames[f]) {
+      const auto [place, is_new] = stays.try_emplace(at.track, Stay{.first = at.pixel});
+      Stay& stay = place->second;
+      stay.farthest = std::max(stay.farthest, (at.pixel - stay.first).norm());
+      stay.num_moving += is_moving && !is_new ? 1 : 0;
     }
   }
   for (std::vector<TrackPixel>& frame : tracks.frames) {
     std::erase_if(frame, [&](const TrackPixel& at) {
-      const auto found = still.find(at.track);
-      return found != still.end() && found->second >= kOften && !moved.contains(at.track);
+      const Stay& stay = stays.at(at.track);
+      return stay.num_moving >= kOften && stay.farthest < kStill * tracks.size.width;
     });
   }
   return tracks;

@@ -32,8 +32,8 @@ struct FootageTracks {
 [[nodiscard]] std::vector<std::pair<std::size_t, std::size_t>> commonTracks(const std::vector<TrackPixel>& a,
                                                                             const std::vector<TrackPixel>& b);
 
-/// Without tracks that stay where they are while others move, and so do not belong to the scene: a car's
-/// bonnet, dirt on the lens, a caption.
+/// Without tracks that stay where they are while most others move, as those of a car's bonnet, of dirt on the
+/// lens or of a caption do. If the camera does not turn, very distant points go as well.
 [[nodiscard]] FootageTracks withoutFixed(FootageTracks tracks);
 
 /// True if a frame shows something new: points moved by 4 % of the width since the last keyframe, or half of

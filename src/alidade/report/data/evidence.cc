@@ -196,12 +196,15 @@ json commonErrorsJson(const Calibration& result) {
     });
   for (const CommonError& error : result.uncertainty.common_errors) {
     json& of = hasSeveralBoards(result) && isOfBoard(error) ? errors["boards"][error.board] : errors;
-    const std::string_view name =
-        error.cause == CommonCause::kHeldFocal ? "focal"
-        : error.cause == CommonCause::kHeld
-            ? parameterNames(onlyCamera(result.fit).model)[static_cast<std::size_t>(error.parameter)]
-            : kCommonCauses[static_cast<std::size_t>(error.cause)];
-    of[std::string(name)] = {{"value", error.value}, {"sigma", error.sigma}};
+    const json estimate = {{"value", error.value}, {"sigma", error.sigma}};
+    if (error.cause == CommonCause::kHeld) {
+      const auto names = parameterNames(onlyCamera(result.fit).model);
+      of["held"][std::string(names[static_cast<std::size_t>(error.parameter)])] = estimate;
+    } else if (error.cause == CommonCause::kHeldFocal) {
+      of["held"]["focal_share"] = estimate;
+    } else {
+      of[std::string(kCommonCauses[static_cast<std::size_t>(error.cause)])] = estimate;
+    }
   }
   return errors;
 }

@@ -102,8 +102,8 @@ std::string gapWords(const FootageJudgement& judgement) {
       return "another value that may explain the footage could not be computed; use other footage, or test "
              "with a board (--images)";
     case FootageGap::kShutter:
-      return "what explains the footage best reads the rows of a frame too slowly for any camera, so something "
-             "else is wrong with it: stabilised, cut or of another frame rate; film without stabilisation";
+      return "what explains the footage best reads the rows of a frame more slowly than any camera; the video "
+             "may be stabilised, cut or converted to another frame rate; take it as the camera wrote it";
     case FootageGap::kInstants:
     case FootageGap::kWeak:
       break;
