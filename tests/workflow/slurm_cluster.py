@@ -118,6 +118,10 @@ class SlurmCluster:
             file.write(CONFIGURATION.format(
                 host=socket.gethostname().split(".")[0], controller_port=controller_port, node_port=node_port,
                 user=pwd.getpwuid(os.getuid()).pw_name, folder=self.folder, cpus=self.num_cpus, memory_mb=memory_mb))
+        # From 23 on, slurmd ends without a control group unless it is told to do without.
+        if int(self._run("sinfo", "--version").split()[1].split(".")[0]) >= 23:
+            with open(self.path("cgroup.conf"), "w", encoding="utf-8") as file:
+                file.write("CgroupPlugin=disabled\n")
         # A scratch folder lies below one that everybody may write to; --force accepts that.
         self._daemon("munged", "--foreground", "--force", "--num-threads=2", "--key-file", self.path("munge.key"),
                      "--socket", self.path("munge.socket"), "--pid-file", self.path("munge.pid"),
