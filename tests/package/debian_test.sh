@@ -85,9 +85,9 @@ needs() {  # PACKAGE DEPENDENCY...
     num_needs=$((num_needs + 1))
   done
 }
-needs alidade libc6 libstdc++6 'libopencv-core4[0-9][0-9]' 'libopencv-imgcodecs4[0-9][0-9]' 'libcholmod[35]' 'libyaml-cpp0.[78]' libcairo2
+needs alidade libc6 libstdc++6 'libopencv-core4[0-9][0-9]' 'libopencv-imgcodecs4[0-9][0-9]' '@(libcholmod3|libceres4t64)' 'libyaml-cpp0.[78]' libcairo2
 minor=$(/usr/bin/python3 -c 'import sys; print(sys.version_info.minor)')
-needs python3-alidade "python3 (>= 3.$minor)" "python3 (<< 3.$((minor + 1)))" python3-numpy libc6 'libopencv-core4[0-9][0-9]' 'libcholmod[35]'
+needs python3-alidade "python3 (>= 3.$minor)" "python3 (<< 3.$((minor + 1)))" python3-numpy libc6 'libopencv-core4[0-9][0-9]' '@(libcholmod3|libceres4t64)'
 needs libalidade-dev libeigen3-dev libyaml-cpp-dev libfmt-dev nlohmann-json3-dev libpugixml-dev libopencv-dev libjpeg-dev \
   libtiff-dev zlib1g-dev libwebp-dev libceres-dev libgoogle-glog-dev
 [ "$(field alidade Suggests)" = snakemake ] || failed "alidade suggests '$(field alidade Suggests)', not snakemake"
