@@ -235,10 +235,11 @@ std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
   std::vector<int> order(now.points.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::sort(order, {}, [&](int i) { return now.points[static_cast<std::size_t>(i)].at.track; });
-  Image sorted{.points = {}, .descriptors = now.descriptors(order, Eigen::all)};
+  Image sorted{.points = {}, .descriptors = now.descriptors};
   std::vector<TrackPixel> result;
   for (const int i : order) {
     result.push_back(now.points[static_cast<std::size_t>(i)].at);
+    sorted.descriptors.row(std::ssize(sorted.points)) = now.descriptors.row(i);
     sorted.points.push_back(std::move(now.points[static_cast<std::size_t>(i)]));
   }
   earlier_.push_back(std::move(sorted));
