@@ -3,7 +3,9 @@
 //   answer_bench sound [sets per row, default 200]  30 views over the whole image, nothing wrong
 //   answer_bench flawed [sets, default 600] [flaw]  flaws of all kinds and sizes, and trust in the results
 //   answer_bench cameras [pairs, default 100]       mixed views of two cameras
-//   answer_bench uneven [sets per row, default 200] stated deviations with boards as people print them
+//   answer_bench uneven [sets per row, default 200] stated deviations with boards as people print them, with
+//   boards
+//                                                   that are only stretched, and with flat ones
 //   answer_bench halves CORNERS.csv...              random halves of a set compared
 // With ALIDADE_VERBOSE in the environment, `flawed` prints each set.
 #include <algorithm>
@@ -201,32 +203,37 @@ int runCameras(std::size_t num_pairs) {
   return 0;
 }
 
-// A printed board as people have it: stretched by the printer, each point off its place, and the paper wavy.
-std::vector<Eigen::Vector3d> unevenPoints(const Checkerboard& board, Random& random) {
-  constexpr double kStretch = 1e-3;  // standard deviation
-  constexpr double kPoint = 3e-5;    // m, in the plane
-  constexpr double kWave = 2e-4;     // m
-  const double stretch = kStretch * random.normal();
-  const double height = kWave * random.normal();
-  const double bow = kWave * random.normal();
+struct Print {
+  const char* name;
+  double stretch;  // standard deviation
+  double point_m;  // of each point, in the plane
+  double wave_m;   // of the paper
+};
+// The first is a board as people print it.
+constexpr Print kPrints[] = {{"uneven", 1e-3, 3e-5, 2e-4}, {"stretched", 1e-3, 0, 0}, {"flat", 0, 0, 0}};
+
+std::vector<Eigen::Vector3d> printedPoints(const Checkerboard& board, const Print& print, Random& random) {
+  const double stretch = print.stretch * random.normal();
+  const double height = print.wave_m * random.normal();
+  const double bow = print.wave_m * random.normal();
   const double phase = random.uniform(0, 6.28);
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < board.numCorners(); ++i) {
     Eigen::Vector3d p = board.corner(i);
     const Eigen::Vector2d at = (p - board.middle()).head<2>().cwiseQuotient(board.middle().head<2>());
     p.x() *= 1 + stretch;
-    p += kPoint * Eigen::Vector3d(random.normal(), random.normal(), 0);
+    p += print.point_m * Eigen::Vector3d(random.normal(), random.normal(), 0);
     p.z() = height * std::sin(3 * at.x() + phase) + bow * at.y() * at.y();
     points.push_back(p);
   }
   return points;
 }
 
-// How often the truth lies within the stated 95 % of single parameters, with uneven boards.
-int runUneven(std::size_t num_sets) {
+// How often the truth lies within the stated 95 % of single parameters.
+int runUneven(std::size_t num_sets, const Print& print) {
   const AnyCamera camera = spoiledCamera("radtan");
   constexpr double kNoisePx = 0.1;
-  std::printf("%5s %5s %7s %7s  %s\n", "views", "sets", "usable", "uneven",
+  std::printf("%s\n%5s %5s %7s %7s  %s\n", print.name, "views", "sets", "usable", "uneven",
               "share within 1.96 deviations, RMS of deviations");
   for (const int num_views : {6, 12, 30}) {
     struct One {
@@ -237,9 +244,10 @@ int runUneven(std::size_t num_sets) {
     std::vector<One> all(num_sets);
     parallelFor(num_sets, 0, [&](std::size_t i) {
       SimulatedSet set =
-          simulateSet(camera, kSpoiledSize, num_views, 0, streamSeed(400, i), {}, kSpoiledBoard);
-      Random random(streamSeed(401, i));
-      const std::vector<Eigen::Vector3d> points = unevenPoints(set.board, random);
+          simulateSet(camera, kSpoiledSize, num_views, 0,
+                      streamSeed(400 + static_cast<std::uint64_t>(num_views), i), {}, kSpoiledBoard);
+      Random random(streamSeed(500 + static_cast<std::uint64_t>(num_views), i));
+      const std::vector<Eigen::Vector3d> points = printedPoints(set.board, print, random);
       for (std::size_t v = 0; v < set.views.size(); ++v) {
         for (Corner& corner : set.views[v].corners) {
           const Projection at = camera.project(set.poses[v] * points[static_cast<std::size_t>(corner.id)]);
@@ -324,7 +332,10 @@ int run(const std::vector<std::string>& args) {
   if (what == "sound") return runSound(count(200));
   if (what == "flawed") return runFlawed(count(600), args.size() > 2 ? args[2] : "");
   if (what == "cameras") return runCameras(count(100));
-  if (what == "uneven") return runUneven(count(200));
+  if (what == "uneven") {
+    for (const Print& print : kPrints) runUneven(count(200), print);
+    return 0;
+  }
   if (what == "halves" && args.size() > 1) return runHalves({args.begin() + 1, args.end()});
   std::fprintf(
       stderr,

@@ -179,6 +179,61 @@ TEST(RigData, GivenLensesCountWithTheirUncertainty) {
   EXPECT_EQ(num_contradicted, 0U);
 }
 
+BoardShape stretchedShape(const Board& board, double stretch, double scatter_m, std::uint64_t seed) {
+  Random random(seed);
+  BoardShape shape;
+  for (const Eigen::Vector3d& p : board.corners()) {
+    const double x = random.normal();
+    shape.offsets_m.emplace_back(stretch * p.x() + scatter_m * x, scatter_m * random.normal(), 0);
+  }
+  return shape;
+}
+
+// Images show the ratio of a board's width and height, not which of them is as stated.
+TEST(RigData, LengthsAreAsUncertainAsTheSizeOfAStretchedBoard) {
+  int num_lengths = 0;
+  int num_within = 0;
+  int num_wide = 0;  // on square boards
+  for (const double stretch : {0.0, 0.003, -0.003, 0.006}) {
+    for (const double scatter_m : {0.0, 1e-4}) {
+      for (std::uint64_t seed = 0; seed < 2; ++seed) {
+        const BoardShape shape = stretchedShape(kCharuco, stretch, scatter_m, 7 + seed);
+        const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, 0.1, 310 + seed, shape);
+        RigOptions options = optionsFor(scene);
+        options.camera.board_shape = BoardShapeMode::kAuto;
+        const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, options);
+        for (std::size_t c = 1; c < 3; ++c) {
+          const double truth = scene.cameras[c].camera_from_rig.inverse().translation.norm();
+          const double found = rig.fit.cameras[c].camera_from_rig.inverse().translation.norm();
+          const double std = rig.cameras[c].link.distance_std_m;
+          num_within += std::abs(found - truth) < 3 * std ? 1 : 0;
+          num_wide += stretch == 0 && std > 5e-4 * truth ? 1 : 0;
+          ++num_lengths;
+        }
+      }
+    }
+  }
+  EXPECT_EQ(num_lengths, 32);
+  EXPECT_GE(num_within, 31);
+  EXPECT_LE(num_wide, 1);
+}
+
+TEST(RigData, LengthsFollowTheTagsOfABoardWithAnotherGap) {
+  const Board stated = AprilGrid{.columns = 4, .rows = 3, .tag_m = 0.06, .gap = 0.3};
+  for (const double gap : {0.26, 0.31}) {
+    const Board printed = AprilGrid{.columns = 4, .rows = 3, .tag_m = 0.06, .gap = gap};
+    const RigScene scene = sceneOf(threeCameras(), printed, 16, 0.1, 5);
+    const RigCalibration rig = calibrate(std::span(&stated, 1), scene.views, optionsFor(scene));
+    const auto named = std::ranges::find(rig.diagnoses, DiagnosisId("board_gap"), &Diagnosis::id);
+    ASSERT_NE(named, rig.diagnoses.end());
+    EXPECT_EQ(named->severity, gap == 0.31 ? Severity::kWarning : Severity::kFailure);
+    for (std::size_t c = 1; c < 3; ++c) {
+      const double truth = scene.cameras[c].camera_from_rig.inverse().translation.norm();
+      EXPECT_NEAR(rig.fit.cameras[c].camera_from_rig.inverse().translation.norm(), truth, 1e-3 * truth);
+    }
+  }
+}
+
 TEST(RigData, AnUnevenBoardContradictsNoRigThatWasMadeFromIt) {
   const RigScene scene = sceneOf(threeCameras(), kCharuco, 30, 0.05, 97, unevenShape(5));
   RigOptions options = optionsFor(scene);

@@ -13,6 +13,7 @@
 #include "alidade/calibrate/clean/outliers.h"
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/calibrate/start/held_params.h"
+#include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/calibrate/uncertainty/uncertainty_of.h"
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
@@ -195,9 +196,18 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
   if (named.model != kAutoModel)
     static_cast<void>(parameterNames(named.model));  // throws for an unknown model
   static_cast<void>(constraintOf(named));
-  const PreparedViews given = prepareViews(boards, std::move(views));
-  return named.model == kAutoModel ? calibrationOfChoice(given, named)
-                                   : calibrationOf(solutionOf(given, named), given, named);
+  PreparedViews given = prepareViews(boards, std::move(views));
+  const auto calibrated = [&] {
+    return named.model == kAutoModel ? calibrationOfChoice(given, named)
+                                     : calibrationOf(solutionOf(given, named), given, named);
+  };
+  constexpr int kMaxRevisions = 4;
+  Calibration result = calibrated();
+  for (int i = 0; i < kMaxRevisions; ++i) {
+    if (!reviseGaps(result.fit, result.uncertainty.common_errors, boards, given.boards)) break;
+    result = calibrated();
+  }
+  return result;
 }
 
 Calibration calibrate(const Board& board, std::vector<View> views, const CalibratorOptions& options) {

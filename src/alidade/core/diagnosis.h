@@ -78,6 +78,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"focus_breathes", Subject::kViews, detail::kByRule, Rank::kConsequence},
     {"focal_changed", Subject::kViews, detail::kByRule, Rank::kCause},
     {"rolling_shutter", Subject::kViews},
+    {"board_gap", Subject::kBoard, detail::kByRule, Rank::kCause},
     {"board_not_square", Subject::kBoard},
     {"board_graded", Subject::kBoard},
     {"board_twisted", Subject::kBoard},

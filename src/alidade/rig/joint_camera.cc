@@ -60,6 +60,7 @@ Calibration jointCamera(Calibration joint, const Fit& rig, const RigCovariance& 
     known.coordinate_sigma_px = sigma_px;  // noise level of the joint covariance
     known.by_views.reset();
     known.ignored_bend.reset();
+    if (isAnyUneven(joint.fit)) known.ignored_stretch = {};
     const std::vector<AnyCamera> others = mapped(known.other_optima, [&](const OtherOptimum& other) {
       return AnyCamera::make(onlyCamera(joint.fit).model, other.params);
     });

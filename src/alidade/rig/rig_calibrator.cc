@@ -10,6 +10,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/calibrate/calibrator.h"
+#include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/parallel.h"
@@ -73,10 +74,37 @@ void requireCounts(std::size_t num_cameras, const RigOptions& options) {
   expect(isOneEach(options.models.size()) && isOneEach(options.given.size()), "one option for each camera");
 }
 
+// The boards with the gap that the cameras see on average where one refutes that of the SPEC; nothing if none
+// does.
+std::optional<std::vector<Board>> boardsAsSeen(std::span<const Board> stated,
+                                               const std::vector<Calibration>& alone) {
+  std::vector<Board> boards(stated.begin(), stated.end());
+  bool is_any = false;
+  for (std::size_t b = 0; b < boards.size(); ++b) {
+    double sum = 0;
+    double num_views = 0;
+    for (const Calibration& calibration : alone) {
+      const Board& target = calibration.fit.boards[b].target;
+      const auto own = static_cast<double>(numViews(calibration.fit, b));
+      if (!target.refutedGap() || own == 0) continue;
+      sum += own * *target.gap();
+      num_views += own;
+    }
+    if (num_views == 0 || boards[b].refutedGap()) continue;
+    boards[b] = boards[b].withGap(sum / num_views);
+    is_any = true;
+  }
+  return is_any ? std::optional(boards) : std::nullopt;
+}
+
 // Cameras calibrated alone; throws unless all of them are linked.
 JointViews linkedViews(std::span<const Board> boards, const std::vector<RigViews>& cameras,
                        const RigFrames& frames, const RigOptions& options) {
-  JointViews views = jointViews(boards, frames, cameras, calibratedAlone(boards, cameras, options));
+  std::vector<Calibration> alone = calibratedAlone(boards, cameras, options);
+  if (const auto seen = boardsAsSeen(boards, alone)) {
+    return linkedViews(*seen, cameras, frames, options);
+  }
+  JointViews views = jointViews(boards, frames, cameras, std::move(alone));
   requireOnePart(cameras, views);
   return views;
 }
@@ -101,6 +129,21 @@ RigLinks linksOf(const JointViews& views, const JointFit& joint, const std::vect
   return links;
 }
 
+// Standard deviation of the size of the boards, by the camera that knows the stretch of each best; the
+// largest.
+double sizeStdOf(const Fit& fit, const std::vector<Calibration>& alone) {
+  double largest = 0;
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    std::optional<CommonError> best;
+    for (const Calibration& camera : alone) {
+      const auto stretch = printError(camera.fit, camera.uncertainty.common_errors, CommonCause::kStretch, b);
+      if (stretch && (!best || stretch->sigma < best->sigma)) best = stretch;
+    }
+    if (best) largest = std::max(largest, sizeStd(fit.boards[b], *best));
+  }
+  return largest;
+}
+
 // Solves a rig of linked cameras.
 // @param freed  the same rig with the given lenses freed, for comparison; may be null
 RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigViews>& cameras,
@@ -108,7 +151,7 @@ RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigV
   std::vector<const Fit*> fits = mapped(views.alone, [](const Calibration& alone) { return &alone.fit; });
   if (freed != nullptr) fits.push_back(&freed->fit);
   const JointFit joint = jointFit(views, unevenBoards(fits), options.camera.cancel);
-  const RigCovariance covariance = rigCovariance(joint.fit, options.given);
+  const RigCovariance covariance = rigCovariance(joint.fit, options.given, sizeStdOf(joint.fit, views.alone));
   RigCalibration rig{.fit = joint.fit,
                      .links = linksOf(views, joint, frames.names),
                      .covariance = covariance,

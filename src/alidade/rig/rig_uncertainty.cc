@@ -129,7 +129,8 @@ void setPoseStd(const Eigen::Matrix<double, 6, 6>& covariance, const Baseline& b
 
 }  // namespace
 
-RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<CameraRecord>> given) {
+RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<CameraRecord>> given,
+                            double size_std) {
   const JointColumns columns = jointColumns(fit);
   const std::vector<Reduced> frames = jointInformation(fit, columns);
   const std::vector<Eigen::Vector2d> errors = weightedErrors(fit);
@@ -150,6 +151,14 @@ RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<Camera
                            .frame_variance = variance * std::max(1.0, by_frames->excess)};
   if (covariance.is_by_frames) covariance.matrix = by_frames->larger;
   covariance.matrix = covariance.matrix.view() + covariance.frame_variance * *offsets;
+  // An error of the boards' size scales all lengths.
+  Eigen::VectorXd by_size = Eigen::VectorXd::Zero(columns.count);
+  for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
+    const SE3& pose = fit.cameras[c].camera_from_rig;
+    if (columns.pose[c] >= 0)
+      by_size.segment<3>(columns.pose[c]) = size_std * (pose.rotation.inverse() * pose.translation);
+  }
+  covariance.matrix = covariance.matrix.view() + by_size * by_size.transpose();
   // An error of a given lens affects all estimates.
   covariance.of_images = covariance.matrix;
   Eigen::MatrixXd by_given(columns.count, 0);

@@ -80,6 +80,19 @@ std::optional<MarkerIds> Board::markers() const {
   return std::visit([](const auto& board) { return board.markers(); }, kind_);
 }
 
+std::optional<double> Board::gap() const {
+  const AprilGrid* tags = std::get_if<AprilGrid>(&kind_);
+  return tags != nullptr ? std::optional(tags->gap) : std::nullopt;
+}
+
+Board Board::withGap(double gap) const {
+  AprilGrid tags = std::get<AprilGrid>(kind_);
+  tags.gap = gap;
+  Board board = tags;
+  board.refuted_gap_ = refuted_gap_.value_or(*this->gap());
+  return board;
+}
+
 bool Board::differsInLengthsFrom(const Board& other) const {
   return !(*this == other) && kind_.index() == other.kind_.index() && columns() == other.columns() &&
          rows() == other.rows() && markers() == other.markers();

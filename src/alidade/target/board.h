@@ -59,6 +59,12 @@ class Board {
   [[nodiscard]] BoardPattern pattern() const;
   /// Nothing for boards without markers.
   [[nodiscard]] std::optional<MarkerIds> markers() const;
+  /// The gap between tags as a share of their side; nothing for boards of other kinds.
+  [[nodiscard]] std::optional<double> gap() const;
+  /// The gap that a SPEC stated for this board, which images contradicted; see withGap().
+  [[nodiscard]] std::optional<double> refutedGap() const { return refuted_gap_; }
+  /// The same board of tags with the gap that images show; it remembers the stated one.
+  [[nodiscard]] Board withGap(double gap) const;
   /// True for two boards with different lengths that are otherwise the same.
   [[nodiscard]] bool differsInLengthsFrom(const Board& other) const;
   /// As on the command line: "checkerboard:9x6:25mm".
@@ -74,6 +80,7 @@ class Board {
   std::vector<Eigen::Vector3d> corners_;
   Eigen::Vector2d span_m_{0, 0};
   Eigen::AlignedBox2d printed_;
+  std::optional<double> refuted_gap_;
 };
 
 }  // namespace alidade

@@ -7,6 +7,7 @@
 
 #include "alidade/calibrate/bend/shape_fit.h"
 #include "alidade/calibrate/judge/judge.h"
+#include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 
@@ -18,6 +19,25 @@ double bendShare(const FitBoard& board) {
   const Board& target = board.target;
   return std::max(std::abs(board.shape.bend_x_m) / target.span().x(),
                   std::abs(board.shape.bend_y_m) / target.span().y());
+}
+
+// The tag's side is taken to be right, so lengths are as far off as the board's size.
+void boardGap(Evidence& of) {
+  constexpr double kWrong = 0.01;  // of the board's size
+  for (std::size_t b = 0; b < of.fit.boards.size(); ++b) {
+    const Board& board = of.fit.boards[b].target;
+    const auto error = printError(of.fit, of.uncertainty.common_errors, CommonCause::kGap, b);
+    const std::optional<double> stated = board.refutedGap();
+    if (!stated || !error) continue;
+    const double seen = *board.gap() + error->value;
+    of.add({.id = "board_gap",
+            .severity =
+                std::abs(seen - *stated) > kWrong * (1 + *stated) ? Severity::kFailure : Severity::kWarning,
+            .cause = "the gap between the board's tags contradicts the SPEC" + boardSuffix(of.fit, b),
+            .evidence = numberText("%.4g", seen) + " +- " + numberText("%.1g", error->sigma) +
+                        " of a tag's side, not " + numberText("%.6g", *stated),
+            .next_step = "measure a tag and a gap, and correct the SPEC; lengths follow the tag's side"});
+  }
 }
 
 void bentBoard(Evidence& of) {
@@ -100,7 +120,8 @@ void bendUnknown(Evidence& of) {
 }  // namespace
 
 void diagnoseBoards(Evidence& of) {
-  for (const auto& diagnose : {bentBoard, unevenBoard, boardFlexes, bendIgnored, bendUnknown}) diagnose(of);
+  for (const auto& diagnose : {boardGap, bentBoard, unevenBoard, boardFlexes, bendIgnored, bendUnknown})
+    diagnose(of);
 }
 
 }  // namespace alidade::detail

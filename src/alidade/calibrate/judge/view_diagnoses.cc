@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "alidade/calibrate/judge/judge.h"
+#include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/core/number_text.h"
 
 namespace alidade::detail {
@@ -140,14 +141,19 @@ void mirroredViews(Evidence& of) {
 
 // The significant common errors, by cause: at most one per board, or one for all views.
 std::vector<CommonError> significantErrors(const Evidence& of) {
+  const std::vector<CommonError>& all = of.uncertainty.common_errors;
   std::vector<CommonError> errors;
-  std::ranges::copy_if(of.uncertainty.common_errors, std::back_inserter(errors), &CommonError::isSignificant);
+  for (CommonError error : all) {
+    if (error.cause == CommonCause::kStretch) error = *printError(of.fit, all, error.cause, error.board);
+    if (error.isSignificant() && error.cause != CommonCause::kGap) errors.push_back(error);  // see boardGap()
+  }
   std::ranges::stable_sort(errors, {}, &CommonError::cause);
   return errors;
 }
 
 double effectOf(const Evidence& of, const CommonError& error) {
   // A wrong ratio of fx and fy: each is off by half of it.
+  if (error.cause == CommonCause::kStretch && of.fit.boards[error.board].isUneven()) return 0;  // estimated
   if (error.cause == CommonCause::kStretch) return 0.5 * std::abs(error.value) * halfDiagonal(of);
   return effectOfStep(of, error.params_step);
 }
@@ -208,6 +214,7 @@ Diagnosis diagnosisOf(const Evidence& of, const CommonError& error) {
                           numberText("%.2g", fx * error.sigma) + ", and fy in proportion",
               .next_step = "correct the values with --init, or do not hold them"};
     }
+    case CommonCause::kGap:
     case CommonCause::kPupil:
       break;
   }

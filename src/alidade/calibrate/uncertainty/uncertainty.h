@@ -68,6 +68,9 @@ struct ParameterUncertainty {
   std::optional<ViewCovariance> by_views = {};
   /// Set if boards were held flat although tests detect bends.
   std::optional<IgnoredBend> ignored_bend = {};
+  /// N x 1: the change of the parameters by a stretch of the board that the views show and the fit ignores,
+  /// one standard deviation; empty if there is none.
+  DenseMatrix ignored_stretch = {};
   /// One sigma of bend_x and bend_y of each board of the fit; if the board is held flat, the value if it were
   /// estimated. NaN if unknown.
   std::vector<Eigen::Vector2d> bend_std_m = {};
@@ -87,8 +90,8 @@ struct ParameterUncertainty {
   /// `by_views` must be used.
   [[nodiscard]] bool isNoiseExceeded() const;
   /// The covariance to use: if noise is exceeded, in every direction the larger of both. If a bend was
-  /// ignored, that of the camera with the bend, plus the square of the change due to the bend. Exactly
-  /// symmetric, so the lower triangle in files is complete. @pre there is a covariance
+  /// ignored, that of the camera with the bend, plus the square of the change due to the bend; likewise for
+  /// a stretch. Exactly symmetric, so the lower triangle in files is complete. @pre there is a covariance
   [[nodiscard]] DenseMatrix statedCovariance() const;
   /// Two parameters whose combination is known well, but each of them poorly.
   struct Correlation {
@@ -108,6 +111,7 @@ enum class CommonCause {
   kGradingX,   ///< of the squares along x: change at the edges, over the board's half width
   kGradingY,   ///< the same along y
   kTwist,      ///< height of the board's corners over its plane, over its half width
+  kGap,        ///< between tags: the gap that is seen less that of the SPEC, as shares of a tag's side
   kPupil,      ///< shift of the entrance pupil towards the scene at 1 rad off the axis, metres
   kFocus,      ///< share by which the focal length changes per inverse distance, metres
   kOutward,    ///< outward displacement of corners at the board's edges, px
@@ -115,10 +119,10 @@ enum class CommonCause {
   kHeldFocal,  ///< held values of both focal lengths: those that the views give over them, less 1
 };
 /// Their names, for JSON, without those of held values.
-inline constexpr std::array<std::string_view, 7> kCommonCauses = {
-    "stretch", "grading_x", "grading_y", "twist", "pupil_m", "focus_m", "outward_px"};
+inline constexpr std::array<std::string_view, 8> kCommonCauses = {
+    "stretch", "grading_x", "grading_y", "twist", "gap", "pupil_m", "focus_m", "outward_px"};
 
-inline constexpr int kNumBoardCauses = 4;
+inline constexpr int kNumBoardCauses = 5;
 
 /// An error common to all views of a board, or to all views.
 struct CommonError {

@@ -15,6 +15,7 @@
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/view_shares.h"
 #include "alidade/adjust/noise/view_ways.h"
+#include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 #include "alidade/core/statistics.h"
@@ -44,6 +45,7 @@ class CommonColumns {
       : first_(kNumBoardCauses * static_cast<int>(board)),
         num_board_columns_(kNumBoardCauses * static_cast<int>(fit.boards.size())),
         middle_(fit.boards[board].target.middle()),
+        by_gap_(gapOffsets(fit.boards[board].target)),
         focal_{onlyCamera(fit).params[0], onlyCamera(fit).params[1]} {}
 
   [[nodiscard]] int size() const {
@@ -64,10 +66,12 @@ class CommonColumns {
     const double distance_m = (rows.camera_from_board * middle_).norm();
     const double* by_params = rows.J_px_params[at];
     const double outward = std::hypot(Row(rows.J_px_pose[0]).dot(out), Row(rows.J_px_pose[1]).dot(out));
+    const double by_gap =
+        by_gap_.empty() ? 0.0 : J.dot(by_gap_[static_cast<std::size_t>(rows.corner.id)].transpose());
     const int rest = num_board_columns_;
-    return {.column = {first_, first_ + 1, first_ + 2, first_ + 3, rest, rest + 1, rest + 2},
+    return {.column = {first_, first_ + 1, first_ + 2, first_ + 3, first_ + 4, rest, rest + 1, rest + 2},
             .value = {J[0] * p.x(), J[0] * middle_.x() * X * X, J[1] * middle_.y() * Y * Y,
-                      J[2] * middle_.x() * X * Y, -angle * angle * J.dot(optical_axis),
+                      J[2] * middle_.x() * X * Y, by_gap, -angle * angle * J.dot(optical_axis),
                       (focal_[0] * by_params[0] + focal_[1] * by_params[1]) / distance_m,
                       outward > 0 ? rows.root_weight * (X * X + Y * Y) * J.dot(out) / outward : 0.0}};
   }
@@ -76,6 +80,7 @@ class CommonColumns {
   int first_;
   int num_board_columns_;
   Eigen::Vector3d middle_;
+  std::vector<Eigen::Vector3d> by_gap_;
   std::array<double, 2> focal_;
 };
 

@@ -26,11 +26,16 @@ std::string worstViewText(const HeldOutJudgement& judgement) {
   return fmt::format("the worst view is {} with {:.3g} px", worst->image, worst->rms_px);
 }
 
+// A SPEC with another gap than the images show; the freed camera is that of the gap that is seen.
+bool isOfSpec(const Diagnosis& diagnosis) {
+  return diagnosis.id == DiagnosisId("board_gap");
+}
+
 // True if the calibration from the images alone failed for a reason other than views that miss part of the
 // image: its covariance already contains all that they do not determine.
 bool isFreedWrong(const Calibration& freed) {
   return std::ranges::any_of(freed.diagnoses, [](const Diagnosis& diagnosis) {
-    return diagnosis.severity == Severity::kFailure && !diagnosis.is_undecided;
+    return diagnosis.severity == Severity::kFailure && !diagnosis.is_undecided && !isOfSpec(diagnosis);
   });
 }
 
@@ -346,7 +351,15 @@ class ImagesAgree {
 }  // namespace
 
 std::vector<Diagnosis> heldOutChecks(const HeldOutJudgement& judgement, double tolerance_px) {
-  return {heldOutErrorCheck(judgement, tolerance_px), ImagesAgree(judgement, tolerance_px).check()};
+  std::vector<Diagnosis> checks = {heldOutErrorCheck(judgement, tolerance_px),
+                                   ImagesAgree(judgement, tolerance_px).check()};
+  if (!judgement.freed) return checks;
+  for (Diagnosis diagnosis : judgement.freed->diagnoses) {
+    if (!isOfSpec(diagnosis)) continue;
+    diagnosis.severity = Severity::kWarning;
+    checks.push_back(std::move(diagnosis));
+  }
+  return checks;
 }
 
 const Slip* namedSlip(const HeldOutJudgement& judgement, double tolerance_px) {

@@ -124,9 +124,9 @@ PosedViews poseViews(const ComparedCamera& camera, std::span<const Board> boards
   FitCamera& fixed = onlyCamera(fit);
   fixed.constraint.held.resize(given.size());
   std::iota(fixed.constraint.held.begin(), fixed.constraint.held.end(), 0);
-  if (judgement.freed) {
-    for (std::size_t b = 0; b < fit.boards.size(); ++b)
-      fit.boards[b].shape = judgement.freed->fit.boards[b].shape;
+  for (std::size_t b = 0; judgement.freed && b < fit.boards.size(); ++b) {
+    fit.boards[b].target = judgement.freed->fit.boards[b].target;
+    fit.boards[b].shape = judgement.freed->fit.boards[b].shape;
   }
   for (std::size_t v = 0; v < views.size(); ++v) {
     judgement.views.push_back({.image = views[v].image, .board = views[v].board});
