@@ -3,9 +3,7 @@
 //   answer_bench sound [sets per row, default 200]  30 views over the whole image, nothing wrong
 //   answer_bench flawed [sets, default 600] [flaw]  flaws of all kinds and sizes, and trust in the results
 //   answer_bench cameras [pairs, default 100]       mixed views of two cameras
-//   answer_bench uneven [sets per row, default 200] stated deviations with boards as people print them, with
-//   boards
-//                                                   that are only stretched, and with flat ones
+//   answer_bench uneven [sets per row, default 200] stated deviations with printed, stretched and flat boards
 //   answer_bench halves CORNERS.csv...              random halves of a set compared
 // With ALIDADE_VERBOSE in the environment, `flawed` prints each set.
 #include <algorithm>

@@ -155,14 +155,11 @@ void requireViews(const ViewsValue& value) {
 }
 
 BoardShapeMode shapeModeOf(const std::string& name) {
-  const std::map<std::string, BoardShapeMode> modes = {{"auto", BoardShapeMode::kAuto},
-                                                       {"flat", BoardShapeMode::kFlat},
-                                                       {"uneven", BoardShapeMode::kUneven},
-                                                       {"warp", BoardShapeMode::kWarp}};
-  const auto found = modes.find(name);
-  if (found != modes.end()) return found->second;
+  if (const auto mode = boardShapeMode(name)) return *mode;
   throw usageError(
-      {.where = "board_shape", .found = "'" + name + "'", .expected = "'auto', 'flat', 'warp' or 'uneven'"});
+      {.where = "board_shape",
+       .found = "'" + name + "'",
+       .expected = join(std::vector<std::string>(kBoardShapeModes.begin(), kBoardShapeModes.end()), ", ")});
 }
 
 CalibrationValue calibrated(const py::object& views, const py::object& board, const py::kwargs& given) {

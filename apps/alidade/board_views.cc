@@ -380,12 +380,6 @@ void BoardInputs::checkDebugFolder(const std::string& output) const {
   throw flagError("--debug " + debug_folder, "this is also the output", "a different folder");
 }
 
-BoardShapeMode shapeMode(std::string_view name) {
-  if (name == "flat") return BoardShapeMode::kFlat;
-  if (name == "warp") return BoardShapeMode::kWarp;
-  return name == "uneven" ? BoardShapeMode::kUneven : BoardShapeMode::kAuto;
-}
-
 std::string measuresText(const BoardSurvey& survey) {
   const auto range = [&](const auto& measure) {
     double low = std::numeric_limits<double>::infinity();

@@ -41,9 +41,7 @@ struct BoardInputs {
   void checkDebugFolder(const std::string& output) const;
 };
 
-/// The mode for a value of --board-shape.
-[[nodiscard]] BoardShapeMode shapeMode(std::string_view name);
-inline const Values kBoardShapes = oneOf({"flat", "warp", "uneven", "auto"});
+inline const Values kBoardShapes = oneOf({kBoardShapeModes.begin(), kBoardShapeModes.end()});
 
 /// The views given to a command, with the information that its reports need.
 struct GivenViews : GivenImages {

@@ -405,7 +405,7 @@ def calibrate(views: Any, board: Union[Board, str, Sequence[Union[Board, str]], 
     sigma_px: standard deviation of the corners, one number or one per corner; default: unknown.
     model: one of models(), or "auto": chosen by cross-validation. initial: a camera to start from.
     fix: names of parameters that keep the values of initial (without it, the image centre and 0).
-    same_focal: fx = fy. board_shape: "auto", "flat", "warp" or "uneven".
+    same_focal: fx = fy. board_shape: "auto", "flat", "warp", "uneven" or "flexible".
     tolerance_px: the error of a projected point (95 %) that you accept. distance_m: of these points.
     jobs: threads; the result does not depend on it. progress: is called with (stage, done, total).
 

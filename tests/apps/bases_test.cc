@@ -60,15 +60,15 @@ Difference differenceFrom(const BaseCase& base, const std::string& out) {
   return difference;
 }
 
-// Clang fuses other products and sums than g++, with which the stored cameras were made: 5e-6 px at most on
-// Debian 13, or 1e-5 standard deviations.
-#ifdef __clang__
-constexpr double kSamePx = 1e-4;
+// Other compilers than g++ of Debian 12 and 13 fuse other products and sums: clang 19 moves cameras by up to
+// 5e-6 px, or 1e-5 standard deviations, g++ 15 by 1.4e-7 px.
+#if defined(__clang__) || __GNUC__ > 14
+constexpr double kSamePx = 2e-5;
 #else
 constexpr double kSamePx = 1e-9;
 #endif
 
-TEST_F(BasesTest, CamerasFromCornersAndRenderedImagesDifferByLessThanABillionthOfAPixel) {
+TEST_F(BasesTest, CamerasFromCornersAndRenderedImagesAreTheSame) {
   std::vector<BaseCase> cases = {{"images", {dataPath("images"), "--board", kBoardSpec}}};
   for (const char* model : {"radtan", "kannala_brandt", "double_sphere", "ucm"})
     cases.push_back({std::string("corners_") + model, {dataPath("corners.csv"), "--model", model}});

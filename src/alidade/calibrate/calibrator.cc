@@ -108,7 +108,11 @@ Calibration calibrationOfChoice(const PreparedViews& given, const CalibratorOpti
   ModelSolution solution = chooseModel(given, options);
   std::vector<AnyCamera> rivals = solution.rivals;
   Calibration first = calibrationOf(std::move(solution), given, options);
-  if (first.isUsable()) return first;
+  // No other model mends a board.
+  if (std::ranges::all_of(first.diagnoses, [](const Diagnosis& d) {
+        return d.severity != Severity::kFailure || d.id.kind().subject == Subject::kBoard;
+      }))
+    return first;
   const auto chosen = std::ranges::find(first.choice.model->candidates, "chosen", &ModelCandidate::verdict);
   rivals.push_back(first.camera());
   for (const ModelCandidate& other : alternativesTo(*chosen, *first.choice.model, options.tolerance_px)) {

@@ -18,13 +18,14 @@ void setFit(const Fit& rig, std::size_t camera, double variance, Fit& fit) {
   fit.boards = rig.boards;
   for (FitBoard& board : fit.boards) {
     if (board.isUneven()) *board.offset_precision *= variance;
+    board.flex.precision *= variance;
   }
   auto own = fit.views.begin();
   for (const FitView& view : rig.views) {
     if (view.camera != camera) continue;
     own->corners = view.corners;
     own->errors = view.errors;
-    own->flex_m.setZero();
+    own->flex_m = view.flex_m;
     for (Observation& corner : own->corners) corner.weight *= variance;
     setCameraFromBoard(fit, *own, cameraFromBoard(rig, view));
     ++own;
@@ -60,7 +61,7 @@ Calibration jointCamera(Calibration joint, const Fit& rig, const RigCovariance& 
     known.coordinate_sigma_px = sigma_px;  // noise level of the joint covariance
     known.by_views.reset();
     known.ignored_bend.reset();
-    if (isAnyUneven(joint.fit)) known.ignored_stretch = {};
+    known.ignored_stretches = {};  // part of the rig's covariance
     const std::vector<AnyCamera> others = mapped(known.other_optima, [&](const OtherOptimum& other) {
       return AnyCamera::make(onlyCamera(joint.fit).model, other.params);
     });

@@ -14,6 +14,7 @@
 #include "alidade/adjust/noise/board_offsets.h"
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/robust_weighting.h"
+#include "alidade/calibrate/bend/flex_fit.h"
 
 namespace alidade {
 namespace {
@@ -40,6 +41,33 @@ FitCamera placed(const Calibration& alone, double sigma_px, const SE3& camera_fr
   return joint;
 }
 
+// The largest flex that a camera alone finds; corners are in units of their noise.
+Flex flexOf(const JointViews& views, std::size_t board) {
+  Flex flex;
+  for (const Calibration& alone : views.alone)
+    flex.std_m = std::max(flex.std_m, alone.fit.boards[board].flex.std_m);
+  if (flex.std_m > 0) flex.precision = 1 / (flex.std_m * flex.std_m);
+  return flex;
+}
+
+// Starts the bends of a flexible board in each placement at the mean of those that its cameras alone find.
+void startFlex(const JointViews& views, Fit& fit) {
+  std::vector<Eigen::Vector3d> sums(fit.placements.size(), Eigen::Vector3d::Zero());  // and their number
+  const auto bendOf = [](const BoardShape& shape) { return Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m); };
+  for (std::size_t v = 0; v < fit.views.size(); ++v) {
+    const FitBoard& joint = boardOf(fit, fit.views[v]);
+    const FitBoard& alone = views.alone[views.poses[v].camera].fit.boards[views.poses[v].board];
+    if (!joint.isFlexible() || !alone.isFlexible()) continue;
+    sums[fit.views[v].placement].head<2>() +=
+        bendOf(shapeIn(alone, *views.poses[v].view)) - bendOf(joint.shape);
+    ++sums[fit.views[v].placement].z();
+  }
+  for (FitView& view : fit.views) {
+    const Eigen::Vector3d& sum = sums[view.placement];
+    if (sum.z() > 0) view.flex_m = sum.head<2>() / sum.z();
+  }
+}
+
 // Initial fit of all cameras together.
 Fit startOf(const JointViews& views) {
   Fit fit{.boards = views.alone.front().fit.boards, .loss = {.threshold_px = kLossSigmas}};
@@ -52,7 +80,11 @@ Fit startOf(const JointViews& views) {
   }
   // Each camera estimates the points differently and may number them differently.
   for (FitBoard& board : fit.boards) makeEven(board);
-  stiffen(fit);
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    FitBoard& board = fit.boards[b];
+    board.flex = flexOf(views, b);
+    board.is_shape_fixed = board.is_shape_fixed || board.isFlexible();  // bends in each placement suffice
+  }
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // by frame and board
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     const PosedView& pose = views.poses[v];
@@ -71,6 +103,7 @@ Fit startOf(const JointViews& views) {
                                                turn, views.sigma_px[pose.camera]),
                          .image = views.poses[v].view->image});
   }
+  startFlex(views, fit);
   return fit;
 }
 
@@ -315,6 +348,8 @@ JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, 
   unlinkGrossContradictions(views, joint);
   const auto solveOnce = [&] {
     joint.fit = solve(withoutEmptyPlacements(joint.fit), options);
+    for (int i = 0; i < kMostFlexSteps && updateFlex(joint.fit) > kFlexAtRest; ++i)
+      joint.fit = solve(std::move(joint.fit), options);
     if (joint.fit.summary.termination == Termination::kFailed) return;
     solveUneven(uneven, joint, cancel);
   };

@@ -79,6 +79,7 @@ struct RigCovariance {
   DenseMatrix of_images = {};
   /// Derivatives of the estimates by the parameters of all given lenses, in the order of the cameras.
   DenseMatrix by_given = {};
+  double size_std = 0;  ///< of the boards, as a share of it; part of the matrix
   /// Variance of a corner's coordinate if weights are inverse variances: 1, or more if frames disagree.
   double frame_variance = 1;
 

@@ -37,15 +37,19 @@ bool isAnyGiven(const RigOptions& options) {
 }
 
 // Adds the camera's name to errors.
-std::vector<Calibration> calibratedAlone(std::span<const Board> boards, const std::vector<RigViews>& cameras,
-                                         const RigOptions& options) {
-  std::vector<Calibration> result(cameras.size());
+// @param shape  of the boards, if given, for cameras to which no board looks flexible; the others are kept
+void calibrateAlone(std::span<const Board> boards, const std::vector<RigViews>& cameras,
+                    const RigOptions& options, std::optional<BoardShapeMode> shape,
+                    std::vector<Calibration>& result) {
+  result.resize(cameras.size());
   const int num_threads = resolveJobs(options.camera.jobs);
   parallelFor(
       cameras.size(), num_threads,
       [&](std::size_t c) {
+        if (shape && isAnyFlexible(result[c].fit)) return;
         try {
           CalibratorOptions of_camera = optionsOf(c, options);
+          of_camera.board_shape = shape.value_or(of_camera.board_shape);
           of_camera.jobs = std::max(1, num_threads / static_cast<int>(cameras.size()));
           result[c] = calibrate(boards, cameras[c].views, of_camera);
         } catch (const Error& error) {
@@ -53,6 +57,16 @@ std::vector<Calibration> calibratedAlone(std::span<const Board> boards, const st
         }
       },
       options.camera.cancel);
+}
+
+std::vector<Calibration> calibratedAlone(std::span<const Board> boards, const std::vector<RigViews>& cameras,
+                                         const RigOptions& options) {
+  std::vector<Calibration> result;
+  calibrateAlone(boards, cameras, options, std::nullopt, result);
+  // A board that flexes before one camera flexes before all.
+  const auto is_flexible = [](const Calibration& alone) { return isAnyFlexible(alone.fit); };
+  if (options.camera.board_shape == BoardShapeMode::kAuto && std::ranges::any_of(result, is_flexible))
+    calibrateAlone(boards, cameras, options, BoardShapeMode::kFlexible, result);
   return result;
 }
 
@@ -91,7 +105,7 @@ std::optional<std::vector<Board>> boardsAsSeen(std::span<const Board> stated,
       num_views += own;
     }
     if (num_views == 0 || boards[b].refutedGap()) continue;
-    boards[b] = boards[b].withGap(sum / num_views);
+    boards[b] = withSeenGap(boards[b], sum / num_views);
     is_any = true;
   }
   return is_any ? std::optional(boards) : std::nullopt;
@@ -129,21 +143,6 @@ RigLinks linksOf(const JointViews& views, const JointFit& joint, const std::vect
   return links;
 }
 
-// Standard deviation of the size of the boards, by the camera that knows the stretch of each best; the
-// largest.
-double sizeStdOf(const Fit& fit, const std::vector<Calibration>& alone) {
-  double largest = 0;
-  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
-    std::optional<CommonError> best;
-    for (const Calibration& camera : alone) {
-      const auto stretch = printError(camera.fit, camera.uncertainty.common_errors, CommonCause::kStretch, b);
-      if (stretch && (!best || stretch->sigma < best->sigma)) best = stretch;
-    }
-    if (best) largest = std::max(largest, sizeStd(fit.boards[b], *best));
-  }
-  return largest;
-}
-
 // Solves a rig of linked cameras.
 // @param freed  the same rig with the given lenses freed, for comparison; may be null
 RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigViews>& cameras,
@@ -151,7 +150,7 @@ RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigV
   std::vector<const Fit*> fits = mapped(views.alone, [](const Calibration& alone) { return &alone.fit; });
   if (freed != nullptr) fits.push_back(&freed->fit);
   const JointFit joint = jointFit(views, unevenBoards(fits), options.camera.cancel);
-  const RigCovariance covariance = rigCovariance(joint.fit, options.given, sizeStdOf(joint.fit, views.alone));
+  const RigCovariance covariance = rigCovariance(joint.fit, options.given, views.alone);
   RigCalibration rig{.fit = joint.fit,
                      .links = linksOf(views, joint, frames.names),
                      .covariance = covariance,

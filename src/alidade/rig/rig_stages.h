@@ -22,9 +22,9 @@ namespace alidade {
 
 /// The covariance of a solved rig: by corner noise, or by frames if these disagree by more than noise.
 /// @param given  the cameras whose lenses were kept, or nothing for each that was calibrated; may be empty
-/// @param size_std  of the boards, as a share of it; see sizeStd()
+/// @param alone  the cameras' own calibrations, which show errors of the boards' print
 [[nodiscard]] RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<CameraRecord>> given,
-                                          double size_std);
+                                          std::span<const Calibration> alone);
 
 /// The links of each camera of a solved rig, and the accuracy of its pose.
 [[nodiscard]] std::vector<CameraLink> cameraLinks(const Fit& fit, const RigCovariance& covariance);

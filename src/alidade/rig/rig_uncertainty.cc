@@ -11,6 +11,7 @@
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/adjust/noise/shape_information.h"
+#include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/calibrate/uncertainty/view_evidence.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/median.h"
@@ -127,10 +128,47 @@ void setPoseStd(const Eigen::Matrix<double, 6, 6>& covariance, const Baseline& b
   link.distance_std_m = baseline.lengthStd();
 }
 
+// Standard deviation of the size of the boards, as a share of it: the largest. Each is judged by the camera
+// that knows its stretch best; one with held parameters takes their errors for a stretch.
+double sizeStdOf(const Fit& fit, std::span<const Calibration> alone) {
+  double largest = 0;
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    const Calibration* best = nullptr;
+    std::pair<bool, double> least;
+    for (const Calibration& camera : alone) {
+      const CommonError* stretch = findError(camera.uncertainty.common_errors, CommonCause::kStretch, b);
+      if (stretch == nullptr) continue;
+      const std::pair own(!onlyCamera(camera.fit).constraint.held.empty(), stretch->sigma);
+      if (best == nullptr || own < least) {
+        best = &camera;
+        least = own;
+      }
+    }
+    if (best != nullptr)
+      largest = std::max(largest, sizeStd(fit.boards[b], best->uncertainty.common_errors, b));
+  }
+  return largest;
+}
+
+// Changes of the unknowns by errors of the print, one standard deviation each, one per column: the size,
+// which scales all lengths, and each board's stretch that the fit ignores.
+Eigen::MatrixXd effectsOfPrint(const Fit& fit, const JointColumns& columns, double size_std,
+                               std::span<const Calibration> alone) {
+  Eigen::MatrixXd effects = Eigen::MatrixXd::Zero(columns.count, 1 + std::ssize(fit.boards));
+  for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
+    const SE3& pose = fit.cameras[c].camera_from_rig;
+    if (columns.pose[c] >= 0)
+      effects.col(0).segment<3>(columns.pose[c]) = size_std * (pose.rotation.inverse() * pose.translation);
+    const DenseMatrix stretches = ignoredStretches(fit.boards, alone[c].uncertainty.common_errors);
+    effects.block(columns.params[c], 1, stretches.rows(), stretches.cols()) = stretches.view();
+  }
+  return effects;
+}
+
 }  // namespace
 
 RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<CameraRecord>> given,
-                            double size_std) {
+                            std::span<const Calibration> alone) {
   const JointColumns columns = jointColumns(fit);
   const std::vector<Reduced> frames = jointInformation(fit, columns);
   const std::vector<Eigen::Vector2d> errors = weightedErrors(fit);
@@ -151,14 +189,9 @@ RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<Camera
                            .frame_variance = variance * std::max(1.0, by_frames->excess)};
   if (covariance.is_by_frames) covariance.matrix = by_frames->larger;
   covariance.matrix = covariance.matrix.view() + covariance.frame_variance * *offsets;
-  // An error of the boards' size scales all lengths.
-  Eigen::VectorXd by_size = Eigen::VectorXd::Zero(columns.count);
-  for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
-    const SE3& pose = fit.cameras[c].camera_from_rig;
-    if (columns.pose[c] >= 0)
-      by_size.segment<3>(columns.pose[c]) = size_std * (pose.rotation.inverse() * pose.translation);
-  }
-  covariance.matrix = covariance.matrix.view() + by_size * by_size.transpose();
+  covariance.size_std = sizeStdOf(fit, alone);
+  const Eigen::MatrixXd by_print = effectsOfPrint(fit, columns, covariance.size_std, alone);
+  covariance.matrix = covariance.matrix.view() + by_print * by_print.transpose();
   // An error of a given lens affects all estimates.
   covariance.of_images = covariance.matrix;
   Eigen::MatrixXd by_given(columns.count, 0);

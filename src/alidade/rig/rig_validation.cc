@@ -247,7 +247,8 @@ void measurePoints(const RigRecord& record, const Fit& fit, RigValidation& resul
   double scatter = 0;
   for (const double ratio : ratios) scatter += (ratio - mean) * (ratio - mean);
   result.length_ratio = mean;
-  result.length_ratio_std = std::sqrt(scatter / (count * (count - 1)) + ratioVarianceOfRig(record, points));
+  result.length_ratio_std = std::sqrt(scatter / (count * (count - 1)) + ratioVarianceOfRig(record, points) +
+                                      std::pow(result.freed.covariance.size_std, 2));
 }
 
 // Differences that are certain, by their effect.
@@ -304,10 +305,12 @@ std::vector<Diagnosis> judged(const RigValidation& tested, bool has_covariance) 
          .evidence = fmt::format("standard deviation {:.2f} %", 100 * tested.length_ratio_std),
          .next_step = "measure the board; if it is as stated, calibrate the rig again"});
   }
-  for (const Diagnosis& diagnosis : tested.freed.diagnoses) {
+  for (Diagnosis diagnosis : tested.freed.diagnoses) {
     const Subject about = diagnosis.id.kind().subject;
-    if (about == Subject::kFit || about == Subject::kMatching || about == Subject::kFrames)
-      diagnoses.push_back(diagnosis);
+    const bool is_of_spec = diagnosis.id == DiagnosisId("board_gap");  // the gap that is seen is used
+    if (is_of_spec) diagnosis.severity = Severity::kWarning;
+    if (is_of_spec || about == Subject::kFit || about == Subject::kMatching || about == Subject::kFrames)
+      diagnoses.push_back(std::move(diagnosis));
   }
   sortDiagnoses(diagnoses);
   return diagnoses;

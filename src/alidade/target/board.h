@@ -63,7 +63,7 @@ class Board {
   [[nodiscard]] std::optional<double> gap() const;
   /// The gap that a SPEC stated for this board, which images contradicted; see withGap().
   [[nodiscard]] std::optional<double> refutedGap() const { return refuted_gap_; }
-  /// The same board of tags with the gap that images show; it remembers the stated one.
+  /// The same board with the gap that images show; it remembers the stated one. @pre a board of tags
   [[nodiscard]] Board withGap(double gap) const;
   /// True for two boards with different lengths that are otherwise the same.
   [[nodiscard]] bool differsInLengthsFrom(const Board& other) const;

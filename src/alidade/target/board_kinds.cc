@@ -134,7 +134,7 @@ std::optional<ErrorDetail> AprilGrid::fault() const {
   const int count = columns * rows;
   if (count < 2) return ErrorDetail{.found = "1x1 tags", .expected = "2 tags or more"};
   if (auto fault = sideFault(tag_m, kWords.counted)) return fault;
-  if (!(gap >= 0.1 && gap <= 1)) {
+  if (!(gap >= kLeastTagGap && gap <= kLargestTagGap)) {
     return ErrorDetail{.found = "gaps of " + exactText(gap) + " tags", .expected = "between 0.1 and 1"};
   }
   return idsFault(first_id, count, kWords.marker, *findMarkerDictionary(kDictionary));

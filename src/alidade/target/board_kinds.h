@@ -175,6 +175,10 @@ struct CharucoBoard {
   friend bool operator==(const CharucoBoard&, const CharucoBoard&) = default;
 };
 
+/// Least and largest gap between tags, as a share of their side.
+inline constexpr double kLeastTagGap = 0.1;
+inline constexpr double kLargestTagGap = 1;
+
 /// Kalibr's grid of AprilTags of the family 36h11. Columns and rows count tags. Tag ids start at the bottom
 /// left of the print and run to the right, then upwards; small squares fill the gaps between tags. Its points
 /// are the outer corners of the tags, 2 columns x 2 rows of them; the frame is that of a Checkerboard, with

@@ -181,7 +181,7 @@ class CalibrateCommand final : public Command {
       options_.distance_m = parseLength(distance_, "--distance");
       if (options_.distance_m <= 0) throw flagError("--distance", distance_, "a length above 0, such as 2m");
     }
-    options_.board_shape = shapeMode(board_shape_);
+    options_.board_shape = *boardShapeMode(board_shape_);
     if (!init_.empty()) {
       const CameraRecord file = readCameraTelling(init_, {}, common_.quiet);
       options_.initial = {.camera = file.camera, .size = file.image_size};

@@ -246,7 +246,7 @@ class RigCalibrateCommand final : public Command {
     RigOptions options{.camera = {.tolerance_px = *parsePixels(tolerance_), .jobs = common_.jobs},
                        .models = {}};
     options.camera.cancel = common_.cancel;
-    options.camera.board_shape = shapeMode(shape_);
+    options.camera.board_shape = *boardShapeMode(shape_);
     if (models_.size() == 1) options.camera.model = models_.front();
     if (models_.size() > 1) options.models = models_;
     return options;

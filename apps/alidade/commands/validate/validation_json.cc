@@ -130,7 +130,9 @@ json freedJson(const Calibration& freed) {
 json heldOutJson(const HeldOutJudgement& judgement, const std::vector<Board>& boards, bool has_corners) {
   json views = json::array();
   for (const HeldOutView& view : judgement.views) views.push_back(heldOutViewJson(view, boards, has_corners));
-  return {{"boards", mapped(boards, &Board::spec)},
+  const auto tested = [&](const FitBoard& board) { return board.target.spec(); };
+  return {{"boards",
+           judgement.freed ? mapped(judgement.freed->fit.boards, tested) : mapped(boards, &Board::spec)},
           {"num_views_given", judgement.num_views_given},
           {"num_corners", judgement.numCorners()},
           {"rms_px", judgement.held_out_rms_px},

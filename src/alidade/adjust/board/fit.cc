@@ -69,6 +69,10 @@ std::size_t numViews(const Fit& fit, std::size_t board) {
       std::ranges::count_if(fit.views, [&](const FitView& view) { return boardIndex(fit, view) == board; }));
 }
 
+bool isAnyFlexible(const Fit& fit) {
+  return std::ranges::any_of(fit.boards, &FitBoard::isFlexible);
+}
+
 bool isAnyUneven(const Fit& fit) {
   return std::ranges::any_of(fit.boards, &FitBoard::isUneven);
 }

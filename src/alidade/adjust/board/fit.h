@@ -161,6 +161,9 @@ requires std::is_same_v<const AnyFit, const Fit>
 /// True if any board is uneven.
 [[nodiscard]] bool isAnyUneven(const Fit& fit);
 
+/// True if any board bends differently in each view.
+[[nodiscard]] bool isAnyFlexible(const Fit& fit);
+
 /// Number of offset coordinates of all boards, and bends of single views, that the corners determine.
 [[nodiscard]] double numFreeOffsets(const Fit& fit);
 

@@ -12,8 +12,14 @@ namespace {
 constexpr int kPoseSize = 6;
 using PoseRows = Eigen::Matrix<double, kPoseSize, Eigen::Dynamic>;
 
-// Adds a view to the lower triangle of the sums of its placement, whose columns are the six of the
-// placement's pose, the unknowns of the fit, and the error.
+// The columns that are eliminated from the equations of a placement: its pose, and the bends that a flexible
+// board has there.
+int numOwn(const FitBoard& board) {
+  return kPoseSize + (board.isFlexible() ? kNumBends : 0);
+}
+
+// Adds a view to the lower triangle of the sums of its placement, whose columns are those of the placement,
+// the unknowns of the fit, and the error.
 // C Exp(eta) P Exp(zeta) = C P Exp(Ad(P^-1) eta + zeta): the columns of the pose are those of the placement
 // and, through the adjoint, those of the camera.
 // @returns the number of corners
@@ -22,22 +28,25 @@ int add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWe
   const FitCamera& camera = fit.cameras[view.camera];
   const std::size_t b = boardIndex(fit, view);
   const Board& board = fit.boards[b].target;
+  const int num_own = numOwn(fit.boards[b]);
+  const bool has_flex = num_own > kPoseSize;
   const bool has_bend = columns.bend[b] >= 0;
   const bool has_offsets = columns.offsets[b] >= 0;
   const detail::ViewGram gram = detail::gramOf(camera.model, camera.params, cameraFromBoard(fit, view),
                                                cornersOnShape(fit, view), fit.loss, weights,
-                                               has_offsets ? offsetColumns(board)
-                                               : has_bend  ? bendColumns(&board)
-                                                           : ExtraColumns());
+                                               has_offsets            ? offsetColumns(board)
+                                               : has_bend || has_flex ? bendColumns(&board)
+                                                                      : ExtraColumns());
   // For each column of the view, the column of the sums; -1 if it is not estimated.
   std::vector<Eigen::Index> to;
   const auto place = [&](int first, Eigen::Index count) {
-    for (Eigen::Index i = 0; i < count; ++i) to.push_back(first < 0 ? -1 : kPoseSize + first + i);
+    for (Eigen::Index i = 0; i < count; ++i) to.push_back(first < 0 ? -1 : num_own + first + i);
   };
   const auto num_params = static_cast<Eigen::Index>(camera.params.size());
   for (Eigen::Index i = 0; i < kPoseSize; ++i) to.push_back(i);
   place(columns.params[view.camera], num_params);
-  if (has_bend || has_offsets) place(columns.bend[b], kNumBends);
+  if (has_flex) to.insert(to.end(), {kPoseSize, kPoseSize + 1});
+  if (!has_flex && (has_bend || has_offsets)) place(columns.bend[b], kNumBends);
   if (has_offsets) place(columns.offsets[b], 3 * board.numCorners());
   place(columns.count, 1);
   const auto at = [&](Eigen::Index i, Eigen::Index j) -> double& {
@@ -52,7 +61,7 @@ int add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWe
     }
   }
   if (columns.pose[view.camera] < 0) return gram.num_corners;
-  const Eigen::Index first = kPoseSize + columns.pose[view.camera];
+  const Eigen::Index first = num_own + columns.pose[view.camera];
   const Matrix6d pose = gram.lower.topLeftCorner<kPoseSize, kPoseSize>().selfadjointView<Eigen::Lower>();
   const Matrix6d to_camera = fit.placements[view.placement].rig_from_board.inverse().adjoint();
   const Matrix6d with_own = pose * to_camera;
@@ -111,18 +120,23 @@ void forEachFrame(const Fit& fit, const JointColumns& columns, LossWeights weigh
     Reduced frame{.information = Eigen::MatrixXd::Zero(columns.count, columns.count),
                   .gradient = Eigen::VectorXd::Zero(columns.count)};
     for (const auto& [placement, views] : placements) {
-      const Eigen::Index error = kPoseSize + columns.count;
+      const FitBoard& board = fit.boards[fit.placements[placement].board];
+      const Eigen::Index num_own = numOwn(board);
+      const Eigen::Index error = num_own + columns.count;
       Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(error + 1, error + 1);
       for (const FitView* view : views) frame.num_corners += add(fit, *view, columns, weights, sums);
-      const Matrix6d pose = sums.topLeftCorner<kPoseSize, kPoseSize>().selfadjointView<Eigen::Lower>();
-      const PoseRows mixed = sums.block(kPoseSize, 0, columns.count, kPoseSize).transpose();
-      const Vector6d pose_error = sums.block<1, kPoseSize>(error, 0).transpose();
+      for (Eigen::Index i = kPoseSize; i < num_own; ++i) {
+        sums(i, i) += board.flex.precision;
+        sums(error, i) += board.flex.precision * views.front()->flex_m(i - kPoseSize);
+      }
+      const Eigen::MatrixXd own = sums.topLeftCorner(num_own, num_own).selfadjointView<Eigen::Lower>();
+      const Eigen::MatrixXd mixed = sums.block(num_own, 0, columns.count, num_own).transpose();
+      const Eigen::VectorXd own_error = sums.row(error).head(num_own).transpose();
       frame.information.triangularView<Eigen::Lower>() +=
-          sums.block(kPoseSize, kPoseSize, columns.count, columns.count);
-      frame.information.triangularView<Eigen::Lower>() -=
-          mixed.transpose() * solveSpd(pose, Eigen::MatrixXd(mixed));
-      frame.gradient += sums.row(error).segment(kPoseSize, columns.count).transpose() -
-                        mixed.transpose() * solveSpd6(pose, pose_error);
+          sums.block(num_own, num_own, columns.count, columns.count);
+      frame.information.triangularView<Eigen::Lower>() -= mixed.transpose() * solveSpd(own, mixed);
+      frame.gradient += sums.row(error).segment(num_own, columns.count).transpose() -
+                        mixed.transpose() * solveSpd(own, own_error);
     }
     frame.information.triangularView<Eigen::StrictlyUpper>() = frame.information.transpose();
     visit(frame);

@@ -12,7 +12,8 @@ namespace alidade {
 
 /// Columns of the unknowns of a fit in its equations: the parameters of each camera, then camera_from_rig
 /// (SE3's tangent) of each camera that is not fixed, then the bends of the boards whose bend is estimated,
-/// then on request the offsets of uneven boards. The placements are eliminated.
+/// then on request the offsets of uneven boards. The placements are eliminated, with the bends that a
+/// flexible board has in each.
 struct JointColumns {
   std::vector<int> params;   ///< first column of each camera's parameters
   std::vector<int> pose;     ///< of each camera's pose; -1 for a fixed one

@@ -100,15 +100,14 @@ ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given
                  .is_settled = solution.choice.is_settled};
   solution.choice.shapes = estimateBends(now, options.board_shape, cancel);
   estimateFlex(now, options.board_shape, cancel);
-  if (!now.fit.boards.front().isFlexible())
-    estimateOffsets(now, options.board_shape, cancel, solution.choice);
+  if (!isAnyFlexible(now.fit)) estimateOffsets(now, options.board_shape, cancel, solution.choice);
   now = withoutOutliers(std::move(now), given, cancel);
   const std::vector<std::size_t> bent_boards = estimatedShapes(now.fit);
   testBendsAgain(now, solution.choice.shapes, options.board_shape, cancel);
   if (estimatedShapes(now.fit) != bent_boards) now = withoutOutliers(std::move(now), given, cancel);
   // Again on the corners that are left.
   estimateOffsetsAgain(now, cancel);
-  estimateFlexAgain(now, cancel);
+  estimateFlexAgain(now, options.board_shape, cancel);
   solution.fit = regularised(std::move(now.fit), cancel);
   solution.choice.is_settled = now.is_settled;
   return solution;

@@ -26,17 +26,19 @@ void boardGap(Evidence& of) {
   constexpr double kWrong = 0.01;  // of the board's size
   for (std::size_t b = 0; b < of.fit.boards.size(); ++b) {
     const Board& board = of.fit.boards[b].target;
-    const auto error = printError(of.fit, of.uncertainty.common_errors, CommonCause::kGap, b);
-    const std::optional<double> stated = board.refutedGap();
-    if (!stated || !error) continue;
+    const CommonError* error = findError(of.uncertainty.common_errors, CommonCause::kGap, b);
+    if (error == nullptr || !(board.refutedGap() || isGapContradicted(board, *error))) continue;
+    const double stated = board.refutedGap().value_or(*board.gap());
     const double seen = *board.gap() + error->value;
+    const bool is_wrong = board.refutedGap() && std::abs(seen - stated) > kWrong * (1 + stated);
     of.add({.id = "board_gap",
-            .severity =
-                std::abs(seen - *stated) > kWrong * (1 + *stated) ? Severity::kFailure : Severity::kWarning,
+            .severity = is_wrong ? Severity::kFailure : Severity::kWarning,
             .cause = "the gap between the board's tags contradicts the SPEC" + boardSuffix(of.fit, b),
             .evidence = numberText("%.4g", seen) + " +- " + numberText("%.1g", error->sigma) +
-                        " of a tag's side, not " + numberText("%.6g", *stated),
-            .next_step = "measure a tag and a gap, and correct the SPEC; lengths follow the tag's side"});
+                        " of a tag's side, not " + numberText("%.6g", stated),
+            .next_step = board.refutedGap()
+                             ? "measure a tag and a gap, and correct the SPEC; lengths follow the tag's side"
+                             : "measure a tag and a gap; if the SPEC is right, do not overexpose the tags"});
   }
 }
 

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "alidade/calibrate/judge/judge.h"
-#include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/core/number_text.h"
 
 namespace alidade::detail {
@@ -141,12 +140,11 @@ void mirroredViews(Evidence& of) {
 
 // The significant common errors, by cause: at most one per board, or one for all views.
 std::vector<CommonError> significantErrors(const Evidence& of) {
-  const std::vector<CommonError>& all = of.uncertainty.common_errors;
   std::vector<CommonError> errors;
-  for (CommonError error : all) {
-    if (error.cause == CommonCause::kStretch) error = *printError(of.fit, all, error.cause, error.board);
-    if (error.isSignificant() && error.cause != CommonCause::kGap) errors.push_back(error);  // see boardGap()
-  }
+  std::ranges::copy_if(of.uncertainty.common_errors, std::back_inserter(errors),
+                       [](const CommonError& error) {
+                         return error.isSignificant() && error.cause != CommonCause::kGap;  // see boardGap()
+                       });
   std::ranges::stable_sort(errors, {}, &CommonError::cause);
   return errors;
 }

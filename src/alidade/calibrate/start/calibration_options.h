@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <string>
@@ -24,11 +27,21 @@ struct InitialCamera {
 
 /// Which parts of the board's shape (BoardShape) are estimated.
 enum class BoardShapeMode {
-  kFlat,    ///< nothing; the board is taken as flat
-  kWarp,    ///< the bend
-  kUneven,  ///< the bend if two tests detect it, and the offset of each point
-  kAuto,    ///< the bend if two tests detect it, and the offsets if they lower the held-out errors
+  kFlat,      ///< nothing; the board is taken as flat
+  kWarp,      ///< the bend
+  kUneven,    ///< the bend if two tests detect it, and the offset of each point
+  kFlexible,  ///< a bend for each view
+  kAuto,      ///< the bend if two tests detect it; bends for each view, or offsets, if the errors show them
 };
+/// Their names, in the same order.
+inline constexpr std::array<std::string_view, 5> kBoardShapeModes = {"flat", "warp", "uneven", "flexible",
+                                                                     "auto"};
+/// Nothing for another name.
+[[nodiscard]] inline std::optional<BoardShapeMode> boardShapeMode(std::string_view name) {
+  const auto at = std::ranges::find(kBoardShapeModes, name) - kBoardShapeModes.begin();
+  if (at == std::ssize(kBoardShapeModes)) return std::nullopt;
+  return static_cast<BoardShapeMode>(at);
+}
 
 struct CalibratorOptions {
   /// One of modelIds(), or kAutoModel: that of the initial camera, or one chosen by cross-validation.

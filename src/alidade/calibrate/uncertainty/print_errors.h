@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,22 +16,34 @@ namespace alidade {
 /// boards of other kinds.
 [[nodiscard]] std::vector<Eigen::Vector3d> gapOffsets(const Board& board);
 
-/// A stretch or a gap in the print of a board: the common error, and what the offsets of an uneven board
-/// contain of it. Nothing if the views do not determine it.
-/// @param errors  of the calibration with this fit
-[[nodiscard]] std::optional<CommonError> printError(const Fit& fit, std::span<const CommonError> errors,
-                                                    CommonCause cause, std::size_t board);
+/// Adds to the stretch and gap of uneven boards what their estimated offsets contain of these.
+/// @param errors  of `fit`; the result
+void includeOffsets(const Fit& fit, std::vector<CommonError>& errors);
 
-/// Root of the variance of a board's stretch beyond that of its estimate; 0 below two standard deviations,
-/// where most boards are square.
-[[nodiscard]] double sureStretch(const CommonError& stretch);
+/// Null if the views do not determine it.
+[[nodiscard]] const CommonError* findError(std::span<const CommonError> errors, CommonCause cause,
+                                           std::size_t board);
 
-/// Standard deviation of the size of a board with this stretch, as a share of it: width and height are off
-/// independently of each other, and images show only their ratio. Lengths measured with it are as uncertain.
-[[nodiscard]] double sizeStd(const FitBoard& board, const CommonError& stretch);
+/// The changes of the parameters by stretches that the views show and the fit ignores, one standard deviation
+/// each: N x boards. Below two standard deviations a board is taken as square.
+/// @param boards  those of the fit
+[[nodiscard]] DenseMatrix ignoredStretches(const std::vector<FitBoard>& boards,
+                                           std::span<const CommonError> errors);
 
-/// Gives boards the gap that images show where it certainly differs from that of the SPEC, by more than print
-/// and blur change it. A board whose SPEC was refuted before keeps its gap.
+/// Standard deviation of the size of a board, as a share of it. Its width and height are off independently of
+/// each other, and images show only their ratio; and a gap that is not used may be wrong or only look so.
+/// Lengths measured with the board are as uncertain.
+/// @param board  the index of `of`
+[[nodiscard]] double sizeStd(const FitBoard& of, std::span<const CommonError> errors, std::size_t board);
+
+/// True if images show another gap than the board has, certainly and by more than print changes it.
+[[nodiscard]] bool isGapContradicted(const Board& board, const CommonError& gap);
+
+/// The board with a seen gap, to four digits and within what a SPEC may say.
+[[nodiscard]] Board withSeenGap(const Board& board, double gap);
+
+/// Gives boards the gap that images show where they contradict that of the SPEC by more than blooming could.
+/// A board whose SPEC was refuted before keeps its gap.
 /// @param boards  those of the fit; the result
 /// @param stated  the boards as given
 /// @returns false if no board changes

@@ -46,7 +46,7 @@ DenseMatrix ParameterUncertainty::statedCovariance() const {
                            : is_other        ? *ignored_bend->covariance
                                              : *covariance;
   if (ignored_bend) stated += ignored_bend->params_step.view() * ignored_bend->params_step.view().transpose();
-  if (ignored_stretch.rows() > 0) stated += ignored_stretch.view() * ignored_stretch.view().transpose();
+  if (ignored_stretches.rows() > 0) stated += ignored_stretches.view() * ignored_stretches.view().transpose();
   // Inverses are symmetric except for rounding, which a nearly singular covariance amplifies to visible
   // digits of pixels. Files state the lower triangle, and recomputing from the file gives the same result.
   return Eigen::MatrixXd(stated.selfadjointView<Eigen::Lower>());

@@ -68,9 +68,9 @@ struct ParameterUncertainty {
   std::optional<ViewCovariance> by_views = {};
   /// Set if boards were held flat although tests detect bends.
   std::optional<IgnoredBend> ignored_bend = {};
-  /// N x 1: the change of the parameters by a stretch of the board that the views show and the fit ignores,
-  /// one standard deviation; empty if there is none.
-  DenseMatrix ignored_stretch = {};
+  /// N x boards: the changes of the parameters by stretches of the boards that the views show and the fit
+  /// ignores, one standard deviation each.
+  DenseMatrix ignored_stretches = {};
   /// One sigma of bend_x and bend_y of each board of the fit; if the board is held flat, the value if it were
   /// estimated. NaN if unknown.
   std::vector<Eigen::Vector2d> bend_std_m = {};
@@ -111,7 +111,7 @@ enum class CommonCause {
   kGradingX,   ///< of the squares along x: change at the edges, over the board's half width
   kGradingY,   ///< the same along y
   kTwist,      ///< height of the board's corners over its plane, over its half width
-  kGap,        ///< between tags: the gap that is seen less that of the SPEC, as shares of a tag's side
+  kGap,        ///< between tags: the gap that is seen less that of the board, as shares of a tag's side
   kPupil,      ///< shift of the entrance pupil towards the scene at 1 rad off the axis, metres
   kFocus,      ///< share by which the focal length changes per inverse distance, metres
   kOutward,    ///< outward displacement of corners at the board's edges, px

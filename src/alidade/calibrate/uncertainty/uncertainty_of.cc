@@ -203,18 +203,6 @@ ViewEvidence viewEvidence(const Fit& fit, const Residuals& residuals, double smo
           .two_cameras = twoCameras(fit, sigma_px * sigma_px)};
 }
 
-// The stretch with the largest effect.
-DenseMatrix ignoredStretch(const Fit& fit, const std::vector<CommonError>& errors) {
-  Eigen::VectorXd most;
-  for (const CommonError& error : errors) {
-    if (error.cause != CommonCause::kStretch || fit.boards[error.board].isUneven()) continue;
-    const Eigen::Map<const Eigen::VectorXd> whole(error.params_step.data(), std::ssize(error.params_step));
-    const Eigen::VectorXd sure = sureStretch(error) / std::abs(error.value) * whole;
-    if (most.size() == 0 || sure.norm() > most.norm()) most = sure;
-  }
-  return most;
-}
-
 }  // namespace
 
 Uncertainty uncertaintyOf(const ModelSolution& solution, const CalibratorOptions& options) {
@@ -226,7 +214,8 @@ Uncertainty uncertaintyOf(const ModelSolution& solution, const CalibratorOptions
   Uncertainty result{parameterUncertainty(fit, residuals, is_flat ? ignoredBend(fit) : std::nullopt,
                                           mapped(solution.choice.shapes, &ShapeReport::std_m)),
                      viewEvidence(fit, residuals, smoothness)};
-  result.ignored_stretch = ignoredStretch(fit, result.common_errors);
+  result.ignored_stretches = ignoredStretches(fit.boards, result.common_errors);
+  includeOffsets(fit, result.common_errors);
   result.unexplained_sigma_px = unexplainedSigma(fit, residuals.variance);
   result.local_sigma_px = local_sigma_px;
   result.smoothness = smoothness;

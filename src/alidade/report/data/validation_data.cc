@@ -69,7 +69,8 @@ ReportData statedData(const CameraJudgement& judgement, double tolerance_px) {
 void addHeldOutViews(const HeldOutJudgement& held_out, const std::vector<Board>& boards,
                      JudgedCamera& camera) {
   ReportData& data = *camera.data;
-  for (const Board& board : boards) data.boards.push_back({.target = board});
+  for (std::size_t b = 0; b < boards.size(); ++b)
+    data.boards.push_back({.target = held_out.freed ? held_out.freed->fit.boards[b].target : boards[b]});
   for (const HeldOutView& tested : held_out.views) {
     ReportedView view{.image = validUtf8(tested.image), .board = tested.board, .rms_px = tested.rms_px};
     if (tested.corners.empty()) {
