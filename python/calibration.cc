@@ -41,7 +41,7 @@ struct CalibrationValue {
   CameraRecord record;
 
   [[nodiscard]] nlohmann::json evidence() const {
-    return evidenceDocument(result, from.given, from.views, guidance,
+    return evidenceDocument(result, from.given, guidance,
                             {.settings = {{"model", {options.model}}},
                              .tolerance_px = options.tolerance_px,
                              .created_by = creatorName()});

@@ -11,6 +11,7 @@
 #include "alidade/adjust/noise/larger_model.h"
 #include "alidade/calibrate/choose/model_solution.h"
 #include "alidade/calibrate/clean/outliers.h"
+#include "alidade/calibrate/clean/turned_views.h"
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/calibrate/uncertainty/print_errors.h"
@@ -132,6 +133,15 @@ Calibration calibrationOfChoice(const PreparedViews& given, const CalibratorOpti
   return first;
 }
 
+// True if a fit of the same images has smaller errors, or about the same on clearly more corners.
+bool explainsMore(const Fit& fit, const Fit& other) {
+  constexpr double kMore = 1.02;
+  constexpr double kAboutSame = 1.1;
+  const double errors = weightedRms(fit) / weightedRms(other);
+  const double corners = static_cast<double>(numCorners(fit)) / static_cast<double>(numCorners(other));
+  return (errors < 1 && corners > 1 / kMore) || (errors < kAboutSame && corners > kMore);
+}
+
 // Rounded to a tenth of a pixel: enough to recognise an image by.
 std::vector<Eigen::Vector2d> viewCenters(const Fit& fit) {
   constexpr double kTenths = 10;
@@ -210,6 +220,11 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
   for (int i = 0; i < kMaxRevisions; ++i) {
     if (!reviseGaps(result.fit, result.uncertainty.common_errors, boards, given.boards)) break;
     result = calibrated();
+  }
+  Calibration renumbered = result;
+  for (int i = 0; i < kMaxRevisions && renumberTurnedViews(renumbered.fit, given); ++i) {
+    renumbered = calibrated();
+    if (explainsMore(renumbered.fit, result.fit)) result = renumbered;
   }
   return result;
 }

@@ -253,7 +253,7 @@ Diagnosis ambiguityOf(const Board& board) {
   return noteOf(
       "ambiguous_board",
       fmt::format("a board of {} looks the same after a rotation by {} degrees, so the first of them may "
-                  "differ between images. This is harmless for one camera, but not for several. "
+                  "differ between images. Views are numbered alike only if the board's unevenness tells. "
                   "Alternative: {}",
                   board.countsText(), board.symmetryStep() == 1 ? "90, 180 or 270" : "180",
                   board.words().certain));

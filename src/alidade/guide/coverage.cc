@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -232,17 +231,11 @@ double fillOf(const Eigen::AlignedBox2d& box, ImageSize size) {
 
 std::vector<std::vector<Eigen::Vector2d>> usedCorners(const Calibration& calibration,
                                                       std::span<const View> views) {
-  std::set<std::pair<std::size_t, int>> left_out;
-  for (const Outlier& outlier : calibration.dropped.outliers)
-    left_out.emplace(outlier.source, outlier.corner_id);
   std::vector<std::vector<Eigen::Vector2d>> used;
   for (const FitView& view : calibration.fit.views) {
     expect(view.source < views.size() && views[view.source].image == view.image,
            "the views are those of the calibration");
-    used.emplace_back();
-    for (const Corner& corner : views[view.source].corners) {
-      if (!left_out.contains({view.source, corner.id})) used.back().push_back(corner.pixel);
-    }
+    used.push_back(mapped(view.corners, &Observation::pixel));
   }
   return used;
 }

@@ -10,6 +10,7 @@
 #include "alidade/geometry/se3.h"
 #include "alidade/rig/rig_frames.h"
 #include "alidade/target/board.h"
+#include "alidade/target/board_turns.h"
 
 namespace alidade {
 
@@ -25,15 +26,6 @@ struct PosedView {
 /// Difference of two poses for points at a distance: the angle between them, rad, plus their translation as a
 /// share of the distance.
 [[nodiscard]] double poseCost(const SE3& a, const SE3& b, double distance_m);
-
-/// Renumbering of a board that looks the same after a turn.
-struct BoardTurn {
-  SE3 turned_from_board = {};   ///< maps a point of the board to the point that looks the same
-  std::vector<int> id_of = {};  ///< of each corner, the id of its equivalent after the turn
-};
-
-/// The turns after which a board looks the same; the first is the identity.
-[[nodiscard]] std::vector<BoardTurn> boardTurns(const Board& board);
 
 /// The views of a rig's cameras, each calibrated alone, with the poses of the cameras and the numbering of
 /// ambiguous boards.

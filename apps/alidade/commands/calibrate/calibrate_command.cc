@@ -227,7 +227,7 @@ class CalibrateCommand final : public Command {
     if (!next_view_.empty()) writeFileAtomically(next_view_, nextViewSvg(result, given.views, guidance));
     if (!evidence_.empty() || !report_.empty()) {
       const nlohmann::json evidence = evidenceDocument(
-          result, given, given.views, guidance,
+          result, given, guidance,
           {.settings = flags.settings(), .tolerance_px = options_.tolerance_px, .created_by = programName()});
       if (!evidence_.empty()) writeFileAtomically(evidence_, jsonText(evidence));
       if (!report_.empty())
@@ -247,7 +247,7 @@ class CalibrateCommand final : public Command {
              (is_verbose_ ? "\n" + detailsText(result, given, guidance) : "");
     };
     if (common_.json) {
-      printResult(summaryJson(result, given, given.views, guidance));
+      printResult(summaryJson(result, given, guidance));
     } else if (output_ == "-") {
       if (isKept(result)) printResult(cameraText(recordOf(result), format_));
       if (!common_.quiet) printHelp(summary(false));

@@ -224,10 +224,12 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
   append(rest, boardLines(result.fit, std::clamp<std::size_t>(kMaxLines - std::min(num_others, kMaxLines), 1,
                                                               kMaxBoardLines)));
   append(rest, last);
-  // The diagnoses get the remaining lines; those that do not fit are counted.
+  // The diagnoses get the remaining lines; those that do not fit are counted. Why a camera is rejected is
+  // told in any case.
   const std::size_t num_reserved = lines.size() + rest.size() + (guidance.target ? 3 : 1);
+  const std::size_t num_needed = is_rejected ? toldShortly(result.diagnoses.front()).size() : 0;
   const Lines more = addDiagnoses(
-      lines, result.diagnoses, kMaxLines - std::min(num_reserved, kMaxLines),
+      lines, result.diagnoses, std::max(num_needed, kMaxLines - std::min(num_reserved, kMaxLines)),
       [](const Diagnosis& diagnosis, std::size_t room) {
         if (diagnosis.severity == Severity::kNote) return Lines();
         Lines told = diagnosisLines(diagnosis);

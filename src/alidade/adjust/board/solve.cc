@@ -156,7 +156,8 @@ class Bundle {
     throwIfCancelled(options_.cancel);
     result.num_iterations = static_cast<int>(summary.iterations.size()) - 1;
     result.cost = summary.final_cost;
-    result.reason = summary.message;
+    result.reason =
+        summary.termination_type == ceres::USER_SUCCESS ? "steps no longer lower the cost" : summary.message;
     result.termination = terminationOf(summary, watch);
     return result;
   }

@@ -2,6 +2,7 @@
 #include "alidade/calibrate/bend/flex_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/reduced.h"
 #include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/board_offsets.h"
 #include "alidade/adjust/noise/larger_model.h"
 #include "alidade/adjust/noise/view_ways.h"
 #include "alidade/geometry/decompositions.h"
@@ -146,8 +148,17 @@ void estimateFlex(SettledFit& now, BoardShapeMode mode, const CancelFlag* cancel
     board.flex.precision = std::pow(noiseSigma(now.fit) / board.flex.std_m, 2);
   }
   iterate(now, cancel);
-  // Bends absorb part of what the model lacks. If a larger model explains more, the model is at fault.
-  if (larger && larger->rms_px < weightedRms(now.fit)) now = rigid;
+  if (!is_tested) return;
+  // Bends absorb part of what the model lacks, or of points that are off their places in all views. If a
+  // larger model or such points explain more, these are at fault.
+  const double rms_px = weightedRms(now.fit);
+  constexpr std::array<std::size_t, 1> kOnlyBoard = {0};
+  constexpr int kMostPoints = 400;
+  if ((larger && larger->rms_px < rms_px) ||
+      (onlyBoard(rigid.fit).target.numCorners() <= kMostPoints &&
+       std::sqrt(varianceLeftByOffsets(startedUneven(rigid.fit, kOnlyBoard))) * weightedRms(rigid.fit) <
+           rms_px))
+    now = rigid;
 }
 
 void estimateFlexAgain(SettledFit& now, BoardShapeMode mode, const CancelFlag* cancel) {

@@ -139,6 +139,7 @@ std::vector<Outlier> outliersOf(const Fit& fit, const PreparedViews& given) {
                             .image = view.image,
                             .board = view.board,
                             .corner_id = all.corners[i].id,
+                            .pixel = all.corners[i].pixel,
                             .error_px = all.errors[i]});
       }
     }

@@ -48,6 +48,7 @@ struct Outlier {
   std::string image;
   std::size_t board = 0;  ///< see View
   int corner_id = 0;
+  Eigen::Vector2d pixel{0, 0};     ///< observed
   Eigen::Vector2d error_px{0, 0};  ///< projected minus observed
 };
 

@@ -357,7 +357,7 @@ std::optional<Start> findStart(std::span<const std::vector<Observation>> views, 
   if (options.initial) return givenStart(views, size, options);
   std::vector<std::size_t> chosen = spreadOf(views.size());
   const HuberLoss loss = startLoss(size);
-  constexpr int kMaxRounds = 3;
+  constexpr int kMostRounds = 3;
   for (int round = 1;; ++round) {
     auto some = mapped(chosen, [&](std::size_t v) { return views[v]; });
     auto start = Search(size, std::move(some), options).run(options.model);
@@ -368,7 +368,7 @@ std::optional<Start> findStart(std::span<const std::vector<Observation>> views, 
     for (std::size_t v = 0; v < views.size(); ++v) {
       if (!start->optima.front().poses[v] && !std::ranges::binary_search(chosen, v)) lacking.push_back(v);
     }
-    if (lacking.empty() || round == kMaxRounds) return start;
+    if (lacking.empty() || round == kMostRounds) return start;
     lacking.resize(std::min(lacking.size(), kMaxViews));
     chosen.insert(chosen.end(), lacking.begin(), lacking.end());
     std::ranges::sort(chosen);

@@ -35,7 +35,8 @@ void to_json(json& j, const ModelChoice& choice) {
 }
 
 void to_json(json& j, const Outlier& o) {
-  j = {{"image", o.image}, {"corner_id", o.corner_id}, {"dx", o.error_px.x()}, {"dy", o.error_px.y()}};
+  j = {{"image", o.image}, {"corner_id", o.corner_id}, {"u", o.pixel.x()},
+       {"v", o.pixel.y()}, {"dx", o.error_px.x()},     {"dy", o.error_px.y()}};
 }
 
 void to_json(json& j, const BendByViews& by_views) {
@@ -166,20 +167,6 @@ json withBoards(const Calibration& result, const Items& items) {
   json list = items;
   if (!hasSeveralBoards(result)) return list;
   for (std::size_t i = 0; i < items.size(); ++i) list[i]["board"] = specOf(result, items[i].board);
-  return list;
-}
-
-// The outliers with their observed pixels, which the fit does not store.
-json outliersJson(const Calibration& result, std::span<const View> given) {
-  const std::vector<Outlier>& outliers = result.dropped.outliers;
-  json list = withBoards(result, outliers);
-  for (std::size_t i = 0; i < outliers.size(); ++i) {
-    const std::vector<Corner>& corners = given[outliers[i].source].corners;
-    const auto seen = std::ranges::find(corners, outliers[i].corner_id, &Corner::id);
-    if (seen == corners.end()) continue;
-    list[i]["u"] = seen->pixel.x();
-    list[i]["v"] = seen->pixel.y();
-  }
   return list;
 }
 
@@ -329,8 +316,7 @@ json uncertaintyJson(const Calibration& result) {
   };
 }
 
-json documentOf(const Calibration& result, const GivenImages& given, std::span<const View> views,
-                const Guidance& guidance) {
+json documentOf(const Calibration& result, const GivenImages& given, const Guidance& guidance) {
   const Uncertainty& known = result.uncertainty;
   const SolveSummary& solver = result.fit.summary;
   json document = uncertaintyJson(result);
@@ -372,7 +358,7 @@ json documentOf(const Calibration& result, const GivenImages& given, std::span<c
       {"accuracy", orNull(known.accuracy)},
       {"verdict", verdictName(result.verdict())},
       {"findings", result.diagnoses},
-      {"outliers", outliersJson(result, views)},
+      {"outliers", withBoards(result, result.dropped.outliers)},
       {"outlier_share", result.dropped.outlierShare(result.fit)},
       {"excluded_views", withBoards(result, result.dropped.views)},
       {"repeated_views", withBoards(result, result.dropped.repeated)},
@@ -457,14 +443,13 @@ std::size_t numImagesUsed(const Calibration& result) {
   return count;
 }
 
-std::string summaryJson(const Calibration& result, const GivenImages& given, std::span<const View> views,
-                        const Guidance& guidance) {
-  return jsonText(documentOf(result, given, views, guidance));
+std::string summaryJson(const Calibration& result, const GivenImages& given, const Guidance& guidance) {
+  return jsonText(documentOf(result, given, guidance));
 }
 
-json evidenceDocument(const Calibration& result, const GivenImages& given, std::span<const View> views,
-                      const Guidance& guidance, const EvidenceOrigin& origin) {
-  json document = documentOf(result, given, views, guidance);
+json evidenceDocument(const Calibration& result, const GivenImages& given, const Guidance& guidance,
+                      const EvidenceOrigin& origin) {
+  json document = documentOf(result, given, guidance);
   for (std::size_t v = 0; v < result.fit.views.size(); ++v)
     document["views"][v]["corners"] = cornersJson(result.fit.views[v]);
   document["settings"] = json::object();

@@ -28,9 +28,8 @@ struct GivenImages {
 [[nodiscard]] std::size_t numImagesUsed(const Calibration& result);
 
 /// All results of a calibration, for programs: one JSON document.
-/// @param views  as given to calibrate()
 [[nodiscard]] std::string summaryJson(const Calibration& result, const GivenImages& given,
-                                      std::span<const View> views, const Guidance& guidance);
+                                      const Guidance& guidance);
 
 /// Origin of the evidence.
 struct EvidenceOrigin {
@@ -41,8 +40,7 @@ struct EvidenceOrigin {
 
 /// The same with the settings and the errors of all corners; input of reportPage().
 [[nodiscard]] nlohmann::json evidenceDocument(const Calibration& result, const GivenImages& given,
-                                              std::span<const View> views, const Guidance& guidance,
-                                              const EvidenceOrigin& origin);
+                                              const Guidance& guidance, const EvidenceOrigin& origin);
 
 /// All results of the calibration of a rig, for programs: one JSON document.
 [[nodiscard]] std::string rigSummaryJson(const RigCalibration& rig);

@@ -15,6 +15,7 @@
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/uncertainty/accuracy.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 
@@ -28,13 +29,11 @@ constexpr std::size_t kFewestPixels = 20;
 // calibration, all of them.
 std::vector<View> usedViews(const std::vector<View>& views, const std::optional<Calibration>& freed) {
   if (!freed) return views;
-  std::set<std::pair<std::size_t, int>> outliers;
-  for (const Outlier& outlier : freed->dropped.outliers) outliers.insert({outlier.source, outlier.corner_id});
   std::vector<View> used;
   for (const FitView& view : freed->fit.views) {
     used.push_back(views[view.source]);
-    std::erase_if(used.back().corners, [&](const Corner& corner) {
-      return outliers.contains({view.source, corner.id});
+    used.back().corners = mapped(view.corners, [](const Observation& corner) {
+      return Corner{.id = corner.id, .pixel = corner.pixel, .sigma_px = corner.sigma_px};
     });
   }
   return used;
