@@ -40,7 +40,7 @@ Set makeSet(const std::vector<Placement>& placements) {
                    at.distance_m * *set.result.camera().unproject({at.u, at.v}) - rotation * kBoard.middle()};
     const std::string name = "view_" + std::to_string(set.views.size());
     set.views.push_back(exactView(set.result.camera(), kSize, kBoard, pose, name));
-    addView(set.result.fit, set.views.size() - 1, {}, pose);
+    addView(set.result.fit, set.views.size() - 1, observationsOf(kBoard, set.views.back()), pose);
     set.result.fit.views.back().image = name;
   }
   return set;
@@ -67,8 +67,8 @@ TEST(Coverage, CountsTheCornersOfEachCell) {
 TEST(Coverage, LeavesOutliersAndUnusedViewsOut) {
   Set set = makeSet({{150, 120, 0.4, 0, 0}, {150, 350, 0.4, 0, 0}, {500, 240, 0.6, 0, 0}});
   set.result.fit.views.pop_back();
-  for (int id = 0; id < 10; ++id)
-    set.result.dropped.outliers.push_back({.image = "view_1", .corner_id = id, .error_px = {9, 9}});
+  std::vector<Observation>& used = set.result.fit.views.front().corners;
+  used.erase(used.begin(), used.begin() + 10);
   const CoverageReport report = coverageOf(set.result, set.views);
   EXPECT_EQ(std::accumulate(report.num_corners.begin(), report.num_corners.end(), 0), 2 * 54 - 10);
   EXPECT_EQ(report.views.size(), 2u);

@@ -133,13 +133,14 @@ Calibration calibrationOfChoice(const PreparedViews& given, const CalibratorOpti
   return first;
 }
 
-// True if a fit of the same images has smaller errors, or about the same on clearly more corners.
+// True if a fit of the same images has clearly smaller errors, or about the same on clearly more corners.
 bool explainsMore(const Fit& fit, const Fit& other) {
   constexpr double kMore = 1.02;
+  constexpr double kSmaller = 0.97;
   constexpr double kAboutSame = 1.1;
   const double errors = weightedRms(fit) / weightedRms(other);
   const double corners = static_cast<double>(numCorners(fit)) / static_cast<double>(numCorners(other));
-  return (errors < 1 && corners > 1 / kMore) || (errors < kAboutSame && corners > kMore);
+  return (errors < kSmaller && corners > 1 / kMore) || (errors < kAboutSame && corners > kMore);
 }
 
 // Rounded to a tenth of a pixel: enough to recognise an image by.
@@ -223,7 +224,11 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
   }
   Calibration renumbered = result;
   for (int i = 0; i < kMaxRevisions && renumberTurnedViews(renumbered.fit, given); ++i) {
-    renumbered = calibrated();
+    try {
+      renumbered = calibrated();
+    } catch (const Error&) {  // a doubtful numbering may leave no camera that explains the views
+      break;
+    }
     if (explainsMore(renumbered.fit, result.fit)) result = renumbered;
   }
   return result;

@@ -20,6 +20,12 @@ void setFit(const Fit& rig, std::size_t camera, double variance, Fit& fit) {
     if (board.isUneven()) *board.offset_precision *= variance;
     board.flex.precision *= variance;
   }
+  // The camera sees only some of the placements that have bends.
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    const auto count = std::ranges::count(rig.placements, b, &FitPlacement::board);
+    if (count > 0)
+      fit.boards[b].flex.num_free *= static_cast<double>(numViews(fit, b)) / static_cast<double>(count);
+  }
   auto own = fit.views.begin();
   for (const FitView& view : rig.views) {
     if (view.camera != camera) continue;

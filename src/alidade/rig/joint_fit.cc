@@ -316,6 +316,8 @@ bool relink(const JointViews& views, const std::vector<std::size_t>& moved, Join
     if (transferRms(joint.fit, view, joint.fit.placements[others->second].rig_from_board) >
         limits[view.camera])
       return false;
+    const auto other = std::ranges::find(joint.fit.views, others->second, &FitView::placement);
+    view.flex_m = other->flex_m;
     view.placement = others->second;
     return true;
   });
@@ -348,8 +350,10 @@ JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, 
   unlinkGrossContradictions(views, joint);
   const auto solveOnce = [&] {
     joint.fit = solve(withoutEmptyPlacements(joint.fit), options);
+    const bool was_flexible = isAnyFlexible(joint.fit);
     for (int i = 0; i < kMostFlexSteps && updateFlex(joint.fit) > kFlexAtRest; ++i)
       joint.fit = solve(std::move(joint.fit), options);
+    if (was_flexible && !isAnyFlexible(joint.fit)) joint.fit = solve(std::move(joint.fit), options);
     if (joint.fit.summary.termination == Termination::kFailed) return;
     solveUneven(uneven, joint, cancel);
   };

@@ -65,8 +65,17 @@ std::vector<Calibration> calibratedAlone(std::span<const Board> boards, const st
   calibrateAlone(boards, cameras, options, std::nullopt, result);
   // A board that flexes before one camera flexes before all.
   const auto is_flexible = [](const Calibration& alone) { return isAnyFlexible(alone.fit); };
-  if (options.camera.board_shape == BoardShapeMode::kAuto && std::ranges::any_of(result, is_flexible))
-    calibrateAlone(boards, cameras, options, BoardShapeMode::kFlexible, result);
+  if (options.camera.board_shape != BoardShapeMode::kAuto || std::ranges::none_of(result, is_flexible))
+    return result;
+  std::vector<Calibration> flexible = result;
+  try {
+    calibrateAlone(boards, cameras, options, BoardShapeMode::kFlexible, flexible);
+  } catch (const Error&) {  // bends in each view may leave a camera undetermined
+    return result;
+  }
+  for (std::size_t c = 0; c < result.size(); ++c) {
+    if (is_flexible(flexible[c])) result[c] = std::move(flexible[c]);
+  }
   return result;
 }
 

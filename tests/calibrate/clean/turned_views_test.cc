@@ -55,11 +55,15 @@ std::vector<View> turnedAtRandom(const Board& board, std::vector<View> views, st
   return views;
 }
 
-double differencePx(const Calibration& a, const Calibration& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < 4; ++i)
-    sum = std::max(sum, std::abs(onlyCamera(a.fit).params[i] - onlyCamera(b.fit).params[i]));
-  return sum;
+// Largest difference of fx, fy, cx and cy, in stated standard deviations of the second.
+double difference(const Calibration& a, const Calibration& b) {
+  double most = 0;
+  for (int i = 0; i < 4; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    most = std::max(most, std::abs(onlyCamera(a.fit).params[at] - onlyCamera(b.fit).params[at]) /
+                              b.uncertainty.parameterStd(i));
+  }
+  return most;
 }
 
 TEST(TurnedViews, AreNumberedAlikeWhereTheBoardIsUneven) {
@@ -67,6 +71,7 @@ TEST(TurnedViews, AreNumberedAlikeWhereTheBoardIsUneven) {
                                      Checkerboard{.columns = 9, .rows = 7, .square_m = 0.03},
                                      Checkerboard{.columns = 6, .rows = 6, .square_m = 0.04}};
   int num_sets = 0;
+  int num_same = 0;
   for (const Board& board : boards) {
     for (const double scatter_m : {1e-4, 4e-4}) {
       for (const int num_views : {10, 25}) {
@@ -75,13 +80,15 @@ TEST(TurnedViews, AreNumberedAlikeWhereTheBoardIsUneven) {
         const Calibration right = calibrate(board, alike, {.model = "radtan"});
         const Calibration mixed = calibrate(board, turnedAtRandom(board, alike, seed), {.model = "radtan"});
         EXPECT_LT(rms(mixed.fit), 1.05 * rms(right.fit)) << board.spec() << " " << scatter_m;
-        EXPECT_LT(differencePx(right, mixed), 0.02) << board.spec() << " " << scatter_m;
+        num_same += difference(right, mixed) < 1e-3 ? 1 : 0;
+        EXPECT_LT(difference(right, mixed), 2) << board.spec() << " " << scatter_m;
         EXPECT_EQ(right.verdict(), mixed.verdict()) << board.spec() << " " << scatter_m;
         ++num_sets;
       }
     }
   }
   EXPECT_EQ(num_sets, 12);
+  EXPECT_GE(num_same, 10);
 }
 
 TEST(TurnedViews, OfFlatAndOfEvenlyNumberedBoardsStayAsTheyAre) {

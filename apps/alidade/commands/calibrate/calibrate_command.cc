@@ -91,8 +91,8 @@ class CalibrateCommand final : public Command {
     flags.addSwitch("--same-focal", options_.same_focal, "Force fx = fy");
     flags.add("--board-shape", &board_shape_,
               "Shape of the board. flat: assume a flat board; warp: estimate its bend; uneven: estimate "
-              "the place of every point; auto: estimate the bend if it is significant, and the points "
-              "if they explain other views",
+              "the place of every point; flexible: estimate a bend for each view; auto: estimate what the "
+              "views show",
               kBoardShapes);
   }
 

@@ -193,7 +193,7 @@ class RigCalibrateCommand final : public Command {
               {.word = kFilePath.word, .separator = ','});
     flags.add("--board-shape", &shape_,
               "Shape of the boards. flat: boards are flat; warp: their bend is estimated; uneven: the "
-              "place of every point; auto: what is seen",
+              "place of every point; flexible: a bend in each frame; auto: what is seen",
               kBoardShapes);
     flags.under(kOutputGroup);
     flags.add("-o,--output", &output_, "Rig file to write (YAML)", kFilePath);

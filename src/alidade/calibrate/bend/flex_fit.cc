@@ -108,7 +108,10 @@ double updateFlexOf(std::size_t b, Fit& fit) {
   flex.std_m = std::sqrt(squares / std::max(1.0, flex.num_free));
   flex.precision = variance / (flex.std_m * flex.std_m);
   if (!std::isfinite(flex.precision)) {
-    stiffen(fit);
+    flex = {};
+    for (const auto& of_placement : views) {
+      for (FitView* view : of_placement) view->flex_m.setZero();
+    }
     return 0;
   }
   return largest;
