@@ -215,12 +215,17 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
   append(rest, parameterLines(result));
   append(rest, wrapped("Fit", fitText(result, given)));
   Lines last = wrapped("Views", viewsText(guidance.coverage));
-  append(last, wrapped("Next", shortNextViewText(guidance, result.imageSize())));
   // The reason for a rejection is always shown.
   const bool is_rejected =
       !result.diagnoses.empty() && result.diagnoses.front().severity == Severity::kFailure;
-  const std::size_t num_others = lines.size() + rest.size() + last.size() + (guidance.target ? 3 : 1) +
-                                 (is_rejected ? toldShortly(result.diagnoses.front()).size() : 0);
+  std::size_t num_others = lines.size() + rest.size() + last.size() + (guidance.target ? 3 : 1) +
+                           (is_rejected ? toldShortly(result.diagnoses.front()).size() : 0);
+  // It matters more than the next view.
+  const Lines next = wrapped("Next", shortNextViewText(guidance, result.imageSize()));
+  if (!is_rejected || num_others + next.size() < kMaxLines) {
+    append(last, next);
+    num_others += next.size();
+  }
   append(rest, boardLines(result.fit, std::clamp<std::size_t>(kMaxLines - std::min(num_others, kMaxLines), 1,
                                                               kMaxBoardLines)));
   append(rest, last);
