@@ -109,11 +109,10 @@ Calibration calibrationOfChoice(const PreparedViews& given, const CalibratorOpti
   ModelSolution solution = chooseModel(given, options);
   std::vector<AnyCamera> rivals = solution.rivals;
   Calibration first = calibrationOf(std::move(solution), given, options);
-  // No other model mends a board.
-  if (std::ranges::all_of(first.diagnoses, [](const Diagnosis& d) {
-        return d.severity != Severity::kFailure || d.id.kind().subject == Subject::kBoard;
-      }))
-    return first;
+  const auto is_beyond_models = [](const Diagnosis& d) {
+    return d.severity != Severity::kFailure || isOfSpec(d);
+  };
+  if (std::ranges::all_of(first.diagnoses, is_beyond_models)) return first;
   const auto chosen = std::ranges::find(first.choice.model->candidates, "chosen", &ModelCandidate::verdict);
   rivals.push_back(first.camera());
   for (const ModelCandidate& other : alternativesTo(*chosen, *first.choice.model, options.tolerance_px)) {
@@ -222,14 +221,15 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
     if (!reviseGaps(result.fit, result.uncertainty.common_errors, boards, given.boards)) break;
     result = calibrated();
   }
-  Calibration renumbered = result;
-  for (int i = 0; i < kMaxRevisions && renumberTurnedViews(renumbered.fit, given); ++i) {
+  Fit last = result.fit;
+  for (int i = 0; i < kMaxRevisions && renumberTurnedViews(last, given); ++i) {
     try {
-      renumbered = calibrated();
+      Calibration renumbered = calibrated();
+      last = renumbered.fit;
+      if (explainsMore(last, result.fit)) result = std::move(renumbered);
     } catch (const Error&) {  // a doubtful numbering may leave no camera that explains the views
       break;
     }
-    if (explainsMore(renumbered.fit, result.fit)) result = renumbered;
   }
   return result;
 }

@@ -351,8 +351,13 @@ JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, 
   const auto solveOnce = [&] {
     joint.fit = solve(withoutEmptyPlacements(joint.fit), options);
     const bool was_flexible = isAnyFlexible(joint.fit);
-    for (int i = 0; i < kMostFlexSteps && updateFlex(joint.fit) > kFlexAtRest; ++i)
+    for (int step = 0; updateFlex(joint.fit) > kFlexAtRest; ++step) {
       joint.fit = solve(std::move(joint.fit), options);
+      if (step < kMostFlexSteps) continue;
+      joint.fit.summary.termination = Termination::kIterationLimit;
+      joint.fit.summary.reason = "the board's bends do not come to rest";
+      break;
+    }
     if (was_flexible && !isAnyFlexible(joint.fit)) joint.fit = solve(std::move(joint.fit), options);
     if (joint.fit.summary.termination == Termination::kFailed) return;
     solveUneven(uneven, joint, cancel);

@@ -13,6 +13,7 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/joint_information.h"
+#include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/triangulation.h"
 #include "alidade/core/degrees.h"
@@ -307,9 +308,9 @@ std::vector<Diagnosis> judged(const RigValidation& tested, bool has_covariance) 
   }
   for (Diagnosis diagnosis : tested.freed.diagnoses) {
     const Subject about = diagnosis.id.kind().subject;
-    const bool is_of_spec = diagnosis.id == DiagnosisId("board_gap");  // the gap that is seen is used
-    if (is_of_spec) diagnosis.severity = Severity::kWarning;
-    if (is_of_spec || about == Subject::kFit || about == Subject::kMatching || about == Subject::kFrames)
+    if (isOfSpec(diagnosis)) diagnosis.severity = Severity::kWarning;
+    if (isOfSpec(diagnosis) || about == Subject::kFit || about == Subject::kMatching ||
+        about == Subject::kFrames)
       diagnoses.push_back(std::move(diagnosis));
   }
   sortDiagnoses(diagnoses);

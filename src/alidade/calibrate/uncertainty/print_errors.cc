@@ -124,6 +124,10 @@ bool isGapContradicted(const Board& board, const CommonError& gap) {
   return gap.sigmas() > kSigmas && std::abs(gap.value) > kPrint * (1 + *board.gap());
 }
 
+bool isOfSpec(const Diagnosis& diagnosis) {
+  return diagnosis.id == DiagnosisId("board_gap");
+}
+
 Board withSeenGap(const Board& board, double gap) {
   return board.withGap(*parseDouble(numberText("%.4g", std::clamp(gap, kLeastTagGap, kLargestTagGap))));
 }

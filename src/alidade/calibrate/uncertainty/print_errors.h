@@ -9,6 +9,7 @@
 
 #include "alidade/adjust/board/fit.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"
+#include "alidade/core/diagnosis.h"
 
 namespace alidade {
 
@@ -38,6 +39,9 @@ void includeOffsets(const Fit& fit, std::vector<CommonError>& errors);
 
 /// True if images show another gap than the board has, certainly and by more than print changes it.
 [[nodiscard]] bool isGapContradicted(const Board& board, const CommonError& gap);
+
+/// True for a diagnosis of the SPEC, which no image and no lens can mend; the result is that of the gap seen.
+[[nodiscard]] bool isOfSpec(const Diagnosis& diagnosis);
 
 /// The board with a seen gap, to four digits and within what a SPEC may say.
 [[nodiscard]] Board withSeenGap(const Board& board, double gap);

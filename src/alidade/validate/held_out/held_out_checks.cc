@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/core/statistics.h"
 
 namespace alidade {
@@ -24,11 +25,6 @@ std::string worstViewText(const HeldOutJudgement& judgement) {
         return !(b.rms_px <= a.rms_px) && std::isfinite(b.rms_px);
       });
   return fmt::format("the worst view is {} with {:.3g} px", worst->image, worst->rms_px);
-}
-
-// A SPEC with another gap than the images show; the freed camera is that of the gap that is seen.
-bool isOfSpec(const Diagnosis& diagnosis) {
-  return diagnosis.id == DiagnosisId("board_gap");
 }
 
 // True if the calibration from the images alone failed for a reason other than views that miss part of the
