@@ -46,11 +46,13 @@ struct DiagnosisKind {
   Subject subject;
   std::optional<Severity> severity = std::nullopt;  ///< nothing: set by the effect, or by another rule
   Rank rank = Rank::kOrdinary;
+  bool needs_focal = false;  ///< means little, and is a note, if the focal length of the camera is unknown
 };
 
 namespace detail {
 inline constexpr std::optional<Severity> kByRule;
-}
+inline constexpr bool kNeedsFocal = true;
+}  // namespace detail
 
 /// All diagnoses. docs/verdict.md describes those of one camera, docs/rigs.md those of a rig; a test checks
 /// that none is missing. Diagnoses of one camera with equal severity and rank are listed in the order of
@@ -60,10 +62,10 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"not_settled", Subject::kViews, Severity::kFailure},
     {"corners_outside_domain", Subject::kViews, Severity::kFailure, Rank::kCause},
     {"folds_in_image", Subject::kLens, Severity::kFailure},
-    {"principal_point_outside", Subject::kLens, Severity::kFailure},
+    {"principal_point_outside", Subject::kLens, Severity::kFailure, Rank::kOrdinary, detail::kNeedsFocal},
     {"fronto_parallel", Subject::kLens},
     {"unobservable", Subject::kLens, Severity::kFailure},
-    {"focal_uncertain", Subject::kLens, Severity::kFailure, Rank::kConsequence},
+    {"focal_uncertain", Subject::kLens, Severity::kFailure},
     {"views_disagree", Subject::kViews, Severity::kFailure, Rank::kCause},
     {"two_cameras", Subject::kViews, detail::kByRule, Rank::kCause},
     {"inaccurate", Subject::kLens, Severity::kFailure, Rank::kConsequence},
@@ -74,22 +76,23 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"few_views", Subject::kLens},
     {"held_value", Subject::kLens, detail::kByRule, Rank::kCause},
     {"ambiguous_optimum", Subject::kLens},
-    {"centre_moves", Subject::kViews, detail::kByRule, Rank::kConsequence},
-    {"focus_breathes", Subject::kViews, detail::kByRule, Rank::kConsequence},
+    {"centre_moves", Subject::kViews, detail::kByRule, Rank::kConsequence, detail::kNeedsFocal},
+    {"focus_breathes", Subject::kViews, detail::kByRule, Rank::kConsequence, detail::kNeedsFocal},
+    {"correlated_views", Subject::kViews, detail::kByRule, Rank::kCause},
     {"focal_changed", Subject::kViews, detail::kByRule, Rank::kCause},
-    {"rolling_shutter", Subject::kViews},
+    {"rolling_shutter", Subject::kViews, detail::kByRule, Rank::kCause},
     {"board_gap", Subject::kBoard, detail::kByRule, Rank::kCause},
-    {"board_not_square", Subject::kBoard},
-    {"board_graded", Subject::kBoard},
-    {"board_twisted", Subject::kBoard},
-    {"corners_biased", Subject::kViews},
-    {"odd_aspect", Subject::kLens},
+    {"board_not_square", Subject::kBoard, detail::kByRule, Rank::kOrdinary, detail::kNeedsFocal},
+    {"board_graded", Subject::kBoard, detail::kByRule, Rank::kOrdinary, detail::kNeedsFocal},
+    {"board_twisted", Subject::kBoard, detail::kByRule, Rank::kOrdinary, detail::kNeedsFocal},
+    {"corners_biased", Subject::kViews, detail::kByRule, Rank::kOrdinary, detail::kNeedsFocal},
+    {"odd_aspect", Subject::kLens, detail::kByRule, Rank::kOrdinary, detail::kNeedsFocal},
     {"bent_board", Subject::kBoard},
     {"board_flexes", Subject::kBoard, Severity::kWarning, Rank::kCause},
     {"board_even", Subject::kBoard, Severity::kNote},
     {"uneven_board", Subject::kBoard, Severity::kNote},
     {"bend_ignored", Subject::kBoard},
-    {"influential_view", Subject::kViews},
+    {"influential_view", Subject::kViews, detail::kByRule, Rank::kOrdinary, detail::kNeedsFocal},
     {"poor_coverage", Subject::kLens, Severity::kWarning, Rank::kConsequence},
     {"ill_conditioned", Subject::kLens, Severity::kNote},
     {"parameter_at_limit", Subject::kLens, Severity::kNote},

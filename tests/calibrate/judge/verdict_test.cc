@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
 
 #include <gtest/gtest.h>
 
@@ -83,6 +84,104 @@ TEST(Verdict, TrustsNoCameraThatIsWrong) {
     }
   }
   EXPECT_EQ(num_sets, 24);
+}
+
+// With frontal views, whose images were stretched as well, all that could be said of pixels and board follows
+// from a focal length that nobody knows.
+TEST(Verdict, SaysFirstThatTheFocalLengthIsUnknown) {
+  int num_sets = 0;
+  int num_notes = 0;
+  for (const char* model : {"radtan", "kannala_brandt"}) {
+    for (std::uint64_t number = 0; number < 10; ++number) {
+      VerdictCase c = makeVerdictCase(Flaw::kFrontoParallel, model, number);
+      for (View& view : c.set.views) {
+        for (Corner& corner : view.corners) corner.pixel.x() *= 1.06;
+        view.size.width = static_cast<int>(1.06 * view.size.width) + 1;
+      }
+      const Calibration result = calibrate(c.set.board, c.set.views, c.options);
+      const auto unknown = std::ranges::find_if(result.diagnoses, [](const Diagnosis& d) {
+        return d.severity == Severity::kFailure && (d.id == "fronto_parallel" || d.id == "focal_uncertain");
+      });
+      if (unknown == result.diagnoses.end()) continue;
+      ++num_sets;
+      EXPECT_EQ(result.diagnoses.front().id, unknown->id) << idsOf(result);
+      for (const Diagnosis& d : result.diagnoses) {
+        if (!d.id.kind().needs_focal) continue;
+        ++num_notes;
+        EXPECT_EQ(d.severity, Severity::kNote) << d.id;
+      }
+    }
+  }
+  EXPECT_EQ(num_sets, 13);  // the others happen to determine it to 2 %
+  EXPECT_GE(num_notes, 13);
+}
+
+// A lens that focuses on each board, calibrated with a model of more parameters than it determines: the step
+// to the camera without the error is then poorly determined too, and once counted as none.
+TEST(Verdict, TrustsNoBreathingLensWhoseModelIsUndetermined) {
+  int num_sets = 0;
+  const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{1000, 1000, 640, 480});
+  for (std::uint64_t number = 1; number <= 8; ++number) {
+    SimulatedSet set = simulateSet(camera, {.width = 1280, .height = 960}, 20, 0.05, number);
+    for (std::size_t v = 0; v < set.views.size(); ++v) {
+      const double distance_m = (set.poses[v] * set.board.middle()).norm();
+      for (Corner& corner : set.views[v].corners)
+        corner.pixel += 0.004 / distance_m * (corner.pixel - Eigen::Vector2d(640, 480));
+    }
+    const Calibration result = calibrate(set.board, set.views, {.model = "double_sphere"});
+    EXPECT_NE(result.verdict(), Verdict::kTrustworthy) << number;
+    ++num_sets;
+  }
+  EXPECT_EQ(num_sets, 8);
+}
+
+// Frames of a video of a board that moves slowly, sheared by about a pixel each.
+struct ShearedAnswer {
+  bool is_named = false;
+  double focal_sigmas = 0;  // by which fx is off
+};
+ShearedAnswer answerOfSheared(std::uint64_t number, double alike) {
+  constexpr double kShear = 1e-3;
+  constexpr int kPlaces = 20;
+  constexpr int kFramesEach = 4;
+  const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+  const AnyCamera camera = AnyCamera::make("radtan", truth);
+  const ImageSize size{.width = 1280, .height = 960};
+  const SimulatedSet set = simulateSet(camera, size, kPlaces, 0, number);
+  Random random(streamSeed(91, number));
+  double shear = random.normal();
+  std::vector<View> frames;
+  for (SE3 pose : set.poses) {
+    for (int i = 0; i < kFramesEach; ++i) {
+      frames.push_back(exactView(camera, size, set.board, pose, "frame_" + std::to_string(frames.size())));
+      addCornerNoise(frames.back(), 0.05, random);
+      for (Corner& corner : frames.back().corners)
+        corner.pixel.x() += kShear * shear * (corner.pixel.y() - 0.5 * size.height);
+      shear = alike * shear + std::sqrt(1 - alike * alike) * random.normal();
+      pose.translation += Eigen::Vector3d(0.003, 0.002, 0.004);
+    }
+  }
+  const Calibration result = calibrate(set.board, frames, {.model = "radtan"});
+  return {.is_named = std::ranges::find(result.diagnoses, DiagnosisId("correlated_views"), &Diagnosis::id) !=
+                      result.diagnoses.end(),
+          .focal_sigmas =
+              std::abs(onlyCamera(result.fit).params[0] - truth[0]) / result.uncertainty.parameterStd(0)};
+}
+
+TEST(Verdict, NamesFramesOfAVideoThatShareTheirErrors) {
+  constexpr int kSets = 20;
+  int num_named = 0;
+  int num_covered = 0;
+  int num_wrongly = 0;
+  for (std::uint64_t number = 0; number < kSets; ++number) {
+    const ShearedAnswer video = answerOfSheared(number, 0.9);
+    num_named += video.is_named ? 1 : 0;
+    num_covered += video.focal_sigmas < 2 ? 1 : 0;
+    num_wrongly += answerOfSheared(number, 0).is_named ? 1 : 0;
+  }
+  EXPECT_GE(num_named, 17);  // in three, neighbours are alike by less than three standard deviations
+  EXPECT_GE(num_covered, 18);
+  EXPECT_EQ(num_wrongly, 0);
 }
 
 TEST(Verdict, TheWorstFindingDecides) {

@@ -11,6 +11,7 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/shape_information.h"
+#include "alidade/adjust/noise/view_shares.h"
 #include "alidade/core/statistics.h"
 #include "support/fit_set.h"
 
@@ -102,6 +103,61 @@ TEST(ViewCovariance, IsTheVarianceOfAMeanForEqualViews) {
   EXPECT_NEAR(by_views->covariance(0, 0), squares / 5 / 6, 1e-12);
   EXPECT_NEAR(by_views->freedom[0], 5, 1e-9);
   EXPECT_NEAR(by_views->effectiveStd(0) * kNormal95, 2.5706 * std::sqrt(squares / 30), 2e-3);
+}
+
+// The views of a series say the same about three directions, with errors of variance 1 that are alike in
+// succession. Counts how often all is within the interval for 95 %, and how often the series is noticed.
+struct SeriesCount {
+  int intervals = 0;
+  int covered = 0;
+  int series = 0;
+  int noticed = 0;
+};
+SeriesCount countSeries(int num_views, double alike, std::uint64_t seed) {
+  constexpr int kSeries = 500;
+  Random random(seed);
+  SeriesCount count;
+  for (int s = 0; s < kSeries; ++s) {
+    Eigen::MatrixXd errors(3, num_views);
+    for (int v = 0; v < num_views; ++v) {
+      for (int i = 0; i < 3; ++i) {
+        const double before = v == 0 ? random.normal() : errors(i, v - 1);
+        errors(i, v) = v == 0 ? before : alike * before + std::sqrt(1 - alike * alike) * random.normal();
+      }
+    }
+    const Eigen::Vector3d mean = errors.rowwise().mean();
+    std::vector<Reduced> pulls;
+    for (int v = 0; v < num_views; ++v)
+      pulls.push_back({.information = Eigen::Matrix3d::Identity(), .gradient = mean - errors.col(v)});
+    const auto by_views = viewCovariance(pulls, Eigen::Matrix3d::Identity(), 3, 1.0, 1.0);
+    if (!by_views) continue;
+    ++count.series;
+    if (serialFactor(errors.colwise() - mean) > 1) ++count.noticed;
+    for (int i = 0; i < 3; ++i) {
+      ++count.intervals;
+      if (std::abs(mean(i)) < kNormal95 * by_views->effectiveStd(i)) ++count.covered;
+    }
+  }
+  return count;
+}
+
+TEST(ViewCovariance, CountsAlikeFramesOfAVideoAsFewer) {
+  for (const double alike : {0.6, 0.8, 0.9}) {
+    const SeriesCount video = countSeries(80, alike, 1);
+    EXPECT_EQ(video.series, 500);
+    EXPECT_GE(video.noticed, 490) << alike;
+    EXPECT_EQ(video.intervals, 1500);
+    EXPECT_GE(video.covered, 0.92 * video.intervals) << alike;  // 93 to 94 %; without the factor 67 to 32 %
+  }
+}
+
+TEST(ViewCovariance, DoesNotTakeIndependentViewsForAlike) {
+  for (const int num_views : {6, 12, 30, 80}) {
+    const SeriesCount photos = countSeries(num_views, 0, 2);
+    EXPECT_EQ(photos.series, 500);
+    EXPECT_LE(photos.noticed, 5) << num_views;
+    EXPECT_NEAR(photos.covered, 0.95 * photos.intervals, 0.015 * photos.intervals) << num_views;
+  }
 }
 
 TEST(ViewCovariance, IsLargerThanBothInEveryDirection) {

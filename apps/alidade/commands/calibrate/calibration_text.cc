@@ -38,10 +38,17 @@ std::string fitText(const Calibration& result, const GivenViews& given) {
   const double holdout = result.uncertainty.holdout.rms_px;
   const std::string views =
       result.fit.boards.size() > 1 ? fmt::format("{} views in ", result.fit.views.size()) : "";
+  const auto num_other =
+      given.surveys.empty()
+          ? 0
+          : std::ranges::count_if(given.surveys.front().outcomes, [](const ImageOutcome& outcome) {
+              return outcome.detection.reason == DetectionReason::kOtherSize;
+            });
   return fmt::format(
-      "RMS {:.3f} px, cross-validation {}; {} corners in {}{} of {} images{}", rms(result.fit),
+      "RMS {:.3f} px, cross-validation {}; {} corners in {}{} of {} images{}{}", rms(result.fit),
       std::isfinite(holdout) ? fmt::format("{:.3f} px", holdout) : "impossible", numCorners(result.fit),
       views, numImagesUsed(result), given.num_images,
+      num_other > 0 ? fmt::format(" ({} left out for their size)", num_other) : "",
       result.dropped.outliers.empty() ? "" : fmt::format("; {} outliers", result.dropped.outliers.size()));
 }
 

@@ -1,11 +1,28 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/noise/view_shares.h"
 
+#include <algorithm>
+
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/geometry/decompositions.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
+
+double serialFactor(const Eigen::MatrixXd& pulls) {
+  constexpr double kBeyondChance = 3;  // standard deviations if views are independent
+  constexpr double kMostAlike = 0.95;  // correlation of neighbours; more would be a trend
+  const Eigen::Index n = pulls.cols();
+  if (n < 2) return 1;
+  const Eigen::RowVectorXd products =
+      pulls.leftCols(n - 1).cwiseProduct(pulls.rightCols(n - 1)).colwise().sum();
+  if (!(products.sum() > kBeyondChance * products.norm())) return 1;
+  const double measured = products.sum() / pulls.squaredNorm();
+  // Pulls add up to zero, so they look less alike than they are (Kendall 1954, Note on bias in the estimation
+  // of autocorrelation, Biometrika 41(3/4)).
+  const double alike = std::min(kMostAlike, measured + (1 + 3 * measured) / static_cast<double>(n));
+  return (1 + alike) / (1 - alike);
+}
 
 std::optional<ViewShares> ViewShares::make(std::span<const Reduced> pulls, const Eigen::MatrixXd& directions,
                                            double mean_slope, const Eigen::MatrixXd& prior, PullLift lift) {
@@ -65,6 +82,12 @@ double ViewShares::freedomOf(const Eigen::VectorXd& contrast) const {
   }
   trace_of_square += QQ.squaredNorm();
   return trace > 0 && trace_of_square > 0 ? trace * trace / trace_of_square : 0.0;
+}
+
+Eigen::MatrixXd ViewShares::pulls() const {
+  Eigen::MatrixXd all(basis_.cols(), std::ssize(shares_));
+  for (Eigen::Index v = 0; v < all.cols(); ++v) all.col(v) = shares_[static_cast<std::size_t>(v)].pull;
+  return all;
 }
 
 double ViewShares::squaresOfShares() const {

@@ -26,6 +26,12 @@ enum class PullLift {
   kLeaveOneOut
 };
 
+/// Variance of the sum of pulls over the sum of their variances, at least 1: more than 1 if pulls in
+/// succession are alike beyond chance, as those of the frames of a video are. Pulls are taken for an
+/// autoregressive process of first order, whose correlation is the mean over all directions.
+/// @param pulls  M x views: deviations of each view, in the order in which they were taken
+[[nodiscard]] double serialFactor(const Eigen::MatrixXd& pulls);
+
 class ViewShares {
  public:
   /// @param pulls       one per view, at the optimum; columns as the rows of `directions`
@@ -42,6 +48,8 @@ class ViewShares {
   [[nodiscard]] const Eigen::MatrixXd& basis() const { return basis_; }
   /// M x M in that basis: the covariance from the disagreement of the views.
   [[nodiscard]] const Eigen::MatrixXd& covariance() const { return covariance_; }
+  /// M x views, in that basis: the pulls whose squares are summed in the covariance, times the mean slope.
+  [[nodiscard]] Eigen::MatrixXd pulls() const;
   /// Degrees of freedom of the variance of contrast . x, with x in that basis.
   [[nodiscard]] double freedomOf(const Eigen::VectorXd& contrast) const;
   /// Sum over the views of the squares of the elements of their shares: M divided by the number of views if

@@ -48,6 +48,12 @@ double halfDiagonal(const Evidence& of) {
 
 std::vector<Diagnosis> judge(Evidence evidence) {
   for (const auto& diagnose : {diagnoseLens, diagnoseViews, diagnoseBoards}) diagnose(evidence);
+  // A lens that was given is not at fault for what these views do not tell.
+  if (isFocalUnknown(evidence) && evidence.uncertainty.free_directions.cols() > 0) {
+    for (Diagnosis& diagnosis : evidence.diagnoses) {
+      if (diagnosis.id.kind().needs_focal) diagnosis.severity = Severity::kNote;
+    }
+  }
   std::ranges::stable_sort(evidence.diagnoses, {}, [](const Diagnosis& diagnosis) {
     return std::ranges::find(kDiagnosisKinds, diagnosis.id, &DiagnosisKind::id) - std::begin(kDiagnosisKinds);
   });

@@ -36,6 +36,8 @@ struct Evidence {
 [[nodiscard]] double effectOfStep(const Evidence& of, std::span<const double> params_step);
 /// Effect of replacing the camera by a different one.
 [[nodiscard]] double effectOfCamera(const Evidence& of, const AnyCamera& other);
+/// True if the views hardly determine the focal length.
+[[nodiscard]] bool isFocalUnknown(const Evidence& of);
 /// Half the image diagonal, px.
 [[nodiscard]] double halfDiagonal(const Evidence& of);
 

@@ -131,14 +131,22 @@ void principalPointOutside(Evidence& of) {
 
 void oddAspect(Evidence& of) {
   constexpr double kOddAspect = 1.03;
+  constexpr double kSigmas = 3;
   const auto params = of.camera.parameters();
   const double aspect = params[0] / params[1];
   if (std::max(aspect, 1 / aspect) <= kOddAspect) return;
+  // A board that is never rolled looks the same with squares that are not square.
+  const auto stretch =
+      std::ranges::find(of.uncertainty.common_errors, CommonCause::kStretch, &CommonError::cause);
+  const bool is_told =
+      stretch != of.uncertainty.common_errors.end() && kSigmas * stretch->sigma < std::abs(aspect - 1);
   // Some sensors have such pixels, so this is not a failure.
   of.add({.id = "odd_aspect",
-          .cause = "pixels are not square",
+          .cause = is_told ? "pixels are not square" : "pixels or the board's squares are not square",
           .evidence = "fx / fy = " + numberText("%.3f", aspect),
-          .next_step = "check that the images were not stretched and that the board's squares are square"},
+          .next_step =
+              is_told ? "check that the images were not stretched and that the board's squares are square"
+                      : "turn the board by 90 degrees in some views, which tells them apart"},
          0.5 * std::abs(aspect - 1) * halfDiagonal(of), Severity::kWarning);
 }
 
@@ -173,12 +181,20 @@ double relativeFocalStd(const Evidence& of) {
   return std::max(inflate * largest(*of.uncertainty.covariance), largest(of.uncertainty.statedCovariance()));
 }
 
+}  // namespace
+
+bool isFocalUnknown(const Evidence& of) {
+  return !(relativeFocalStd(of) < kFocalUnknown);
+}
+
+namespace {
+
 void undetermined(Evidence& of) {
   const double focal_std = relativeFocalStd(of);
   // With an unknown focal length, noise can tilt single views; the median is robust against this.
   const std::vector<double> tilts = tiltsDeg(of.fit);
   const double tilt = tilts[tilts.size() / 2];
-  const bool is_unknown = !(focal_std < kFocalUnknown);
+  const bool is_unknown = isFocalUnknown(of);
   const bool is_parallel = tilts[tilts.size() - 2] < kSmallTiltDeg;
   if ((is_unknown && tilt < kSmallTiltDeg) || is_parallel) {
     // A small standard deviation does not help: it assumes that the lens follows the model exactly.

@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,22 @@ void fewViews(Evidence& of) {
           .cause = "too few board positions to reveal a mistake",
           .evidence = std::to_string(num_places) + " in " + counted(of.fit.views.size(), "view"),
           .next_step = "use at least 8, ideally 15 to 30, with the board in different places"},
+         coveredError(of), Severity::kWarning);
+}
+
+// The errors of views in succession, if they are alike, do not cancel out, and no corner noise shows them.
+void correlatedViews(Evidence& of) {
+  const auto& by_views = of.uncertainty.by_views;
+  if (!by_views || !of.uncertainty.isNoiseExceeded() || !(by_views->serial_factor > 1) ||
+      of.uncertainty.two_cameras)
+    return;
+  const auto num_views = static_cast<double>(of.uncertainty.num_places);
+  of.add({.id = "correlated_views",
+          .cause = "successive views have similar errors, as frames of a video do",
+          .evidence = counted(of.fit.views.size(), "view") + " say as much as " +
+                      numberText("%.2g", std::max(1.0, num_views / by_views->serial_factor)),
+          .next_step = "take photographs, or a longer video: hold still in each place, without autofocus and "
+                       "stabilisation"},
          coveredError(of), Severity::kWarning);
 }
 
@@ -109,7 +127,11 @@ void influentialViews(Evidence& of) {
   constexpr double kSurprise = 5.1;  // standard deviations; of 400 clean sets no view exceeded 4
   constexpr double kMove = 1;        // standard deviations
   const std::vector<ViewInfluence>& influences = of.uncertainty.influences;
-  for (std::size_t v = 0; v < influences.size(); ++v) {
+  std::vector<std::size_t> order(influences.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::ranges::greater(),
+                           [&](std::size_t v) { return influences[v].surprise_sigmas; });
+  for (const std::size_t v : order) {
     const auto [move_sigmas, surprise_sigmas] = influences[v];
     if (!(surprise_sigmas > kSurprise) || !(move_sigmas > kMove)) continue;
     of.add({.id = "influential_view",
@@ -250,7 +272,13 @@ void focalChanged(Evidence& of) {
   // reaches 7, or 3.6 times `scale`; as its share shows, the focal length is not the cause.
   const double scale = of.uncertainty.smoothness * of.uncertainty.smoothness;
   const double limit = 1 + kSigmas * std::sqrt(2.0 / static_cast<double>(of.uncertainty.num_places));
-  if (of.uncertainty.two_cameras || !isFocalChange(variations) || !(variations.focal_f > limit * scale))
+  // An effect of the distance looks like focal lengths that vary with it.
+  const bool is_by_distance = std::ranges::any_of(significantErrors(of), [&](const CommonError& error) {
+    return (error.cause == CommonCause::kPupil || error.cause == CommonCause::kFocus) &&
+           severityOf(effectOf(of, error), of.tolerance_px) >= Severity::kWarning;
+  });
+  if (of.uncertainty.two_cameras || is_by_distance || !isFocalChange(variations) ||
+      !(variations.focal_f > limit * scale))
     return;
   of.add({.id = "focal_changed",
           .cause = "the focal length differs between views: zoom, focus, or several cameras",
@@ -259,10 +287,11 @@ void focalChanged(Evidence& of) {
          kTwoSided95 * spread * halfDiagonal(of));
 }
 
-// A board that stands still is not sheared.
+// A board that stands still is not sheared. A shift of the principal point by optical stabilisation, or of
+// the image by that of a video, looks almost the same from a plane whose pose is free.
 void rollingShutter(Evidence& of) {
   constexpr double kRowsF = 20;
-  constexpr double kHarmless = 2e-3;  // of the image height
+  constexpr double kHarmless = 1e-3;  // of the image height
   // Distortion beyond the model looks different from each pose, and squares that are not square shear each
   // view according to its roll.
   const bool is_stretched = std::ranges::any_of(significantErrors(of), [&](const CommonError& error) {
@@ -278,9 +307,9 @@ void rollingShutter(Evidence& of) {
   const double effect_px = kTwoSided95 * spread * onlyCamera(of.fit).size.height /
                            std::sqrt(static_cast<double>(of.fit.views.size()));
   of.add({.id = "rolling_shutter",
-          .cause = "images are sheared: the camera or the board moved during readout",
+          .cause = "images are sheared or shifted: motion during readout, or image stabilisation",
           .evidence = "by " + percent(spread) + " of the image height",
-          .next_step = "keep camera and board still for each photograph"},
+          .next_step = "keep camera and board still for each photograph, with stabilisation off"},
          effect_px);
 }
 
@@ -288,8 +317,8 @@ void rollingShutter(Evidence& of) {
 
 void diagnoseViews(Evidence& of) {
   for (const auto& diagnose :
-       {fewViews, outliers, viewsLeftOut, viewsDisagree, twoCamerasMixed, repeatedViews, influentialViews,
-        mirroredViews, commonErrors, focalChanged, rollingShutter})
+       {fewViews, correlatedViews, outliers, viewsLeftOut, viewsDisagree, twoCamerasMixed, repeatedViews,
+        influentialViews, mirroredViews, commonErrors, focalChanged, rollingShutter})
     diagnose(of);
 }
 

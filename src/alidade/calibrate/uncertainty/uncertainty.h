@@ -34,6 +34,9 @@ struct ViewCovariance {
   /// The same as a standard normal deviate: the certainty that it exceeds chance.
   double excess_sigmas = 0;
 
+  /// How many views count as one, see serialFactor().
+  double serial_factor = 1;
+
   /// The views are too few for their own covariance: no more than there are free directions, or with less
   /// than two degrees of freedom for some parameter. The mean over all directions, `excess`, then stabilises
   /// each.

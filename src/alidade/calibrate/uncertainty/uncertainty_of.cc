@@ -93,7 +93,8 @@ void setShapeGiven(const Fit& fit, const Residuals& residuals, const IntrinsicsI
   if (information.inverse) {
     known.covariance = residuals.variance * *information.inverse;
     known.by_views = viewCovariance(reducedByPlace(fit, LossWeights::kLeaveOut), directions,
-                                    static_cast<int>(directions.rows()), residuals.variance, residuals.slope);
+                                    static_cast<int>(directions.rows()), residuals.variance, residuals.slope,
+                                    fit.boards.size() == 1);
   }
   addOffsets(share, residuals.variance, directions, Eigen::MatrixXd::Zero(share.rows(), share.cols()), known);
   applyPrior(onlyCamera(fit), residuals.variance, known);
@@ -107,8 +108,9 @@ void setShapeFree(const Fit& fit, const Residuals& residuals, double variance, c
   const Eigen::MatrixXd prior = precisionOn(directions, camera.weak_prior.prior);
   known.information = informationOf(bent.params_inverse, directions) - prior;
   known.covariance = variance * bent.params_inverse;
-  known.by_views = viewCovariance(bent.pulls, withBends(directions, bent.step_m.size()),
-                                  static_cast<int>(directions.rows()), variance, residuals.slope);
+  known.by_views =
+      viewCovariance(bent.pulls, withBends(directions, bent.step_m.size()),
+                     static_cast<int>(directions.rows()), variance, residuals.slope, fit.boards.size() == 1);
   addOffsets(share, variance, directions, prior, known);
   applyPrior(camera, variance, known);
 }

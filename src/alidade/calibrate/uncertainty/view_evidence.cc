@@ -19,6 +19,7 @@
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
 #include "alidade/core/statistics.h"
+#include "alidade/geometry/decompositions.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {
@@ -224,16 +225,20 @@ class CommonEstimate {
     const Eigen::Index last = all.cols() - 1;
     const Eigen::VectorXd values = -*inverse * (all.transpose() * gradient_);
     const Eigen::VectorXd step = all * values;
-    double by_views = 0;
-    for (const Reduced& score : scores_) {
-      const Eigen::VectorXd left = all.transpose() * (score.gradient + score.information * step);
-      const double share = inverse->row(last).dot(left);
-      by_views += share * share;
-    }
-    // The step's own freedom makes the views' shares agree slightly too well.
+    const Eigen::RowVectorXd along = inverse->row(last) * all.transpose();
     const auto num_views = static_cast<double>(scores_.size());
-    by_views *= num_views / std::max(1.0, num_views - 1);
+    Eigen::RowVectorXd shares(std::ssize(scores_));
+    for (Eigen::Index v = 0; v < shares.size(); ++v) {
+      const Reduced& score = scores_[static_cast<std::size_t>(v)];
+      shares(v) = along.dot(score.gradient + score.information * step);
+    }
     CommonError error = named(column);
+    // The step's own freedom makes the views' shares agree slightly too well. A print is judged by what is
+    // sure of its errors, so theirs are not enlarged.
+    const bool is_series =
+        numColumns() == kNumBoardCauses + kNumOtherCauses && error.cause >= CommonCause::kPupil;
+    const double by_views = (is_series ? serialFactor(shares) : 1.0) * shares.squaredNorm() * num_views /
+                            std::max(1.0, num_views - 1);
     error.value = values(last);
     error.sigma = smoothness_ * std::sqrt(std::max(by_views, variance_ * (*inverse)(last, last)));
     // Pupils move by a few millimetres; views that hardly determine the motion give it other errors' size.
@@ -252,8 +257,15 @@ class CommonEstimate {
     const Eigen::MatrixXd intrinsics = basis({});
     if (intrinsics.cols() > 0) {
       const Eigen::VectorXd pull = information_ * basis({column}).rightCols<1>();
-      if (const auto known = inverseOf(intrinsics.transpose() * information_ * intrinsics))
-        moved = -value * directions_ * (*known * (intrinsics.transpose() * pull));
+      Eigen::MatrixXd own = intrinsics.transpose() * information_ * intrinsics;
+      const Eigen::VectorXd along = intrinsics.transpose() * pull;
+      if (const auto known = inverseOf(own)) {
+        moved = -value * directions_ * (*known * along);
+      } else {  // the step of the nearest problem that has one; none would look harmless
+        constexpr double kLittle = 1e-9;
+        own.diagonal() *= 1 + kLittle;
+        moved = -value * directions_ * solveSpd(own, along);
+      }
     }
     if (column >= numColumns()) moved += value * held(column).direction;
     return {moved.begin(), moved.end()};
@@ -295,30 +307,33 @@ class CommonEstimate {
 
 std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
                                              const Eigen::MatrixXd& directions, int num_params,
-                                             double variance, double mean_slope) {
+                                             double variance, double mean_slope, bool is_series) {
   constexpr std::size_t kFewestViews = 3;  // two always disagree
   constexpr double kLeastFreedom = 2;      // with less, no factor is large enough
   const Eigen::Index m = directions.cols();
   if (m == 0 || pulls.size() < kFewestViews) return std::nullopt;
   const auto shares = ViewShares::make(pulls, directions, mean_slope);
   if (!shares) return std::nullopt;
-  const Eigen::MatrixXd& meat = shares->covariance();
 
   ViewCovariance result;
+  if (is_series) result.serial_factor = serialFactor(shares->pulls());
+  const Eigen::MatrixXd meat = result.serial_factor * shares->covariance();
   const Eigen::MatrixXd root = shares->basis().topRows(num_params);
   result.covariance = root * meat * root.transpose();
   double most = 1;
   for (int i = 0; i < num_params; ++i) {
-    result.freedom.push_back(shares->freedomOf(root.row(i).transpose()));
+    // Views that are alike count as fewer.
+    result.freedom.push_back(shares->freedomOf(root.row(i).transpose()) / result.serial_factor);
     if (result.covariance(i, i) > 0) most = std::max(most, inflation(result.freedom.back()));
   }
   const auto num_free = static_cast<double>(m);
   result.excess = meat.trace() / (num_free * variance);
-  result.excess_sigmas = normalOfMeanSquare(result.excess, num_free * num_free / shares->squaresOfShares());
+  const double squares_of_shares = result.serial_factor * shares->squaresOfShares();
+  result.excess_sigmas = normalOfMeanSquare(result.excess, num_free * num_free / squares_of_shares);
   result.is_pooled = static_cast<Eigen::Index>(pulls.size()) <= m || !std::isfinite(most);
   if (result.is_pooled) {
     const auto most_freedom = static_cast<double>(pulls.size()) - 1;
-    const double freedom = std::clamp(num_free / shares->squaresOfShares() - 1, kLeastFreedom, most_freedom);
+    const double freedom = std::clamp(num_free / squares_of_shares - 1, kLeastFreedom, most_freedom);
     const double pooled = inflation(freedom) * inflation(freedom) * result.excess;
     const double capped = inflation(kLeastFreedom) * inflation(kLeastFreedom);
     result.larger = root * larger(variance * std::max(1.0, pooled), capped * meat) * root.transpose();

@@ -28,11 +28,14 @@ namespace alidade {
 /// @param directions  free directions, one per column; the first `num_params` rows are the intrinsics
 /// @param variance    of the coordinate of a corner of weight 1, px^2, see coordinateVariance()
 /// @param mean_slope  see meanSlope()
+/// @param is_series  the pulls are in succession, so that neighbours may be alike, see serialFactor(); not if
+/// several are of one image
 /// @returns nothing if the views do not determine the free directions, if there are none, or if there are
 /// fewer than three views
 [[nodiscard]] std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
                                                            const Eigen::MatrixXd& directions, int num_params,
-                                                           double variance, double mean_slope);
+                                                           double variance, double mean_slope,
+                                                           bool is_series = true);
 
 /// The normal equations of each view with CommonColumns and the loss's weights, for the functions below.
 [[nodiscard]] std::vector<Reduced> viewScores(const Fit& fit);

@@ -300,6 +300,7 @@ json uncertaintyJson(const Calibration& result) {
        known.by_views ? byName([&](int i) { return known.by_views->effectiveStd(i); }) : json()},
       {"view_excess", known.by_views ? json{{"variance_ratio", known.by_views->excess},
                                             {"sigmas", known.by_views->excess_sigmas},
+                                            {"serial_factor", known.by_views->serial_factor},
                                             {"exceeded", known.isNoiseExceeded()}}
                                      : json()},
       {"covariance", known.covariance ? json(lowerTriangle(known.statedCovariance())) : json()},

@@ -307,8 +307,11 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, std::span<const Boa
   // Variance of the freed parameters from disagreement between views over that from corner noise: errors
   // common to the corners of one view (blur, the shape of the board) make views agree less than noise would.
   const bool is_by_views = judgement.freed && judgement.freed->uncertainty.by_views;
-  const double variance_ratio =
-      is_by_views ? std::max(1.0, judgement.freed->uncertainty.by_views->excess) : 1.0;
+  // Not that frames are alike, which is a property of these images.
+  const double variance_ratio = is_by_views
+                                    ? std::max(1.0, judgement.freed->uncertainty.by_views->excess /
+                                                        judgement.freed->uncertainty.by_views->serial_factor)
+                                    : 1.0;
   // A file with an uncertainty by noise alone was made from images like these.
   ComparedCamera tested = camera;
   if (tested.covariance && !options.is_covariance_by_views)
