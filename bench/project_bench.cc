@@ -86,7 +86,7 @@ const Scene& sceneOf(const std::string& model) {
 
 cv::Mat openCvMatrix(const Scene& scene) {
   const auto p = scene.camera.parameters();
-  return (cv::Mat_<double>(3, 3) << p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1);
+  return cv::Mat(cv::Matx33d(p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1));
 }
 
 cv::Mat openCvDistortion(const Scene& scene) {

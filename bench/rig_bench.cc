@@ -138,7 +138,7 @@ void printStereo(const Problem& problem) {
     std::array<cv::Mat, 2> K;
     std::array<cv::Mat, 2> distortion;
     for (std::size_t c = 0; c < 2; ++c) {
-      K[c] = (cv::Mat_<double>(3, 3) << 1023, 0, 959.5, 0, 1021, 599.5, 0, 0, 1);
+      K[c] = cv::Mat(cv::Matx33d(1023, 0, 959.5, 0, 1021, 599.5, 0, 0, 1));
       distortion[c] = cv::Mat::zeros(1, 5, CV_64F);
     }
     cv::Mat R;

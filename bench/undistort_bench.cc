@@ -91,7 +91,7 @@ void mapAlidade(benchmark::State& state, const Case& c) {
 }
 
 cv::Mat matrixOf(double fx, double fy, double cx, double cy) {
-  return (cv::Mat_<double>(3, 3) << fx, 0, cx, 0, fy, cy, 0, 0, 1);
+  return cv::Mat(cv::Matx33d(fx, 0, cx, 0, fy, cy, 0, 0, 1));
 }
 
 struct OpenCvMaps {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -119,11 +120,16 @@ void Flags::place(CLI::Option* option, bool is_aside) {
 }
 
 void Flags::add(const std::string& names, Variable variable, const std::string& text, const Values& values) {
-  auto* const* const size = std::get_if<std::optional<ImageSize>*>(&variable);
-  CLI::Option* const option =
-      size != nullptr ? parser_->add_option_function<std::string>(
-                            names, [to = *size](const std::string& given) { *to = parseSize(given); }, text)
-                      : std::visit([&](auto* to) { return parser_->add_option(names, *to, text); }, variable);
+  CLI::Option* const option = std::visit(
+      [&](auto* to) {
+        if constexpr (std::is_same_v<decltype(to), std::optional<ImageSize>*>) {
+          return parser_->add_option_function<std::string>(
+              names, [to](const std::string& given) { *to = parseSize(given); }, text);
+        } else {
+          return parser_->add_option(names, *to, text);
+        }
+      },
+      variable);
   place(option, values.is_aside);
   if (values.word != nullptr) option->type_name(values.word);
   if (values.complaint != nullptr) option->check(values.complaint, values.limits);

@@ -2,6 +2,7 @@
 #include "alidade/imagery/remap.h"
 
 #include <gmock/gmock.h>
+#include <opencv2/core/version.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -55,9 +56,9 @@ double sampleAt(const RasterImage& image, int x, int y, int c) {
   return samples[(static_cast<std::ptrdiff_t>(y) * image.size.width + x) * image.num_channels + c];
 }
 
-// Source places are rounded to this.
+// Source places are rounded to this, but not from OpenCV 5 on.
 double roundedPlace(float place) {
-  constexpr double kSteps = 32;
+  constexpr double kSteps = CV_VERSION_MAJOR < 5 ? 32 : 1 << 20;
   return std::round(kSteps * static_cast<double>(place)) / kSteps;
 }
 

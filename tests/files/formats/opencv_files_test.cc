@@ -21,7 +21,7 @@ namespace {
 constexpr double kTolerance = 1e-9;  // px
 
 cv::Mat matrixOf(std::span<const double> p) {
-  return (cv::Mat_<double>(3, 3) << p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1);
+  return cv::Mat(cv::Matx33d(p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1));
 }
 
 cv::Mat column(std::span<const double> values) {
@@ -239,6 +239,30 @@ aspectRatio:-1.5
 }
 
 // JSON has no comments, so people write keys "//".
+// As OpenCV 5 writes a cv::Mat of one dimension.
+TEST(OpenCvFiles, MayHaveArraysOfOneDimension) {
+  const auto textOf = [](const std::string& sizes) {
+    return "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n"
+           "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+           "   data: [ 500., 0., 320., 0., 501., 240., 0., 0., 1. ]\n"
+           "distortion_coefficients: !!opencv-nd-matrix\n   sizes: " +
+           sizes + "\n   dt: d\n   data: [ -0.25, 0.125, 0.5, 0.0625, 0.03125 ]\n";
+  };
+  int num_read = 0;
+  for (const std::string sizes : {"[ 5 ]", "5", "[ 1, 5 ]", "[ 5, 1, 1 ]"}) {
+    const CameraSource source = parseCameras(textOf(sizes), "file.yaml");
+    const std::vector<double> expected = {500, 501, 320, 240, -0.25, 0.125, 0.5, 0.0625, 0.03125};
+    const std::span<const double> found = source.cameras.at(0).camera.parameters();
+    EXPECT_THAT(std::vector<double>(found.begin(), found.end()), testing::ElementsAreArray(expected));
+    ++num_read;
+  }
+  EXPECT_EQ(num_read, 4);
+  EXPECT_THAT(complaintAbout(textOf("[ 4 ]")),
+              testing::HasSubstr("5 numbers; expected the product of sizes, 4"));
+  EXPECT_THAT(complaintAbout(textOf("[ 5, -1 ]")), testing::HasSubstr("the product of sizes, 5 x -1"));
+  EXPECT_THAT(complaintAbout(textOf("[ 99999, 99999, 99999 ]")), testing::HasSubstr("99999 x 99999"));
+}
+
 TEST(OpenCvFiles, MayHaveCommentKeysAndAMapOfTheirOwn) {
   const std::string text = R"({
   "//": "a camera", "//": "of 640x480",

@@ -216,8 +216,8 @@ TEST(RigFormats, OfOpenCvGoBothWays) {
   }
   EXPECT_EQ(num_files, 3);
 
-  const cv::Mat K = (cv::Mat_<double>(3, 3) << 500, 0, 320, 0, 501, 240, 0, 0, 1);
-  const cv::Mat D = (cv::Mat_<double>(1, 5) << -0.1, 0.02, 0.001, 0.002, 0.003);
+  const cv::Mat K(cv::Matx33d(500, 0, 320, 0, 501, 240, 0, 0, 1));
+  const cv::Mat D(cv::Matx<double, 1, 5>(-0.1, 0.02, 0.001, 0.002, 0.003));
   cv::Mat R;
   cv::Mat T;
   cv::eigen2cv(second_from_first.rotation.matrix(), R);
@@ -250,7 +250,7 @@ TEST(RigFormats, OfOpenCvGoBothWays) {
 TEST(RigFormats, OfRosComeFromTheRectification) {
   Random random(4);
   const ScratchFolder folder;
-  const cv::Mat K = (cv::Mat_<double>(3, 3) << 500, 0, 320, 0, 501, 240, 0, 0, 1);
+  const cv::Mat K(cv::Matx33d(500, 0, 320, 0, 501, 240, 0, 0, 1));
   const cv::Mat D = cv::Mat::zeros(1, 5, CV_64F);
   int num_pairs = 0;
   for (const Eigen::Vector3d& t : {Eigen::Vector3d(-0.12, 0.01, 0.005), Eigen::Vector3d(0.01, -0.2, 0.01)}) {

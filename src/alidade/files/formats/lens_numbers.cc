@@ -93,19 +93,28 @@ StatedNumber statedNumber(const YamlNode& node) {
 std::vector<StatedNumber> statedNumbers(const YamlNode& node) {
   std::vector<StatedNumber> numbers;
   if (node.isMap()) {
+    // OpenCV 5 writes vectors with one dimension as arrays of any number of dimensions.
+    const bool has_sizes = node.has("sizes") && !node.has("rows");
+    constexpr int kMostNumbers = 1'000'000;
     const YamlNode data = node.at("data");
     if (data.isSequence()) {
       appendRow(data, numbers);
     } else {
       numbers.push_back(statedNumber(data));  // a single value, in XML
     }
-    const int rows = node.at("rows").integer();
-    const int columns = node.at("cols").integer();
-    if (rows < 0 || columns < 0 ||
-        std::int64_t{rows} * columns != static_cast<std::int64_t>(numbers.size())) {
-      throw node.at("data").error(
-          std::to_string(numbers.size()) + " numbers",
-          "rows times cols, " + std::to_string(rows) + " x " + std::to_string(columns));
+    std::vector<YamlNode> sizes = {node.at(has_sizes ? "sizes" : "rows")};
+    if (!has_sizes) sizes.push_back(node.at("cols"));
+    if (sizes.front().isSequence()) sizes = sizes.front().items();
+    std::int64_t count = 1;
+    std::string product;
+    for (const YamlNode& size : sizes) {
+      count *= std::clamp(size.integer(), -1, kMostNumbers);
+      product += (product.empty() ? "" : " x ") + size.text();
+      if (count < 0 || count > kMostNumbers) break;
+    }
+    if (count != static_cast<std::int64_t>(numbers.size())) {
+      throw data.error(std::to_string(numbers.size()) + " numbers",
+                       (has_sizes ? "the product of sizes, " : "rows times cols, ") + product);
     }
     return numbers;
   }

@@ -56,7 +56,8 @@ std::optional<std::string> findKey(const YamlNode& root, const std::vector<std::
 void refuseLeftOver(const YamlNode& matrix, const YamlNode& root) {
   for (const std::string& name : root.keys()) {
     const YamlNode node = root.at(name);
-    const bool is_matrix = node.isMap() && node.has("rows") && node.has("cols") && node.has("data");
+    const bool is_matrix =
+        node.isMap() && node.has("data") && (node.has("sizes") || (node.has("rows") && node.has("cols")));
     if (std::find(kOtherKeys.begin(), kOtherKeys.end(), name) != kOtherKeys.end() || name.starts_with("x_") ||
         !(is_matrix || node.isSequence()))
       continue;
