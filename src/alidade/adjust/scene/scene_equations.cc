@@ -3,19 +3,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "alidade/core/error.h"
 #include "alidade/geometry/decompositions.h"
+#include "alidade/geometry/least_squares.h"
 
 namespace alidade {
 namespace {
 
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+
+// Holds a point that its sightings do not determine.
+void dampPoint(Eigen::Matrix3d& V, double damping) {
+  V.diagonal() *= 1 + damping;
+  V.diagonal().array() += 1e-12 * V.trace();
+}
 
 // The sightings of each point.
 std::vector<std::span<const SceneSighting>> sightingsByPoint(const SceneFit& fit) {
@@ -29,51 +39,38 @@ std::vector<std::span<const SceneSighting>> sightingsByPoint(const SceneFit& fit
   return points;
 }
 
-// The part of one sighting in the normal equations: derivatives J of the weighted error by its frame's pose
-// (6), then by its frame's error field. A held frame has no pose columns, and a fit may have no fields.
-struct SightingColumns {
-  static constexpr int kField = ErrorField::kSize;
-  static constexpr int kSize = 6 + kField;
+// The sightings of one frame in the normal equations, each with its columns of J, W and WV. Rows: those of
+// the pose (6), then those of the error field, if there are fields.
+struct FrameColumns {
   Eigen::Index pose_at = -1;  // column in the normal equations; -1: none
   Eigen::Index field_at = -1;
-  Eigen::Matrix<double, kSize, 2> J;
-  Eigen::Matrix<double, kSize, 3> W;  // product of J and the derivative by the point
+  std::vector<std::uint32_t> points;  // of the sightings, ascending
+  Eigen::MatrixXd J;                  // 2 per sighting: derivatives of the weighted error, transposed
+  Eigen::MatrixXd W;                  // 3 per sighting: product of J and the derivative by the point
+  Eigen::MatrixXd WV;                 // 3 per sighting: product of W and the point's covariance
 
-  // Calls act(column in the normal equations, rows of J and W) for each part that exists.
+  // Calls act(column in the normal equations, first row, number of rows) for each part that exists.
   template <class Act>
   void forEach(const Act& act) const {
-    if (pose_at >= 0) act(pose_at, Eigen::seqN(Eigen::fix<0>, Eigen::fix<6>));
-    if (field_at >= 0) act(field_at, Eigen::seqN(Eigen::fix<6>, Eigen::fix<kField>));
-  }
-
-  // Adds `sign` times the product of its rows and those of another sighting in the same or an earlier frame:
-  // the lower triangle of the normal equations, in which fields come after all poses. Plain loops compile in
-  // a tenth of the time of fixed-size blocks.
-  void addProducts(Eigen::MatrixXd& sum, const SightingColumns& other, double sign, const double* a,
-                   const double* b, int depth) const {
-    double product[kSize][kSize];  // by column, then by row
-    for (int j = 0; j < kSize; ++j) {
-      for (int i = 0; i < kSize; ++i) product[j][i] = a[i] * b[j];
-      for (int k = 1; k < depth; ++k) {
-        for (int i = 0; i < kSize; ++i) product[j][i] += a[k * kSize + i] * b[k * kSize + j];
-      }
-    }
-    const auto add = [&](Eigen::Index row_at, Eigen::Index column_at, int row, int column, int rows,
-                         int columns) {
-      for (int j = 0; j < columns; ++j) {
-        for (int i = 0; i < rows; ++i) sum(row_at + i, column_at + j) += sign * product[column + j][row + i];
-      }
-    };
-    if (pose_at >= 0 && other.pose_at >= 0) add(pose_at, other.pose_at, 0, 0, 6, 6);
-    if (field_at < 0) return;
-    add(field_at, other.field_at, 6, 6, kField, kField);
-    if (other.pose_at >= 0) add(field_at, other.pose_at, 6, 0, kField, 6);
-    if (pose_at < 0 || this == &other) return;
-    for (int j = 0; j < 6; ++j) {
-      for (int i = 0; i < kField; ++i) sum(other.field_at + i, pose_at + j) += sign * product[6 + i][j];
-    }
+    if (pose_at >= 0) act(pose_at, Eigen::Index{0}, Eigen::Index{6});
+    if (field_at >= 0) act(field_at, Eigen::Index{6}, Eigen::Index{ErrorField::kSize});
   }
 };
+
+// Subtracts the product of two frames' columns for the points that both see from the lower triangle of the
+// normal equations, in which fields come after all poses. `other` is the same or an earlier frame.
+void subtractProduct(Eigen::MatrixXd& sum, const FrameColumns& own, const FrameColumns& other,
+                     const Eigen::MatrixXd& product) {
+  own.forEach([&](Eigen::Index at, Eigen::Index row, Eigen::Index rows) {
+    other.forEach([&](Eigen::Index other_at, Eigen::Index column, Eigen::Index columns) {
+      if (at >= other_at) {
+        sum.block(at, other_at, rows, columns) -= product.block(row, column, rows, columns);
+      } else if (&own != &other) {
+        sum.block(other_at, at, columns, rows) -= product.block(row, column, rows, columns).transpose();
+      }
+    });
+  });
+}
 
 // Change of the pose of each frame if the scene grows about the first camera's centre.
 Eigen::VectorXd scaleDirection(const SceneFit& fit) {
@@ -87,22 +84,31 @@ Eigen::VectorXd scaleDirection(const SceneFit& fit) {
   return direction;
 }
 
+// Columns of the camera's unknowns in the sums.
+enum class CameraColumns : std::uint8_t { kNone, kAll };
+
 // The sums over all points: normal equations of poses, fields and camera with each point eliminated.
 class SceneSums {
  public:
-  explicit SceneSums(const SceneFit& fit)
+  // With the camera's columns, the gradient of each point is kept, too. Damping raises the diagonal by this
+  // share.
+  SceneSums(const SceneFit& fit, CameraColumns columns, double damping = 0)
       : fit_(fit),
+        damping_(damping),
         has_fields_(fit.field_px > 0),
-        num_params_(static_cast<Eigen::Index>(fit.camera.parameters().size())),
-        num_extra_(num_params_ + 1),
+        has_camera_(columns == CameraColumns::kAll),
+        num_extra_(has_camera_ ? static_cast<Eigen::Index>(fit.camera.parameters().size()) + 1 : 0),
         num_pose_(6 * static_cast<Eigen::Index>(fit.camera_from_world.size() - fit.num_held_frames)),
         num_field_(has_fields_ ? ErrorField::kSize * static_cast<Eigen::Index>(fit.camera_from_world.size())
                                : 0),
         num_gone_(num_pose_ + num_field_),
         reduced_(Eigen::MatrixXd::Zero(num_gone_ + num_extra_, num_gone_ + num_extra_)),
-        gradients_(
-            Eigen::MatrixXd::Zero(num_gone_ + num_extra_, static_cast<Eigen::Index>(fit.points.size()))) {
+        gradients_(Eigen::MatrixXd::Zero(num_gone_ + num_extra_,
+                                         has_camera_ ? static_cast<Eigen::Index>(fit.points.size()) : 1)),
+        frames_(fit.camera_from_world.size()) {
+    prepareFrames();
     for (const auto& sightings : sightingsByPoint(fit)) addPoint(sightings);
+    addFrames();
     reduced_.triangularView<Eigen::StrictlyUpper>() = reduced_.transpose().eval();
     num_redundant_ -= static_cast<double>(num_pose_) - (fit.num_held_frames == 1 ? 1 : 0);
   }
@@ -112,42 +118,129 @@ class SceneSums {
     SceneEquations result;
     result.cost = cost_;
     result.num_redundant = num_redundant_;
-    Eigen::MatrixXd A = reduced_.topLeftCorner(num_gone_, num_gone_);
-    holdScale(A);
-    // Gradients of the priors at the present fields; at the optimum, they cancel those of the points.
-    Eigen::VectorXd prior = Eigen::VectorXd::Zero(num_gone_);
-    const double precision = has_fields_ ? 1 / (fit_.field_px * fit_.field_px) : 0;
-    for (Eigen::Index i = 0; i < num_field_; ++i) {
-      const double value =
-          fit_.fields[static_cast<std::size_t>(i / ErrorField::kSize)][i % ErrorField::kSize];
-      A(num_pose_ + i, num_pose_ + i) += precision;
-      prior[num_pose_ + i] = precision * value;
-      result.cost += 0.5 * precision * value * value;
-      result.field_square += value * value;
-    }
+    const Eigen::MatrixXd A = poseAndFieldEquations();
+    // At the optimum, the gradients of the priors cancel those of the points.
+    const Eigen::VectorXd prior = priorGradient();
+    for (const ErrorField::Coefficients& field : fit_.fields) result.field_square += field.squaredNorm();
+    result.cost += 0.5 * priorPrecision() * result.field_square;
     const Eigen::MatrixXd B = reduced_.topRightCorner(num_gone_, num_extra_);
+    // The root of the inverse is faster than a pivoted factor, which also exists where rounding makes A
+    // indefinite.
+    Eigen::MatrixXd T = B;
+    const auto root = num_gone_ > 0 ? inverseRootOf(A) : std::nullopt;
     Eigen::MatrixXd inverse;
-    const Eigen::MatrixXd T = num_gone_ > 0 ? solveSpd(A, B, &inverse) : B;
+    if (root) T = *root * (root->transpose() * B);
+    if (num_gone_ > 0 && !root) T = solveSpd(A, B, &inverse);
     result.information =
         Eigen::MatrixXd(reduced_.bottomRightCorner(num_extra_, num_extra_) - B.transpose() * T);
     result.point_gradients =
         Eigen::MatrixXd(gradients_.bottomRows(num_extra_) - T.transpose() * gradients_.topRows(num_gone_));
     result.prior_gradient = Eigen::MatrixXd(-T.transpose() * prior);
     if (num_gone_ > 0) {
-      result.pose_covariance = Eigen::MatrixXd(inverse.topLeftCorner(num_pose_, num_pose_));
-      result.field_variance = inverse.bottomRightCorner(num_field_, num_field_).trace();
+      result.J_optimum_camera = Eigen::MatrixXd(-T);
+      if (root) {
+        result.pose_covariance =
+            Eigen::MatrixXd(root->topRows(num_pose_) * root->topRows(num_pose_).transpose());
+        result.field_variance = root->bottomRows(num_field_).squaredNorm();
+      } else {
+        result.pose_covariance = Eigen::MatrixXd(inverse.topLeftCorner(num_pose_, num_pose_));
+        result.field_variance = inverse.bottomRightCorner(num_field_, num_field_).trace();
+      }
     }
     return result;
   }
 
+  // A Gauss-Newton step of poses and fields, and the decrease of the cost that it promises together with the
+  // points' own steps.
+  struct Step {
+    Eigen::VectorXd change;  // NaN if the equations are singular
+    double promise = 0;
+  };
+  [[nodiscard]] Step step() const {
+    Step step{.change = Eigen::VectorXd::Zero(num_gone_), .promise = promise_};
+    if (num_gone_ == 0) return step;
+    const Eigen::VectorXd gradient = gradients_.col(0) + priorGradient();
+    const Eigen::MatrixXd L = choleskyOf(poseAndFieldEquations());
+    const Eigen::VectorXd half = solveLower(L, gradient);
+    step.change = -L.transpose().triangularView<Eigen::Upper>().solve(half);
+    step.promise += 0.5 * half.squaredNorm();
+    return step;
+  }
+
  private:
+  [[nodiscard]] double priorPrecision() const {
+    return has_fields_ ? 1 / (fit_.field_px * fit_.field_px) : 0;
+  }
+
+  [[nodiscard]] Eigen::MatrixXd poseAndFieldEquations() const {
+    Eigen::MatrixXd A = reduced_.topLeftCorner(num_gone_, num_gone_);
+    holdScale(A);
+    A.diagonal().tail(num_field_).array() += priorPrecision();
+    return A;
+  }
+
+  // At the present fields.
+  [[nodiscard]] Eigen::VectorXd priorGradient() const {
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(num_gone_);
+    for (Eigen::Index i = 0; i < num_field_; i += ErrorField::kSize)
+      gradient.segment<ErrorField::kSize>(num_pose_ + i) =
+          priorPrecision() * fit_.fields[static_cast<std::size_t>(i / ErrorField::kSize)];
+    return gradient;
+  }
+
+  void prepareFrames() {
+    std::vector<Eigen::Index> count(frames_.size(), 0);
+    for (const SceneSighting& sighting : fit_.sightings) ++count[sighting.frame];
+    const Eigen::Index rows = 6 + (has_fields_ ? ErrorField::kSize : 0);
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      FrameColumns& frame = frames_[i];
+      if (i >= fit_.num_held_frames) frame.pose_at = 6 * static_cast<Eigen::Index>(i - fit_.num_held_frames);
+      if (has_fields_) frame.field_at = num_pose_ + ErrorField::kSize * static_cast<Eigen::Index>(i);
+      frame.J.setZero(rows, 2 * count[i]);
+      frame.W.resize(rows, 3 * count[i]);
+      frame.WV.resize(rows, 3 * count[i]);
+    }
+  }
+
+  // Adds the products of each frame, and subtracts those of each pair of frames through the points that both
+  // see.
+  void addFrames() {
+    Eigen::MatrixXd own_columns;
+    Eigen::MatrixXd other_columns;
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      const FrameColumns& own = frames_[i];
+      Eigen::MatrixXd product = -own.J * own.J.transpose();
+      product.diagonal() *= 1 + damping_;
+      subtractProduct(reduced_, own, own, product);
+      for (std::size_t k = 0; k <= i; ++k) {
+        const FrameColumns& other = frames_[k];
+        own_columns.resize(own.WV.rows(), own.WV.cols());
+        other_columns.resize(own.WV.rows(), own.WV.cols());
+        Eigen::Index num_common = 0;
+        for (std::size_t a = 0, b = 0; a < own.points.size() && b < other.points.size();) {
+          if (own.points[a] == other.points[b]) {
+            own_columns.middleCols<3>(num_common) = own.WV.middleCols<3>(static_cast<Eigen::Index>(3 * a));
+            other_columns.middleCols<3>(num_common) = other.W.middleCols<3>(static_cast<Eigen::Index>(3 * b));
+            num_common += 3;
+          }
+          const bool is_behind = own.points[a] <= other.points[b];
+          b += own.points[a] >= other.points[b] ? 1 : 0;
+          a += is_behind ? 1 : 0;
+        }
+        if (num_common == 0) continue;
+        product.noalias() = own_columns.leftCols(num_common) * other_columns.leftCols(num_common).transpose();
+        subtractProduct(reduced_, own, other, product);
+      }
+    }
+  }
+
   void addPoint(std::span<const SceneSighting> sightings) {
     tangent_ = pointTangent(fit_.points[sightings.front().point]);
     V_.setZero();
     v_.setZero();
     W_camera_.setZero(num_extra_, 3);
-    columns_.clear();
-    auto gradient = gradients_.col(static_cast<Eigen::Index>(sightings.front().point));
+    places_.clear();
+    auto gradient = gradients_.col(has_camera_ ? static_cast<Eigen::Index>(sightings.front().point) : 0);
     for (std::size_t i = 0; i < sightings.size(); ++i) {
       expect(i == 0 || sightings[i - 1].frame < sightings[i].frame, "sightings are in order of frames");
       addSighting(sightings[i], gradient);
@@ -157,7 +250,7 @@ class SceneSums {
 
   void addSighting(const SceneSighting& sighting, Eigen::Ref<Eigen::VectorXd> gradient) {
     Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 25> J_camera(2, num_extra_);
-    const SceneProjection p = projectSighting(fit_, sighting);
+    const SceneProjection p = projectSighting(fit_, sighting, has_camera_);
     expect(p.ok, "every sighting projects");
     const double scale = 1 / sighting.sigma_px;
     Eigen::Vector2d error = scale * p.error;
@@ -165,34 +258,28 @@ class SceneSums {
     num_redundant_ += 2;
     const double weight = std::sqrt(fit_.loss.weight(error.squaredNorm()));
     error *= weight;
-    SightingColumns& own = columns_.emplace_back();
-    own.pose_at = sighting.frame >= fit_.num_held_frames
-                      ? 6 * static_cast<Eigen::Index>(sighting.frame - fit_.num_held_frames)
-                      : -1;
-    own.field_at =
-        has_fields_ ? num_pose_ + ErrorField::kSize * static_cast<Eigen::Index>(sighting.frame) : -1;
-    own.J.setZero();
-    own.J.topRows<6>() = weight * scale * p.J_pose.transpose();
+    FrameColumns& frame = frames_[sighting.frame];
+    const auto index = static_cast<Eigen::Index>(frame.points.size());
+    frame.points.push_back(sighting.point);
+    places_.emplace_back(&frame, index);
+    auto J = frame.J.middleCols<2>(2 * index);
+    J.topRows<6>() = weight * scale * p.J_pose.transpose();
     if (has_fields_) {
-      own.J.block<ErrorField::kTerms, 1>(6, 0) = weight * scale * p.field;
-      own.J.block<ErrorField::kTerms, 1>(6 + ErrorField::kTerms, 1) = weight * scale * p.field;
+      J.block<ErrorField::kTerms, 1>(6, 0) = weight * scale * p.field;
+      J.block<ErrorField::kTerms, 1>(6 + ErrorField::kTerms, 1) = weight * scale * p.field;
     }
-    J_camera.leftCols(num_params_) = weight * scale * p.J_params;
-    J_camera.col(num_params_) = weight * scale * sighting.readout_px;
+    if (has_camera_) J_camera << weight * scale * p.J_params, weight * scale * sighting.readout_px;
     const Eigen::Matrix<double, 2, 3> J_point = weight * scale * p.J_point * tangent_;
     V_.noalias() += J_point.transpose() * J_point;
     v_.noalias() += J_point.transpose() * error;
-    own.W.noalias() = own.J * J_point;
+    frame.W.middleCols<3>(3 * index).noalias() = J.lazyProduct(J_point);
     W_camera_.noalias() += J_camera.transpose() * J_point;
-    own.forEach([&](Eigen::Index at, auto part) {
-      for (Eigen::Index i = 0; i < part.size(); ++i) {
-        const Eigen::Vector2d J = own.J.row(part[i]).transpose();
-        gradient[at + i] += J.dot(error);
-        for (Eigen::Index k = 0; k < num_extra_; ++k)
-          reduced_(num_gone_ + k, at + i) += J_camera.col(k).dot(J);
-      }
+    frame.forEach([&](Eigen::Index at, Eigen::Index row, Eigen::Index rows) {
+      gradient.segment(at, rows).noalias() += J.middleRows(row, rows).lazyProduct(error);
+      if (has_camera_)
+        reduced_.block(num_gone_, at, num_extra_, rows).noalias() +=
+            J_camera.transpose().lazyProduct(J.middleRows(row, rows).transpose());
     });
-    own.addProducts(reduced_, own, 1, own.J.data(), own.J.data(), 2);
     gradient.tail(num_extra_).noalias() += J_camera.transpose() * error;
     reduced_.bottomRightCorner(num_extra_, num_extra_).noalias() += J_camera.transpose() * J_camera;
   }
@@ -201,21 +288,21 @@ class SceneSums {
   void eliminate(Eigen::Ref<Eigen::VectorXd> gradient) {
     num_redundant_ -= 3;
     // Damps a point whose sightings do not determine it.
-    V_.diagonal().array() += 1e-12 * V_.trace();
+    dampPoint(V_, damping_);
     const Eigen::LDLT<Eigen::Matrix3d> factor(V_);
     const Eigen::Vector3d shift = factor.solve(v_);
+    promise_ += 0.5 * v_.dot(shift);
     const Eigen::Matrix<double, Eigen::Dynamic, 3> WV_camera =
         factor.solve(W_camera_.transpose()).transpose();
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      const SightingColumns& own = columns_[i];
-      const Eigen::Matrix<double, SightingColumns::kSize, 3> WV = factor.solve(own.W.transpose()).transpose();
-      for (std::size_t k = 0; k <= i; ++k)
-        own.addProducts(reduced_, columns_[k], -1, WV.data(), columns_[k].W.data(), 3);
-      const auto every = Eigen::seqN(0, Eigen::fix<3>);
-      own.forEach([&](Eigen::Index at, auto part) {
-        gradient.segment(at, part.size()).noalias() -= own.W(part, every) * shift;
-        reduced_.block(num_gone_, at, num_extra_, part.size()).noalias() -=
-            WV_camera * own.W(part, every).transpose();
+    const Eigen::Matrix3d V_inverse = factor.solve(Eigen::Matrix3d::Identity());
+    for (const auto& [frame, index] : places_) {
+      const auto W = frame->W.middleCols<3>(3 * index);
+      frame->WV.middleCols<3>(3 * index).noalias() = W.lazyProduct(V_inverse);
+      frame->forEach([&](Eigen::Index at, Eigen::Index row, Eigen::Index rows) {
+        gradient.segment(at, rows).noalias() -= W.middleRows(row, rows).lazyProduct(shift);
+        if (has_camera_)
+          reduced_.block(num_gone_, at, num_extra_, rows).noalias() -=
+              WV_camera.lazyProduct(W.middleRows(row, rows).transpose());
       });
     }
     gradient.tail(num_extra_).noalias() -= W_camera_ * shift;
@@ -237,23 +324,69 @@ class SceneSums {
   }
 
   const SceneFit& fit_;
+  double damping_;
   bool has_fields_;
-  Eigen::Index num_params_;
+  bool has_camera_;
   Eigen::Index num_extra_;  // number of unknowns of the camera
   Eigen::Index num_pose_;
   Eigen::Index num_field_;
   Eigen::Index num_gone_;      // number of columns of poses and fields, which precede the camera
   Eigen::MatrixXd reduced_;    // its lower triangle, until all points are added
   Eigen::MatrixXd gradients_;  // one column per point
+  std::vector<FrameColumns> frames_;
   // State of the current point:
-  std::vector<SightingColumns> columns_;
+  std::vector<std::pair<FrameColumns*, Eigen::Index>> places_;  // of its sightings
   Eigen::Matrix<double, 4, 3> tangent_;
   Eigen::Matrix3d V_;
   Eigen::Vector3d v_;
   Eigen::Matrix<double, Eigen::Dynamic, 3> W_camera_;
   double cost_ = 0;
+  double promise_ = 0;  // decrease of the cost by the points' own steps
   double num_redundant_ = 0;
 };
+
+// The scene with its poses and fields, then the camera's unknowns, changed by these amounts, and with the
+// points where they fit best to first order. A sighting may have no pixel afterwards.
+SceneFit movedBy(const SceneFit& fit, const Eigen::VectorXd& change, const Eigen::VectorXd& camera_change,
+                 double damping) {
+  const bool has_camera = camera_change.size() > 0;
+  const std::size_t num_free = fit.camera_from_world.size() - fit.num_held_frames;
+  const auto poseChange = [&](std::size_t frame) -> Vector6d {
+    if (frame < fit.num_held_frames) return Vector6d::Zero();
+    return change.segment<6>(static_cast<Eigen::Index>(6 * (frame - fit.num_held_frames)));
+  };
+  const auto fieldChange = [&](std::size_t frame) -> ErrorField::Coefficients {
+    return change.segment<ErrorField::kSize>(
+        static_cast<Eigen::Index>(6 * num_free + ErrorField::kSize * frame));
+  };
+  SceneFit moved = fit;
+  for (const auto& sightings : sightingsByPoint(fit)) {
+    Eigen::Vector4d& point = moved.points[sightings.front().point];
+    const Eigen::Matrix<double, 4, 3> tangent = pointTangent(point);
+    Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+    for (const SceneSighting& sighting : sightings) {
+      const SceneProjection p = projectSighting(fit, sighting, has_camera);
+      if (!p.ok) continue;
+      const double precision = 1 / (sighting.sigma_px * sighting.sigma_px);
+      const double weight = precision * fit.loss.weight(precision * p.error.squaredNorm());
+      Eigen::Vector2d error = p.error + p.J_pose * poseChange(sighting.frame);
+      if (has_camera)
+        error += p.J_params * camera_change.head(camera_change.size() - 1) +
+                 sighting.readout_px * camera_change[camera_change.size() - 1];
+      if (fit.field_px > 0) error += ErrorField::at(p.field, fieldChange(sighting.frame));
+      const Eigen::Matrix<double, 2, 3> J_point = p.J_point * tangent;
+      V += weight * J_point.transpose() * J_point;
+      pull += weight * J_point.transpose() * error;
+    }
+    dampPoint(V, damping);
+    point = (point - tangent * solveSpd3(V, pull)).normalized();
+  }
+  for (std::size_t i = fit.num_held_frames; i < fit.camera_from_world.size(); ++i)
+    moved.camera_from_world[i] = fit.camera_from_world[i] * SE3::exp(poseChange(i));
+  for (std::size_t i = 0; i < fit.fields.size() && fit.field_px > 0; ++i) moved.fields[i] += fieldChange(i);
+  return moved;
+}
 
 }  // namespace
 
@@ -272,7 +405,55 @@ Eigen::Matrix<double, 4, 3> pointTangent(const Eigen::Vector4d& point) {
 }
 
 SceneEquations sceneEquations(const SceneFit& fit) {
-  return SceneSums(fit).equations();
+  return SceneSums(fit, CameraColumns::kAll).equations();
+}
+
+void followCamera(SceneFit& fit, const Eigen::MatrixXd& J_optimum_camera, const AnyCamera& camera,
+                  const Eigen::VectorXd& delta) {
+  fit = movedBy(fit, J_optimum_camera * delta, delta, 0);
+  fit.camera = camera;
+  fit.readout += delta[delta.size() - 1];
+}
+
+SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
+  double cost = sceneCost(fit);
+  if (!std::isfinite(cost)) {
+    fit.summary = {.reason = "a point cannot be projected at the start",
+                   .cost = std::numeric_limits<double>::quiet_NaN()};
+    return fit;
+  }
+  int num_steps = 0;
+  // Damping holds points without parallax, and must stay above the rounding of their elimination. With more
+  // damping, scenes converge slowly along their long valleys.
+  const DampingRule rule{.start = 1e-4,
+                         .raised = [](double damping) { return damping > 1e10 ? HUGE_VAL : damping * 4; },
+                         .lowered = [](double damping) { return std::max(1e-7, damping / 3); },
+                         .max_steps = options.max_iterations};
+  bool is_stuck = false;
+  const bool is_converged = minimise(rule, [&](double damping) {
+    throwIfCancelled(options.cancel);
+    ++num_steps;
+    const SceneSums::Step step = SceneSums(fit, CameraColumns::kNone, damping).step();
+    constexpr double kNothing = 1e-12;  // of the variance of a coordinate
+    const bool is_last = step.promise <= std::max(kNothing, 1e-15 * cost);
+    SceneFit trial = movedBy(fit, step.change, {}, damping);
+    const double trial_cost = sceneCost(trial);
+    const bool is_small = is_last || std::abs(cost - trial_cost) <= options.function_tolerance * cost;
+    if (!(trial_cost < cost)) {
+      is_stuck = damping > 1e10;
+      return is_small ? StepResult::kConverged : StepResult::kWorse;
+    }
+    fit = std::move(trial);
+    cost = trial_cost;
+    return is_small ? StepResult::kConverged : StepResult::kBetter;
+  });
+  fit.summary = {.termination = is_converged ? Termination::kConverged
+                                : is_stuck   ? Termination::kFailed
+                                             : Termination::kIterationLimit,
+                 .reason = is_converged ? "the cost no longer falls" : "the cost still falls",
+                 .num_iterations = num_steps,
+                 .cost = cost};
+  return fit;
 }
 
 std::vector<Eigen::Vector2d> heldOutErrors(const SceneFit& fit) {

@@ -79,13 +79,15 @@ struct SceneProjection {
   Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 24> J_params;
   ErrorField::Basis field;  ///< derivatives by each coordinate's coefficients
 };
-[[nodiscard]] SceneProjection projectSighting(const SceneFit& fit, const SceneSighting& sighting);
+/// @param wants_params  sets J_params
+[[nodiscard]] SceneProjection projectSighting(const SceneFit& fit, const SceneSighting& sighting,
+                                              bool wants_params = true);
 
 /// The error of a sighting, px; NaN if the point has no pixel.
 [[nodiscard]] Eigen::Vector2d sightingError(const SceneFit& fit, const SceneSighting& sighting);
 
-/// Minimises the robust reprojection error over poses, points and error fields, with Ceres; the camera is
-/// fixed. A sighting that cannot be projected at the start is a failure (Termination::kFailed).
+/// Minimises the robust reprojection error over poses, points and error fields; the camera is fixed. A
+/// sighting that cannot be projected at the start is a failure (Termination::kFailed).
 /// @throws Cancelled
 [[nodiscard]] SceneFit solveScene(SceneFit fit, const SolveOptions& options = {});
 
@@ -99,6 +101,9 @@ struct SceneEquations {
   /// perturbation [translation, rotation]. The free scale is held along the frames' displacement from the
   /// first frame.
   DenseMatrix pose_covariance;
+  /// Change of the optimum per unit of each unknown: 6 rows per frame that is not held, right perturbation,
+  /// then the coefficients of each frame's error field.
+  DenseMatrix J_optimum_camera;
   double cost = 0;            ///< half the sum of rho, plus half of the fields' priors
   double field_square = 0;    ///< sum of squares of the fields' coefficients, px^2
   double field_variance = 0;  ///< trace of their covariance, for errors with the standard deviation sigma_px
@@ -107,6 +112,16 @@ struct SceneEquations {
 
 /// @pre every sighting projects
 [[nodiscard]] SceneEquations sceneEquations(const SceneFit& fit);
+
+/// Changes the camera's unknowns of a solved scene by `delta` and moves poses, points and fields along with
+/// them, to first order: the start of the next solve. A sighting may have no pixel afterwards.
+/// @param J_optimum_camera  as in SceneEquations
+/// @param camera            with the changed parameters
+void followCamera(SceneFit& fit, const Eigen::MatrixXd& J_optimum_camera, const AnyCamera& camera,
+                  const Eigen::VectorXd& delta);
+
+/// The cost that solveScene() minimises; infinite if a sighting has no pixel.
+[[nodiscard]] double sceneCost(const SceneFit& fit);
 
 /// The error that each sighting would have if its point were estimated without it, px, to first order, with
 /// fixed poses; NaN if the other sightings do not determine the point.

@@ -70,6 +70,7 @@ class CameraFreeing {
     std::vector<Eigen::VectorXd> window_gradients;  // one per window, for their scatter
     std::vector<Eigen::MatrixXd> window_scatters;
     std::vector<Eigen::MatrixXd> window_informations;
+    std::vector<Eigen::MatrixXd> window_responses;  // see SceneEquations::J_optimum_camera
     std::size_t num_points = 0;
     double field_square = 0;  // expected, px^2, for this many coefficients
     double num_coefficients = 0;
@@ -82,7 +83,8 @@ class CameraFreeing {
   };
 
   [[nodiscard]] State unsolved() const;
-  [[nodiscard]] bool moveTo(State& state, const Eigen::VectorXd& at) const;
+  [[nodiscard]] double follow(State& state, const Eigen::VectorXd& at) const;
+  [[nodiscard]] bool settle(State& state) const;
   [[nodiscard]] Sums sumsOf(const std::vector<Reconstruction>& windows) const;
   [[nodiscard]] std::optional<AnyCamera> cameraAt(const Eigen::VectorXd& at) const;
   bool solve(State& state, const Eigen::MatrixXd& directions, int max_steps) const;
