@@ -2,6 +2,7 @@
 #include "alidade/core/diagnosis.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <set>
@@ -67,6 +68,13 @@ TEST(DiagnosisId, KeepsTheIdsOfOtherVersions) {
   const DiagnosisId unknown = DiagnosisId::read(std::string("of_the_future"));
   EXPECT_EQ(unknown, "of_the_future");
   EXPECT_EQ(unknown.kind().rank, Rank::kOrdinary);
+}
+
+TEST(Diagnosis, OfUnknownEffectIsAWarning) {
+  EXPECT_EQ(severityOf(0.24, 1), Severity::kNote);
+  EXPECT_EQ(severityOf(0.25, 1), Severity::kWarning);
+  EXPECT_EQ(severityOf(5.01, 1), Severity::kFailure);
+  EXPECT_EQ(severityOf(NAN, 1), Severity::kWarning);
 }
 
 TEST(Diagnosis, HasTheSeverityOfItsKind) {

@@ -56,10 +56,10 @@ double sampleAt(const RasterImage& image, int x, int y, int c) {
   return samples[(static_cast<std::ptrdiff_t>(y) * image.size.width + x) * image.num_channels + c];
 }
 
-// Source places are rounded to this, but not from OpenCV 5 on.
-double roundedPlace(float place) {
-  constexpr double kSteps = CV_VERSION_MAJOR < 5 ? 32 : 1 << 20;
-  return std::round(kSteps * static_cast<double>(place)) / kSteps;
+// Source places are rounded to 1/32 px; from OpenCV 5 on only for two channels.
+double roundedPlace(float place, int num_channels) {
+  const double steps = CV_VERSION_MAJOR < 5 || num_channels == 2 ? 32 : 1 << 20;
+  return std::round(steps * static_cast<double>(place)) / steps;
 }
 
 // Planes of grey levels come out up to the rounding, whatever the channels and bits; the cubic kernel moves
@@ -83,8 +83,8 @@ int checkPlanes(double scale) {
       double worst = 0;
       for (int y = 0; y < 25; ++y) {
         for (int x = 0; x < 30; ++x) {
-          const double source_x = roundedPlace(place(x, y).x);
-          const double source_y = roundedPlace(place(x, y).y);
+          const double source_x = roundedPlace(place(x, y).x, num_channels);
+          const double source_y = roundedPlace(place(x, y).y, num_channels);
           for (int c = 0; c < num_channels; ++c)
             worst = std::max(worst, std::abs(sampleAt<Sample>(out, x, y, c) - level(source_x, source_y, c)));
         }

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "alidade/core/error.h"
 #include "support/answer.h"
@@ -136,16 +136,12 @@ TEST(Verdict, TrustsNoBreathingLensWhoseModelIsUndetermined) {
 }
 
 // Frames of a video of a board that moves slowly, sheared by about a pixel each.
-struct ShearedAnswer {
-  bool is_named = false;
-  double focal_sigmas = 0;  // by which fx is off
-};
-ShearedAnswer answerOfSheared(std::uint64_t number, double alike) {
+const std::vector<double> kShearedTruth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+Calibration calibrationOfSheared(std::uint64_t number, double alike, double tolerance_px = 1) {
   constexpr double kShear = 1e-3;
   constexpr int kPlaces = 20;
   constexpr int kFramesEach = 4;
-  const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
-  const AnyCamera camera = AnyCamera::make("radtan", truth);
+  const AnyCamera camera = AnyCamera::make("radtan", kShearedTruth);
   const ImageSize size{.width = 1280, .height = 960};
   const SimulatedSet set = simulateSet(camera, size, kPlaces, 0, number);
   Random random(streamSeed(91, number));
@@ -161,11 +157,12 @@ ShearedAnswer answerOfSheared(std::uint64_t number, double alike) {
       pose.translation += Eigen::Vector3d(0.003, 0.002, 0.004);
     }
   }
-  const Calibration result = calibrate(set.board, frames, {.model = "radtan"});
-  return {.is_named = std::ranges::find(result.diagnoses, DiagnosisId("correlated_views"), &Diagnosis::id) !=
-                      result.diagnoses.end(),
-          .focal_sigmas =
-              std::abs(onlyCamera(result.fit).params[0] - truth[0]) / result.uncertainty.parameterStd(0)};
+  return calibrate(set.board, frames, {.model = "radtan", .tolerance_px = tolerance_px});
+}
+
+const Diagnosis* findingOf(const Calibration& result, const char* id) {
+  const auto found = std::ranges::find(result.diagnoses, DiagnosisId::read(id), &Diagnosis::id);
+  return found != result.diagnoses.end() ? &*found : nullptr;
 }
 
 TEST(Verdict, NamesFramesOfAVideoThatShareTheirErrors) {
@@ -174,14 +171,34 @@ TEST(Verdict, NamesFramesOfAVideoThatShareTheirErrors) {
   int num_covered = 0;
   int num_wrongly = 0;
   for (std::uint64_t number = 0; number < kSets; ++number) {
-    const ShearedAnswer video = answerOfSheared(number, 0.9);
-    num_named += video.is_named ? 1 : 0;
-    num_covered += video.focal_sigmas < 2 ? 1 : 0;
-    num_wrongly += answerOfSheared(number, 0).is_named ? 1 : 0;
+    const Calibration video = calibrationOfSheared(number, 0.9);
+    num_named += findingOf(video, "correlated_views") != nullptr ? 1 : 0;
+    const double off = std::abs(onlyCamera(video.fit).params[0] - kShearedTruth[0]);
+    num_covered += off < 2 * video.uncertainty.parameterStd(0) ? 1 : 0;
+    num_wrongly += findingOf(calibrationOfSheared(number, 0), "correlated_views") != nullptr ? 1 : 0;
   }
   EXPECT_GE(num_named, 17);  // in three, neighbours are alike by less than three standard deviations
   EXPECT_GE(num_covered, 18);
   EXPECT_EQ(num_wrongly, 0);
+}
+
+TEST(Verdict, SaysOfAnInaccurateVideoWhatBettersIt) {
+  int num_videos = 0;
+  for (std::uint64_t number = 0; number < 4; ++number) {
+    const Calibration video = calibrationOfSheared(number, 0.9, 0.02);
+    const Diagnosis* const inaccurate = findingOf(video, "inaccurate");
+    const Diagnosis* const correlated = findingOf(video, "correlated_views");
+    ASSERT_NE(inaccurate, nullptr) << number;
+    if (correlated == nullptr) continue;
+    EXPECT_EQ(inaccurate->next_step, correlated->next_step);
+    ++num_videos;
+    const Calibration photographs = calibrationOfSheared(number, 0, 0.02);
+    const Diagnosis* const other = findingOf(photographs, "inaccurate");
+    if (other != nullptr) {
+      EXPECT_THAT(other->next_step, testing::HasSubstr("15 to 30 sharp views"));
+    }
+  }
+  EXPECT_GE(num_videos, 3);
 }
 
 TEST(Verdict, TheWorstFindingDecides) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <Eigen/LU>
 
 #include "alidade/core/error.h"
+#include "alidade/core/vector_code.h"
 #include "alidade/geometry/decompositions.h"
 #include "alidade/geometry/least_squares.h"
 
@@ -39,15 +41,15 @@ std::vector<std::span<const SceneSighting>> sightingsByPoint(const SceneFit& fit
   return points;
 }
 
-// The sightings of one frame in the normal equations, each with its columns of J, W and WV. Rows: those of
-// the pose (6), then those of the error field, if there are fields.
+// The sightings of one frame in the normal equations, each with its columns of J and Y. Rows: those of the
+// pose (6), then those of the error field, if there are fields, then zeros.
 struct FrameColumns {
   Eigen::Index pose_at = -1;  // column in the normal equations; -1: none
   Eigen::Index field_at = -1;
   std::vector<std::uint32_t> points;  // of the sightings, ascending
   Eigen::MatrixXd J;                  // 2 per sighting: derivatives of the weighted error, transposed
-  Eigen::MatrixXd W;                  // 3 per sighting: product of J and the derivative by the point
-  Eigen::MatrixXd WV;                 // 3 per sighting: product of W and the point's covariance
+  Eigen::MatrixXd Y;  // 3 per sighting: product of J, the derivative by the point and the root of its
+                      // covariance, with which a point's products of two frames are Y Y^T
 
   // Calls act(column in the normal equations, first row, number of rows) for each part that exists.
   template <class Act>
@@ -56,6 +58,50 @@ struct FrameColumns {
     if (field_at >= 0) act(field_at, Eigen::Index{6}, Eigen::Index{ErrorField::kSize});
   }
 };
+
+constexpr int kLanes = 4;
+using Lanes =
+    double __attribute__((vector_size(kLanes * sizeof(double)), aligned(alignof(double)), may_alias));
+// Rows of FrameColumns, filled up with zeros.
+constexpr Eigen::Index kPaddedPoseRows = 8;
+constexpr Eigen::Index kPaddedRows = 28;
+static_assert(kPaddedRows >= 6 + ErrorField::kSize);
+
+// Sets `product` to the sum of a b^T over pairs of columns (a, b) of kNum vectors each.
+template <int kNum>
+void sumProducts(const std::vector<std::pair<const double*, const double*>>& columns,
+                 Eigen::MatrixXd& product) {
+  constexpr int kRows = kNum * kLanes;
+  constexpr std::size_t kChunk = 24;  // pairs whose columns stay in the processor's first cache
+  product.setZero(kRows, kRows);
+  callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+    for (std::size_t begin = 0; begin < columns.size(); begin += kChunk) {
+      const std::size_t end = std::min(columns.size(), begin + kChunk);
+      for (int j = 0; j < kRows; j += 2) {
+        auto* const to = reinterpret_cast<Lanes*>(product.col(j).data());
+        Lanes first[kNum];
+        Lanes second[kNum];
+        for (int i = 0; i < kNum; ++i) {
+          first[i] = to[i];
+          second[i] = to[kNum + i];
+        }
+        for (std::size_t c = begin; c < end; ++c) {
+          const auto* const rows = reinterpret_cast<const Lanes*>(columns[c].first);
+          const double* const b = columns[c].second;
+#pragma GCC unroll 8
+          for (int i = 0; i < kNum; ++i) {
+            first[i] += rows[i] * b[j];
+            second[i] += rows[i] * b[j + 1];
+          }
+        }
+        for (int i = 0; i < kNum; ++i) {
+          to[i] = first[i];
+          to[kNum + i] = second[i];
+        }
+      }
+    }
+  });
+}
 
 // Subtracts the product of two frames' columns for the points that both see from the lower triangle of the
 // normal equations, in which fields come after all poses. `other` is the same or an earlier frame.
@@ -191,22 +237,20 @@ class SceneSums {
   void prepareFrames() {
     std::vector<Eigen::Index> count(frames_.size(), 0);
     for (const SceneSighting& sighting : fit_.sightings) ++count[sighting.frame];
-    const Eigen::Index rows = 6 + (has_fields_ ? ErrorField::kSize : 0);
+    const Eigen::Index rows = has_fields_ ? kPaddedRows : kPaddedPoseRows;
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       FrameColumns& frame = frames_[i];
       if (i >= fit_.num_held_frames) frame.pose_at = 6 * static_cast<Eigen::Index>(i - fit_.num_held_frames);
       if (has_fields_) frame.field_at = num_pose_ + ErrorField::kSize * static_cast<Eigen::Index>(i);
       frame.J.setZero(rows, 2 * count[i]);
-      frame.W.resize(rows, 3 * count[i]);
-      frame.WV.resize(rows, 3 * count[i]);
+      frame.Y.setZero(rows, 3 * count[i]);
     }
   }
 
   // Adds the products of each frame, and subtracts those of each pair of frames through the points that both
   // see.
   void addFrames() {
-    Eigen::MatrixXd own_columns;
-    Eigen::MatrixXd other_columns;
+    std::vector<std::pair<const double*, const double*>> columns;
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       const FrameColumns& own = frames_[i];
       Eigen::MatrixXd product = -own.J * own.J.transpose();
@@ -214,21 +258,20 @@ class SceneSums {
       subtractProduct(reduced_, own, own, product);
       for (std::size_t k = 0; k <= i; ++k) {
         const FrameColumns& other = frames_[k];
-        own_columns.resize(own.WV.rows(), own.WV.cols());
-        other_columns.resize(own.WV.rows(), own.WV.cols());
-        Eigen::Index num_common = 0;
+        columns.clear();
         for (std::size_t a = 0, b = 0; a < own.points.size() && b < other.points.size();) {
-          if (own.points[a] == other.points[b]) {
-            own_columns.middleCols<3>(num_common) = own.WV.middleCols<3>(static_cast<Eigen::Index>(3 * a));
-            other_columns.middleCols<3>(num_common) = other.W.middleCols<3>(static_cast<Eigen::Index>(3 * b));
-            num_common += 3;
+          const auto order = own.points[a] <=> other.points[b];
+          if (order == 0) {
+            for (int d = 0; d < 3; ++d)
+              columns.emplace_back(own.Y.col(static_cast<Eigen::Index>(3 * a) + d).data(),
+                                   other.Y.col(static_cast<Eigen::Index>(3 * b) + d).data());
           }
-          const bool is_behind = own.points[a] <= other.points[b];
-          b += own.points[a] >= other.points[b] ? 1 : 0;
-          a += is_behind ? 1 : 0;
+          a += order <= 0 ? 1 : 0;
+          b += order >= 0 ? 1 : 0;
         }
-        if (num_common == 0) continue;
-        product.noalias() = own_columns.leftCols(num_common) * other_columns.leftCols(num_common).transpose();
+        if (columns.empty()) continue;
+        has_fields_ ? sumProducts<kPaddedRows / kLanes>(columns, product)
+                    : sumProducts<kPaddedPoseRows / kLanes>(columns, product);
         subtractProduct(reduced_, own, other, product);
       }
     }
@@ -272,7 +315,7 @@ class SceneSums {
     const Eigen::Matrix<double, 2, 3> J_point = weight * scale * p.J_point * tangent_;
     V_.noalias() += J_point.transpose() * J_point;
     v_.noalias() += J_point.transpose() * error;
-    frame.W.middleCols<3>(3 * index).noalias() = J.lazyProduct(J_point);
+    frame.Y.middleCols<3>(3 * index).noalias() = J.lazyProduct(J_point);
     W_camera_.noalias() += J_camera.transpose() * J_point;
     frame.forEach([&](Eigen::Index at, Eigen::Index row, Eigen::Index rows) {
       gradient.segment(at, rows).noalias() += J.middleRows(row, rows).lazyProduct(error);
@@ -289,24 +332,23 @@ class SceneSums {
     num_redundant_ -= 3;
     // Damps a point whose sightings do not determine it.
     dampPoint(V_, damping_);
-    const Eigen::LDLT<Eigen::Matrix3d> factor(V_);
-    const Eigen::Vector3d shift = factor.solve(v_);
-    promise_ += 0.5 * v_.dot(shift);
-    const Eigen::Matrix<double, Eigen::Dynamic, 3> WV_camera =
-        factor.solve(W_camera_.transpose()).transpose();
-    const Eigen::Matrix3d V_inverse = factor.solve(Eigen::Matrix3d::Identity());
+    const Eigen::LLT<Eigen::Matrix3d> factor(V_);
+    const Eigen::Vector3d shift = factor.matrixL().solve(v_);
+    promise_ += 0.5 * shift.squaredNorm();
+    const Eigen::Matrix3d root = factor.matrixU().solve(Eigen::Matrix3d::Identity());
+    const Eigen::Matrix<double, Eigen::Dynamic, 3> Y_camera = W_camera_ * root;
     for (const auto& [frame, index] : places_) {
-      const auto W = frame->W.middleCols<3>(3 * index);
-      frame->WV.middleCols<3>(3 * index).noalias() = W.lazyProduct(V_inverse);
+      auto Y = frame->Y.middleCols<3>(3 * index);
+      Y = Y.lazyProduct(root).eval();
       frame->forEach([&](Eigen::Index at, Eigen::Index row, Eigen::Index rows) {
-        gradient.segment(at, rows).noalias() -= W.middleRows(row, rows).lazyProduct(shift);
+        gradient.segment(at, rows).noalias() -= Y.middleRows(row, rows).lazyProduct(shift);
         if (has_camera_)
           reduced_.block(num_gone_, at, num_extra_, rows).noalias() -=
-              WV_camera.lazyProduct(W.middleRows(row, rows).transpose());
+              Y_camera.lazyProduct(Y.middleRows(row, rows).transpose());
       });
     }
-    gradient.tail(num_extra_).noalias() -= W_camera_ * shift;
-    reduced_.bottomRightCorner(num_extra_, num_extra_).noalias() -= WV_camera * W_camera_.transpose();
+    gradient.tail(num_extra_).noalias() -= Y_camera * shift;
+    reduced_.bottomRightCorner(num_extra_, num_extra_).noalias() -= Y_camera * Y_camera.transpose();
   }
 
   // Holds the free scale, along the frames' displacement, and the translations, which a pure rotation leaves

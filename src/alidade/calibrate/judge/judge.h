@@ -24,10 +24,18 @@ struct Evidence {
   double tolerance_px;  ///< see CalibratorOptions
   std::vector<Diagnosis> diagnoses = {};
 
+  /// True if successive views have similar errors.
+  [[nodiscard]] bool isSeries() const {
+    return uncertainty.by_views && uncertainty.by_views->serial_factor > 1;
+  }
   void add(Diagnosis diagnosis) { diagnoses.push_back(std::move(diagnosis)); }
   /// Adds it with the severity of its effect, at most `worst`.
   void add(Diagnosis diagnosis, double effect_px, Severity worst = Severity::kFailure);
 };
+
+/// Next step for a series of views whose errors are similar.
+inline constexpr const char* kBetterSeries =
+    "take photographs, or a longer video: hold still in each place, without autofocus and stabilisation";
 
 // Effects, px: the largest displacement of a far point over the covered pixels after alignment by the best
 // rotation. NaN if nothing is covered.

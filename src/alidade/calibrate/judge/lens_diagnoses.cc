@@ -236,12 +236,14 @@ void inaccurate(Evidence& of) {
   if (!isInaccurate(accuracy, of.tolerance_px)) return;
   const double limit = kHopelessFactor * of.tolerance_px;
   const double share = accuracy.coveredShareWithin(limit);
-  of.add({.id = "inaccurate",
-          .cause = "the camera is inaccurate even where boards were seen",
-          .evidence = "only " + percentText(share) + " of that region is known to within " +
-                      numberText("%.3g", limit) + " px",
-          .next_step = "take 15 to 30 sharp views, tilted by 20 to 50 degrees",
-          .effect_px = accuracy.covered_px});
+  of.add(
+      {.id = "inaccurate",
+       .cause = "the camera is inaccurate even where boards were seen",
+       .evidence = "only " + percentText(share) + " of that region is known to within " +
+                   numberText("%.3g", limit) + " px" +
+                   (of.isSeries() ? "; successive views have similar errors" : ""),
+       .next_step = of.isSeries() ? kBetterSeries : "take 15 to 30 sharp views, tilted by 20 to 50 degrees",
+       .effect_px = accuracy.covered_px});
 }
 
 // Parameters with unrealistic values that no prior could limit without contradicting the corners.

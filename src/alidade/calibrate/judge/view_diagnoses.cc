@@ -46,17 +46,13 @@ void fewViews(Evidence& of) {
 
 // The errors of views in succession, if they are alike, do not cancel out, and no corner noise shows them.
 void correlatedViews(Evidence& of) {
-  const auto& by_views = of.uncertainty.by_views;
-  if (!by_views || !of.uncertainty.isNoiseExceeded() || !(by_views->serial_factor > 1) ||
-      of.uncertainty.two_cameras)
-    return;
+  if (!of.isSeries() || !of.uncertainty.isNoiseExceeded() || of.uncertainty.two_cameras) return;
   const auto num_views = static_cast<double>(of.uncertainty.num_places);
   of.add({.id = "correlated_views",
           .cause = "successive views have similar errors, as frames of a video do",
           .evidence = counted(of.fit.views.size(), "view") + " say as much as " +
-                      numberText("%.2g", std::max(1.0, num_views / by_views->serial_factor)),
-          .next_step = "take photographs, or a longer video: hold still in each place, without autofocus and "
-                       "stabilisation"},
+                      numberText("%.2g", std::max(1.0, num_views / of.uncertainty.by_views->serial_factor)),
+          .next_step = kBetterSeries},
          coveredError(of), Severity::kWarning);
 }
 

@@ -212,7 +212,7 @@ class Builder {
     fit.loss = {.threshold_px = threshold_px_ / medianSigma(fit)};
     removeOutliers(fit, std::numeric_limits<double>::infinity());
     for (int round = 0; round < 3; ++round) {
-      fit = solveScene(std::move(fit), {.max_iterations = 50, .function_tolerance = 1e-8, .cancel = cancel_});
+      fit = solveScene(std::move(fit), {.max_iterations = 50, .function_tolerance = 1e-6, .cancel = cancel_});
       if (fit.summary.termination == Termination::kFailed) return;
       const double noise = noiseOf(fit);
       constexpr double kHuber = 2.5;
@@ -221,7 +221,7 @@ class Builder {
       removeOutliers(fit, kOutlier * noise);
       if (fit.sightings.size() < 4 * TwoView::kFewestInliers) return;
     }
-    fit = solveScene(std::move(fit), {.max_iterations = 100, .function_tolerance = 1e-10, .cancel = cancel_});
+    fit = solveScene(std::move(fit), {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel_});
     if (fit.summary.termination == Termination::kFailed) return;
     result.noise_px = noiseOf(fit) * medianSigma(fit);
     result.outlier_share = 1 - static_cast<double>(fit.sightings.size()) /

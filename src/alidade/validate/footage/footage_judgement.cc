@@ -76,6 +76,7 @@ std::vector<ConversionRequest> plainEdits(ImageSize from, ImageSize to) {
 constexpr double kLittleReadout = 0.1;
 
 std::string pixelsOf(double px) {
+  if (px < 1) return fmt::format("{:.2g} px", px);
   return px < 10 ? fmt::format("{:.1f} px", px) : fmt::format("{:.0f} px", px);
 }
 
