@@ -7,8 +7,8 @@ function(alidade_compile_options target)
     # g++ 12 warns of copies inside std::string's operator+ (GCC bugs 105329, 105651).
     target_compile_options(${target} PRIVATE -Wno-restrict -Wno-stringop-overflow -Wno-array-bounds)
   endif()
-  if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-    # The same roundings as on x86-64, whose baseline has no fused multiplication.
+  if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|amd64")
+    # The roundings of x86-64, whose baseline has no fused multiplication.
     target_compile_options(${target} PRIVATE -ffp-contract=off)
   endif()
   if(ALIDADE_WERROR)

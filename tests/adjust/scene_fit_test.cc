@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -224,6 +226,80 @@ TEST(SceneFit, HeldOutErrorsAreThoseWithoutTheSighting) {
   }
   EXPECT_GE(num_checked, 120);
   EXPECT_EQ(num_larger, num_checked);
+}
+
+// A scene off its optimum: poses, points and, if there are fields, their targets.
+SceneFit disturbed(SceneFit fit, std::uint64_t seed) {
+  Random random(seed);
+  for (SceneSighting& sighting : fit.sightings)
+    sighting.pixel += Eigen::Vector2d(random.normal(), random.normal());
+  for (std::size_t i = fit.num_held_frames; i < kFrames; ++i) {
+    Eigen::Matrix<double, 6, 1> step;
+    for (double& value : step) value = 0.003 * random.normal();
+    fit.camera_from_world[i] = fit.camera_from_world[i] * SE3::exp(step);
+  }
+  return fit;
+}
+
+TEST(SceneFit, SolvedSceneHasNoGradient) {
+  int num_cases = 0;
+  for (const double field_px : {0.0, 0.2}) {
+    for (const std::size_t num_held : {std::size_t{1}, std::size_t{2}, kFrames}) {
+      for (const double huber_px : {1.5, std::numeric_limits<double>::infinity()}) {
+        SceneFit fit = disturbed(someScene(0.5, field_px, num_held), 41);
+        fit.loss = {.threshold_px = huber_px};
+        const double before = sceneCost(fit);
+        const SceneFit solved = solveScene(fit, {.max_iterations = 500, .function_tolerance = 1e-14});
+        EXPECT_EQ(solved.summary.termination, Termination::kConverged) << solved.summary.reason;
+        EXPECT_DOUBLE_EQ(solved.summary.cost, sceneCost(solved));
+        EXPECT_LT(solved.summary.cost, before);
+        const DenseSystem at_start = denseSystem(fit);
+        const DenseSystem at_end = denseSystem(solved);
+        const Eigen::Index m = at_end.normal.rows() - at_end.num_camera;
+        EXPECT_LT(at_end.gradient.head(m).norm(), 1e-4 * at_start.gradient.head(m).norm())
+            << field_px << " px, " << num_held << " held, Huber " << huber_px;
+        ++num_cases;
+      }
+    }
+  }
+  EXPECT_EQ(num_cases, 12);
+}
+
+TEST(SceneFit, FollowsTheCameraToSecondOrder) {
+  int num_cases = 0;
+  for (const double field_px : {0.0, 0.2}) {
+    const SolveOptions options{.max_iterations = 200, .function_tolerance = 1e-14};
+    const SceneFit solved = solveScene(disturbed(someScene(0, field_px, 2), 42), options);
+    const SceneEquations equations = sceneEquations(solved);
+    const auto excess = [&](double share) {
+      const auto params = solved.camera.parameters();
+      Eigen::VectorXd delta = Eigen::VectorXd::Zero(std::ssize(params) + 1);
+      delta[0] = delta[1] = share * params[0];
+      std::vector<double> changed(params.begin(), params.end());
+      for (std::size_t i = 0; i < changed.size(); ++i) changed[i] += delta[static_cast<Eigen::Index>(i)];
+      SceneFit followed = solved;
+      followCamera(followed, equations.J_optimum_camera, AnyCamera::make(solved.camera.modelId(), changed),
+                   delta);
+      const double cost = sceneCost(followed);
+      return cost - solveScene(followed, options).summary.cost;
+    };
+    // Off by the square of the change: a cost of its fourth power.
+    const double large = excess(4e-3);
+    const double small = excess(1e-3);
+    EXPECT_GT(small, 0) << field_px;
+    EXPECT_GT(large, 100 * small) << field_px;
+    ++num_cases;
+  }
+  EXPECT_EQ(num_cases, 2);
+}
+
+TEST(SceneFit, CannotStartWithoutAPixel) {
+  SceneFit fit = someScene(0, 0, 1);
+  fit.points[fit.sightings.front().point] = Eigen::Vector4d(0, 0, -1, 0);
+  EXPECT_TRUE(std::isinf(sceneCost(fit)));
+  const SceneFit solved = solveScene(fit, {});
+  EXPECT_EQ(solved.summary.termination, Termination::kFailed);
+  EXPECT_EQ(solved.summary.reason, "a point cannot be projected at the start");
 }
 
 TEST(SceneFit, SolvedSceneIsTheTrueOne) {

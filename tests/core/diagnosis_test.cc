@@ -70,11 +70,11 @@ TEST(DiagnosisId, KeepsTheIdsOfOtherVersions) {
   EXPECT_EQ(unknown.kind().rank, Rank::kOrdinary);
 }
 
-TEST(Diagnosis, OfUnknownEffectIsAWarning) {
+TEST(Diagnosis, HasTheSeverityOfItsEffect) {
   EXPECT_EQ(severityOf(0.24, 1), Severity::kNote);
   EXPECT_EQ(severityOf(0.25, 1), Severity::kWarning);
   EXPECT_EQ(severityOf(5.01, 1), Severity::kFailure);
-  EXPECT_EQ(severityOf(NAN, 1), Severity::kWarning);
+  EXPECT_EQ(severityOf(NAN, 1), Severity::kNote);
 }
 
 TEST(Diagnosis, HasTheSeverityOfItsKind) {

@@ -154,6 +154,7 @@ TYPED_TEST(GroupAxioms, LogUndoesExp) {
     const bool is_half_turn = rotationPart(tangent).norm() > kPi - kGroupTolerance;
     if (is_half_turn && rotationPart(back).dot(rotationPart(tangent)) < 0.0) {
       ASSERT_TRUE(isNear(rotationPart(back), -rotationPart(tangent), kGroupTolerance));
+      ASSERT_TRUE(isNear(TypeParam::exp(back).matrix(), TypeParam::exp(tangent).matrix(), kGroupTolerance));
     } else {
       ASSERT_TRUE(isNear(back, tangent, kGroupTolerance));
     }

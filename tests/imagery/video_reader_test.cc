@@ -423,8 +423,8 @@ TEST_F(VideoFile, NoticesDamageOfH264) {
     num_noticed += is_noticed || reader.numLost() > 0 ? 1 : 0;
   }
   // Many a changed bit leaves valid codes, and the encoder's stream depends on its version and the processor.
-  // Twelve sequences of places: 40 to 54 files noticed (mean 45), 27 to 114 frames wrong (mean 73, standard
-  // deviation 20).
+  // Twelve sequences of places: 40 to 54 files noticed (mean 45, standard deviation 4), 27 to 114 frames
+  // wrong (mean 73, standard deviation 20).
   EXPECT_GE(num_noticed, 33);
   EXPECT_GT(num_intact, 10 * num_damaged);
   EXPECT_LE(num_wrong, 140);

@@ -29,7 +29,7 @@ Severity severityOf(double effect_px, double tolerance_px) {
   constexpr double kWarningShare = 0.25;
   constexpr double kFailureFactor = 5;
   if (effect_px > kFailureFactor * tolerance_px) return Severity::kFailure;
-  return effect_px < kWarningShare * tolerance_px ? Severity::kNote : Severity::kWarning;
+  return effect_px >= kWarningShare * tolerance_px ? Severity::kWarning : Severity::kNote;
 }
 
 Verdict verdictOf(const std::vector<Diagnosis>& diagnoses) {

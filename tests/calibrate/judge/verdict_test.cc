@@ -184,6 +184,7 @@ TEST(Verdict, NamesFramesOfAVideoThatShareTheirErrors) {
 
 TEST(Verdict, SaysOfAnInaccurateVideoWhatBettersIt) {
   int num_videos = 0;
+  int num_photographs = 0;
   for (std::uint64_t number = 0; number < 4; ++number) {
     const Calibration video = calibrationOfSheared(number, 0.9, 0.02);
     const Diagnosis* const inaccurate = findingOf(video, "inaccurate");
@@ -194,11 +195,12 @@ TEST(Verdict, SaysOfAnInaccurateVideoWhatBettersIt) {
     ++num_videos;
     const Calibration photographs = calibrationOfSheared(number, 0, 0.02);
     const Diagnosis* const other = findingOf(photographs, "inaccurate");
-    if (other != nullptr) {
-      EXPECT_THAT(other->next_step, testing::HasSubstr("15 to 30 sharp views"));
-    }
+    if (other == nullptr) continue;
+    EXPECT_THAT(other->next_step, testing::HasSubstr("15 to 30 sharp views"));
+    ++num_photographs;
   }
   EXPECT_GE(num_videos, 3);
+  EXPECT_GE(num_photographs, 1);
 }
 
 TEST(Verdict, TheWorstFindingDecides) {

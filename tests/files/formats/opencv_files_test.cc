@@ -238,7 +238,6 @@ aspectRatio:-1.5
   EXPECT_EQ(root.lineOfKey("aspectRatio"), 19);
 }
 
-// JSON has no comments, so people write keys "//".
 // As OpenCV 5 writes a cv::Mat of one dimension.
 TEST(OpenCvFiles, MayHaveArraysOfOneDimension) {
   const auto textOf = [](const std::string& sizes) {
@@ -261,8 +260,10 @@ TEST(OpenCvFiles, MayHaveArraysOfOneDimension) {
               testing::HasSubstr("5 numbers; expected the product of sizes, 4"));
   EXPECT_THAT(complaintAbout(textOf("[ 5, -1 ]")), testing::HasSubstr("the product of sizes, 5 x -1"));
   EXPECT_THAT(complaintAbout(textOf("[ 99999, 99999, 99999 ]")), testing::HasSubstr("99999 x 99999"));
+  EXPECT_THAT(complaintAbout(textOf("[ ]")), testing::HasSubstr("no number"));
 }
 
+// JSON has no comments, so people write keys "//".
 TEST(OpenCvFiles, MayHaveCommentKeysAndAMapOfTheirOwn) {
   const std::string text = R"({
   "//": "a camera", "//": "of 640x480",

@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
-// Holds a point that its sightings do not determine.
+// Damps a point, and holds it where its sightings do not determine it.
 void dampPoint(Eigen::Matrix3d& V, double damping) {
   V.diagonal() *= 1 + damping;
   V.diagonal().array() += 1e-12 * V.trace();
@@ -59,9 +59,9 @@ struct FrameColumns {
   }
 };
 
-constexpr int kLanes = 4;
-using Lanes =
-    double __attribute__((vector_size(kLanes * sizeof(double)), aligned(alignof(double)), may_alias));
+constexpr int kWidth = 4;
+using Four =
+    double __attribute__((vector_size(kWidth * sizeof(double)), aligned(alignof(double)), may_alias));
 // Rows of FrameColumns, filled up with zeros.
 constexpr Eigen::Index kPaddedPoseRows = 8;
 constexpr Eigen::Index kPaddedRows = 28;
@@ -71,22 +71,22 @@ static_assert(kPaddedRows >= 6 + ErrorField::kSize);
 template <int kNum>
 void sumProducts(const std::vector<std::pair<const double*, const double*>>& columns,
                  Eigen::MatrixXd& product) {
-  constexpr int kRows = kNum * kLanes;
+  constexpr int kRows = kNum * kWidth;
   constexpr std::size_t kChunk = 24;  // pairs whose columns stay in the processor's first cache
   product.setZero(kRows, kRows);
   callVectorised([&]() ALIDADE_INLINE_LAMBDA {
     for (std::size_t begin = 0; begin < columns.size(); begin += kChunk) {
       const std::size_t end = std::min(columns.size(), begin + kChunk);
       for (int j = 0; j < kRows; j += 2) {
-        auto* const to = reinterpret_cast<Lanes*>(product.col(j).data());
-        Lanes first[kNum];
-        Lanes second[kNum];
+        auto* const to = reinterpret_cast<Four*>(product.col(j).data());
+        Four first[kNum];
+        Four second[kNum];
         for (int i = 0; i < kNum; ++i) {
           first[i] = to[i];
           second[i] = to[kNum + i];
         }
         for (std::size_t c = begin; c < end; ++c) {
-          const auto* const rows = reinterpret_cast<const Lanes*>(columns[c].first);
+          const auto* const rows = reinterpret_cast<const Four*>(columns[c].first);
           const double* const b = columns[c].second;
 #pragma GCC unroll 8
           for (int i = 0; i < kNum; ++i) {
@@ -199,7 +199,7 @@ class SceneSums {
   // A Gauss-Newton step of poses and fields, and the decrease of the cost that it promises together with the
   // points' own steps.
   struct Step {
-    Eigen::VectorXd change;  // NaN if the equations are singular
+    Eigen::VectorXd change;  // of no use if the equations are singular
     double promise = 0;
   };
   [[nodiscard]] Step step() const {
@@ -270,8 +270,8 @@ class SceneSums {
           b += order >= 0 ? 1 : 0;
         }
         if (columns.empty()) continue;
-        has_fields_ ? sumProducts<kPaddedRows / kLanes>(columns, product)
-                    : sumProducts<kPaddedPoseRows / kLanes>(columns, product);
+        has_fields_ ? sumProducts<kPaddedRows / kWidth>(columns, product)
+                    : sumProducts<kPaddedPoseRows / kWidth>(columns, product);
         subtractProduct(reduced_, own, other, product);
       }
     }
@@ -283,6 +283,8 @@ class SceneSums {
     v_.setZero();
     W_camera_.setZero(num_extra_, 3);
     places_.clear();
+    expect(sightings.front().point >= last_point_, "sightings are in order of points");
+    last_point_ = sightings.front().point;
     auto gradient = gradients_.col(has_camera_ ? static_cast<Eigen::Index>(sightings.front().point) : 0);
     for (std::size_t i = 0; i < sightings.size(); ++i) {
       expect(i == 0 || sightings[i - 1].frame < sightings[i].frame, "sightings are in order of frames");
@@ -330,7 +332,6 @@ class SceneSums {
   // Eliminates the point from the sums.
   void eliminate(Eigen::Ref<Eigen::VectorXd> gradient) {
     num_redundant_ -= 3;
-    // Damps a point whose sightings do not determine it.
     dampPoint(V_, damping_);
     const Eigen::LLT<Eigen::Matrix3d> factor(V_);
     const Eigen::Vector3d shift = factor.matrixL().solve(v_);
@@ -382,6 +383,7 @@ class SceneSums {
   Eigen::Matrix3d V_;
   Eigen::Vector3d v_;
   Eigen::Matrix<double, Eigen::Dynamic, 3> W_camera_;
+  std::uint32_t last_point_ = 0;
   double cost_ = 0;
   double promise_ = 0;  // decrease of the cost by the points' own steps
   double num_redundant_ = 0;
@@ -492,7 +494,9 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
   fit.summary = {.termination = is_converged ? Termination::kConverged
                                 : is_stuck   ? Termination::kFailed
                                              : Termination::kIterationLimit,
-                 .reason = is_converged ? "the cost no longer falls" : "the cost still falls",
+                 .reason = is_converged ? "the cost no longer falls"
+                           : is_stuck   ? "no step lowers the cost"
+                                        : "the cost still falls",
                  .num_iterations = num_steps,
                  .cost = cost};
   return fit;

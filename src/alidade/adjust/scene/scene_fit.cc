@@ -45,10 +45,9 @@ SceneProjection projectSighting(const SceneFit& fit, const SceneSighting& sighti
 }
 
 Eigen::Vector2d sightingError(const SceneFit& fit, const SceneSighting& sighting) {
-  const Eigen::Vector4d& point = fit.points[sighting.point];
-  const SE3& pose = fit.camera_from_world[sighting.frame];
+  // Rounded as in projectSighting(), which must have a pixel where this has one.
   const Projection projection =
-      fit.camera.project(pose.rotation * Eigen::Vector3d(point.head<3>()) + pose.translation * point.w());
+      fit.camera.project(inCamera(fit.camera_from_world[sighting.frame], fit.points[sighting.point]).at);
   Eigen::Vector2d error = projection.pixel + fit.readout * sighting.readout_px - sighting.pixel;
   if (fit.field_px > 0)
     error += ErrorField::at(ErrorField::basisAt(sighting.pixel, fit.size), fit.fields[sighting.frame]);

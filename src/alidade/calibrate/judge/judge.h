@@ -24,9 +24,10 @@ struct Evidence {
   double tolerance_px;  ///< see CalibratorOptions
   std::vector<Diagnosis> diagnoses = {};
 
-  /// True if successive views have similar errors.
+  /// True if successive views of one camera have similar errors beyond their noise.
   [[nodiscard]] bool isSeries() const {
-    return uncertainty.by_views && uncertainty.by_views->serial_factor > 1;
+    return uncertainty.by_views && uncertainty.by_views->serial_factor > 1 && uncertainty.isNoiseExceeded() &&
+           !uncertainty.two_cameras;
   }
   void add(Diagnosis diagnosis) { diagnoses.push_back(std::move(diagnosis)); }
   /// Adds it with the severity of its effect, at most `worst`.

@@ -46,7 +46,7 @@ void fewViews(Evidence& of) {
 
 // The errors of views in succession, if they are alike, do not cancel out, and no corner noise shows them.
 void correlatedViews(Evidence& of) {
-  if (!of.isSeries() || !of.uncertainty.isNoiseExceeded() || of.uncertainty.two_cameras) return;
+  if (!of.isSeries()) return;
   const auto num_views = static_cast<double>(of.uncertainty.num_places);
   of.add({.id = "correlated_views",
           .cause = "successive views have similar errors, as frames of a video do",
@@ -134,7 +134,9 @@ void influentialViews(Evidence& of) {
             .cause = nameOf(of.fit, of.fit.views[v]),
             .evidence = "contradicts the other views by " + numberText("%.0f", surprise_sigmas) +
                         " standard deviations",
-            .next_step = "check the image for motion, blur or a bent board, and calibrate without it"},
+            .next_step =
+                "if the image shows motion, blur or a bent board, calibrate without it; if it is sharp, "
+                "take more views like it: it may show what the others do not"},
            // Upper bound: no projection moves by more than this in its own standard deviations.
            move_sigmas * coveredError(of) / kTwoSided95);
   }
@@ -250,6 +252,8 @@ void commonErrors(Evidence& of) {
     const bool is_largest = std::ranges::none_of(
         significant, [&](const CommonError& other) { return effectOf(of, other) > effect_px; });
     of.add(diagnosisOf(of, error), effect_px, is_largest ? Severity::kFailure : Severity::kNote);
+    // The step to a camera without the error could not be computed.
+    if (std::isnan(effect_px) && of.uncertainty.accuracy) of.diagnoses.back().severity = Severity::kWarning;
   }
 }
 

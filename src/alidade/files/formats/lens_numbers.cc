@@ -93,7 +93,7 @@ StatedNumber statedNumber(const YamlNode& node) {
 std::vector<StatedNumber> statedNumbers(const YamlNode& node) {
   std::vector<StatedNumber> numbers;
   if (node.isMap()) {
-    // OpenCV 5 writes vectors with one dimension as arrays of any number of dimensions.
+    // OpenCV 5 writes matrices of one dimension in its format for any number of dimensions.
     const bool has_sizes = node.has("sizes") && !node.has("rows");
     constexpr int kMostNumbers = 1'000'000;
     const YamlNode data = node.at("data");
@@ -104,7 +104,8 @@ std::vector<StatedNumber> statedNumbers(const YamlNode& node) {
     }
     std::vector<YamlNode> sizes = {node.at(has_sizes ? "sizes" : "rows")};
     if (!has_sizes) sizes.push_back(node.at("cols"));
-    if (sizes.front().isSequence()) sizes = sizes.front().items();
+    if (has_sizes && sizes.front().isSequence()) sizes = sizes.front().items();
+    if (sizes.empty()) throw node.at("sizes").error("no number", "the length of each dimension");
     std::int64_t count = 1;
     std::string product;
     for (const YamlNode& size : sizes) {

@@ -61,6 +61,7 @@ void refuseLeftOver(const YamlNode& matrix, const YamlNode& root) {
     if (std::find(kOtherKeys.begin(), kOtherKeys.end(), name) != kOtherKeys.end() || name.starts_with("x_") ||
         !(is_matrix || node.isSequence()))
       continue;
+    if (is_matrix && !node.at("data").isSequence()) continue;  // one number
     std::vector<YamlNode> items = (is_matrix ? node.at("data") : node).items();
     if (items.size() == 1 && items.front().isSequence()) items = items.front().items();  // [[k1, k2, ...]]
     const std::size_t count = items.size();
