@@ -134,9 +134,8 @@ void influentialViews(Evidence& of) {
             .cause = nameOf(of.fit, of.fit.views[v]),
             .evidence = "contradicts the other views by " + numberText("%.0f", surprise_sigmas) +
                         " standard deviations",
-            .next_step =
-                "if the image shows motion, blur or a bent board, calibrate without it; if it is sharp, "
-                "take more views like it: it may show what the others do not"},
+            // A sharp one may show what the others do not.
+            .next_step = "if it shows motion or a bent board, leave it out, else take more views like it"},
            // Upper bound: no projection moves by more than this in its own standard deviations.
            move_sigmas * coveredError(of) / kTwoSided95);
   }
