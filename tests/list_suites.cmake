@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-# Runs after a test program is linked: writes OUTPUT, which registers each suite of PROGRAM as one test called PREFIX.SUITE.
+# Runs after a test program is linked: writes OUTPUT, which registers each suite of PROGRAM as one test called PREFIX.SUITE. An
+# EMULATOR runs programs for another processor.
 # A test for each function would start a process for each, which costs more than most of them compute.
 cmake_minimum_required(VERSION 3.25)
-execute_process(COMMAND ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE listed RESULT_VARIABLE code)
+execute_process(COMMAND ${EMULATOR} ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE listed RESULT_VARIABLE code)
 if(NOT code EQUAL 0)
   message(FATAL_ERROR "${PROGRAM} --gtest_list_tests: ${code}\n${listed}")
 endif()
@@ -10,6 +11,10 @@ string(REGEX MATCHALL "(^|\n)[A-Za-z0-9_/]+\\.( |\n)" suites "${listed}")
 # The end of what a suite prints that has skipped tests, and none that failed.
 set(skipped "tests?, listed below:\n(\\[  SKIPPED \\] [^\n]*\n)+$")
 set(text "")
+set(command "")
+foreach(word IN LISTS EMULATOR PROGRAM)
+  string(APPEND command " [[${word}]]")
+endforeach()
 foreach(line IN LISTS suites)
   string(REGEX REPLACE "[^A-Za-z0-9_/]" "" suite ${line})
   set(labels ${LABEL})
@@ -17,7 +22,7 @@ foreach(line IN LISTS suites)
     list(APPEND labels slow)
     list(REMOVE_ITEM SLOW ${suite})
   endif()
-  string(APPEND text "add_test([[${PREFIX}.${suite}]] [[${PROGRAM}]] [[--gtest_filter=${suite}.*]])\n"
+  string(APPEND text "add_test([[${PREFIX}.${suite}]]${command} [[--gtest_filter=${suite}.*]])\n"
                      "set_tests_properties([[${PREFIX}.${suite}]] PROPERTIES LABELS \"${labels}\" TIMEOUT 1500\n"
                      "                     SKIP_REGULAR_EXPRESSION [[${skipped}]])\n")
 endforeach()

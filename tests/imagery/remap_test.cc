@@ -56,9 +56,11 @@ double sampleAt(const RasterImage& image, int x, int y, int c) {
   return samples[(static_cast<std::ptrdiff_t>(y) * image.size.width + x) * image.num_channels + c];
 }
 
-// Source places are rounded to 1/32 px; from OpenCV 5 on only for two channels.
-double roundedPlace(float place, int num_channels) {
-  const double steps = CV_VERSION_MAJOR < 5 || num_channels == 2 ? 32 : 1 << 20;
+// Source places are rounded to 1/32 px, by OpenCV 5 only with two channels and linear interpolation.
+double roundedPlace(float place, int num_channels, Interpolation interpolation) {
+  const bool is_rounded =
+      CV_VERSION_MAJOR < 5 || (num_channels == 2 && interpolation == Interpolation::kLinear);
+  const double steps = is_rounded ? 32 : 1 << 20;
   return std::round(steps * static_cast<double>(place)) / steps;
 }
 
@@ -83,8 +85,8 @@ int checkPlanes(double scale) {
       double worst = 0;
       for (int y = 0; y < 25; ++y) {
         for (int x = 0; x < 30; ++x) {
-          const double source_x = roundedPlace(place(x, y).x, num_channels);
-          const double source_y = roundedPlace(place(x, y).y, num_channels);
+          const double source_x = roundedPlace(place(x, y).x, num_channels, interpolation);
+          const double source_y = roundedPlace(place(x, y).y, num_channels, interpolation);
           for (int c = 0; c < num_channels; ++c)
             worst = std::max(worst, std::abs(sampleAt<Sample>(out, x, y, c) - level(source_x, source_y, c)));
         }
