@@ -59,9 +59,15 @@ struct FrameColumns {
   }
 };
 
+// Several numbers at any address of a double.
+#if defined(ALIDADE_HAS_VECTORS)
 constexpr int kWidth = 4;
-using Four =
+using Several =
     double __attribute__((vector_size(kWidth * sizeof(double)), aligned(alignof(double)), may_alias));
+#else
+constexpr int kWidth = 1;
+using Several = double;
+#endif
 // Rows of FrameColumns, filled up with zeros.
 constexpr Eigen::Index kPaddedPoseRows = 8;
 constexpr Eigen::Index kPaddedRows = 28;
@@ -78,15 +84,15 @@ void sumProducts(const std::vector<std::pair<const double*, const double*>>& col
     for (std::size_t begin = 0; begin < columns.size(); begin += kChunk) {
       const std::size_t end = std::min(columns.size(), begin + kChunk);
       for (int j = 0; j < kRows; j += 2) {
-        auto* const to = reinterpret_cast<Four*>(product.col(j).data());
-        Four first[kNum];
-        Four second[kNum];
+        auto* const to = reinterpret_cast<Several*>(product.col(j).data());
+        Several first[kNum];
+        Several second[kNum];
         for (int i = 0; i < kNum; ++i) {
           first[i] = to[i];
           second[i] = to[kNum + i];
         }
         for (std::size_t c = begin; c < end; ++c) {
-          const auto* const rows = reinterpret_cast<const Four*>(columns[c].first);
+          const auto* const rows = reinterpret_cast<const Several*>(columns[c].first);
           const double* const b = columns[c].second;
 #pragma GCC unroll 8
           for (int i = 0; i < kNum; ++i) {
@@ -199,17 +205,24 @@ class SceneSums {
   // A Gauss-Newton step of poses and fields, and the decrease of the cost that it promises together with the
   // points' own steps.
   struct Step {
-    Eigen::VectorXd change;  // of no use if the equations are singular
+    Eigen::VectorXd change;  // NaN if the equations are singular
     double promise = 0;
   };
   [[nodiscard]] Step step() const {
     Step step{.change = Eigen::VectorXd::Zero(num_gone_), .promise = promise_};
     if (num_gone_ == 0) return step;
     const Eigen::VectorXd gradient = gradients_.col(0) + priorGradient();
-    const Eigen::MatrixXd L = choleskyOf(poseAndFieldEquations());
+    const Eigen::MatrixXd A = poseAndFieldEquations();
+    const Eigen::MatrixXd L = choleskyOf(A);
     const Eigen::VectorXd half = solveLower(L, gradient);
     step.change = -L.transpose().triangularView<Eigen::Upper>().solve(half);
     step.promise += 0.5 * half.squaredNorm();
+    // A factor that broke off solves other equations.
+    constexpr double kUnsolved = 0.1;
+    if (!((A * step.change + gradient).norm() <= kUnsolved * gradient.norm())) {
+      step.change.setConstant(kNoNumber);
+      step.promise = std::numeric_limits<double>::infinity();
+    }
     return step;
   }
 
@@ -483,8 +496,8 @@ SceneFit solveScene(SceneFit fit, const SolveOptions& options) {
     SceneFit trial = movedBy(fit, step.change, {}, damping);
     const double trial_cost = sceneCost(trial);
     const bool is_small = is_last || std::abs(cost - trial_cost) <= options.function_tolerance * cost;
+    is_stuck = damping > 1e10;
     if (!(trial_cost < cost)) {
-      is_stuck = damping > 1e10;
       return is_small ? StepResult::kConverged : StepResult::kWorse;
     }
     fit = std::move(trial);
