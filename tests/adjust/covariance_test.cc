@@ -12,15 +12,14 @@
 #include "alidade/camera/radtan.h"
 #include "support/corner_cost.h"
 #include "support/fit_set.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 1280, .height = 960};
-
 TEST(IntrinsicsInformation, InverseEqualsCeresCovariance) {
   const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
-  const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kSize, 10, 0.1, 1);
+  const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kQuadVga, 10, 0.1, 1);
   Fit fit = fitAt(set, "radtan", truth);
   Random random(2);
   for (FitView& view : fit.views) {
@@ -56,11 +55,11 @@ TEST(IntrinsicsInformation, FrontoParallelViewsAreSingular) {
   const std::vector<double> truth = {1003, 1003, 639.5, 479.5};
   const AnyCamera camera = AnyCamera::make("pinhole", truth);
   const Checkerboard board{.columns = 9, .rows = 6, .square_m = 0.025};
-  Fit fit = emptyFit("pinhole", kSize, truth, board, kNoLoss);
+  Fit fit = emptyFit("pinhole", kQuadVga, truth, board, kNoLoss);
   for (std::size_t i = 0; i < 6; ++i) {
     SE3 pose;
     pose.translation = {-0.1 + 0.02 * static_cast<double>(i), -0.05, 0.4 + 0.05 * static_cast<double>(i)};
-    addView(fit, i, observationsOf(board, exactView(camera, kSize, board, pose, std::to_string(i))), pose);
+    addView(fit, i, observationsOf(board, exactView(camera, kQuadVga, board, pose, std::to_string(i))), pose);
   }
   const auto information = intrinsicsInformation(fit);
   EXPECT_FALSE(information.inverse);

@@ -12,16 +12,16 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/fit_set.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
 constexpr double kNoisePx = 0.1;
 const std::vector<double> kTruth = {535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01};
 
 SimulatedSet noisySet(int num_views, std::uint64_t seed) {
-  return simulateSet(AnyCamera::make("radtan", kTruth), kSize, num_views, kNoisePx, seed);
+  return simulateSet(AnyCamera::make("radtan", kTruth), kVga, num_views, kNoisePx, seed);
 }
 
 Fit solved(const SimulatedSet& set, HuberLoss loss = {.threshold_px = 1}) {

@@ -7,17 +7,17 @@
 #include <Eigen/QR>
 
 #include "support/fit_set.h"
+#include "support/image_sizes.h"
 #include "support/reprojection.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 1280, .height = 960};
-
 // At the truth, corners of all kinds of weights.
 Fit makeFit(int num_views) {
   const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
-  Fit fit = fitAt(simulateSet(AnyCamera::make("radtan", truth), kSize, num_views, 0.1, 1), "radtan", truth);
+  Fit fit =
+      fitAt(simulateSet(AnyCamera::make("radtan", truth), kQuadVga, num_views, 0.1, 1), "radtan", truth);
   Random random(2);
   for (FitView& view : fit.views) {
     for (Observation& corner : view.corners) corner.weight = random.uniform(0.05, 5.0);

@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "support/image_sizes.h"
+
 namespace alidade {
 namespace {
-
-constexpr ImageSize kSize{.width = 640, .height = 480};  // 0.5 % of the diagonal: 4 px
 
 FitView viewAt(double u, double v) {
   FitView view;
@@ -19,8 +19,9 @@ FitView viewAt(double u, double v) {
   return view;
 }
 
+// The limit is 0.5 % of the diagonal: 4 px.
 Fit fitOf(std::vector<FitView> views) {
-  Fit fit = emptyFit("pinhole", kSize, {500, 500, 320, 240},
+  Fit fit = emptyFit("pinhole", kVga, {500, 500, 320, 240},
                      Checkerboard{.columns = 4, .rows = 3, .square_m = 0.03}, kNoLoss);
   fit.views = std::move(views);
   for (FitView& view : fit.views) {

@@ -29,15 +29,15 @@ struct MadeUpColumns {
 template <class M>
 Reduced denseReduced(const double* params, const SE3& pose, std::span<const Observation> view,
                      LossWeights weights, Eigen::VectorXd& scale) {
-  constexpr int kGlobal = kNumParams<M> + 2;
-  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(6 + kGlobal, 6 + kGlobal);
-  Eigen::VectorXd g = Eigen::VectorXd::Zero(6 + kGlobal);
+  const Eigen::Index num_global = kNumParams<M> + 2;  // sizes that differ by model would be compiled for each
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(6 + num_global, 6 + num_global);
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(6 + num_global);
   double squares = 0;
   Reprojection<M> corner;
   Reduced result;
   for (const Observation& o : view) {
     if (!reproject<M>(params, pose.rotation.matrix(), pose.translation, o.p_board, corner)) continue;
-    Eigen::Matrix<double, 2, 6 + kGlobal> J;
+    Eigen::MatrixXd J(2, 6 + num_global);
     J << corner.J_px_pose, corner.J_px_params, Eigen::Vector2d(o.p_board.x(), 0), corner.J_px_pose.col(1);
     const Eigen::Vector2d error = corner.pixel - o.pixel;
     const double robust = kLoss.weight(o.weight * error.squaredNorm());
@@ -46,10 +46,10 @@ Reduced denseReduced(const double* params, const SE3& pose, std::span<const Obse
     squares += o.weight * robust * error.squaredNorm();
     ++result.num_corners;
   }
-  const Eigen::MatrixXd back = H.bottomLeftCorner(kGlobal, 6) * H.topLeftCorner<6, 6>().inverse();
-  result.information = H.bottomRightCorner(kGlobal, kGlobal) - back * H.topRightCorner(6, kGlobal);
-  result.gradient = g.tail(kGlobal) - back * g.head<6>();
-  scale = H.diagonal().tail(kGlobal).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd back = H.bottomLeftCorner(num_global, 6) * H.topLeftCorner<6, 6>().inverse();
+  result.information = H.bottomRightCorner(num_global, num_global) - back * H.topRightCorner(6, num_global);
+  result.gradient = g.tail(num_global) - back * g.head<6>();
+  scale = H.diagonal().tail(num_global).cwiseSqrt().cwiseInverse();
   result.squares = squares - g.head<6>().dot(H.topLeftCorner<6, 6>().inverse() * g.head<6>());
   return result;
 }

@@ -9,13 +9,13 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/covariance.h"
 #include "support/fit_set.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{1280, 960};
 constexpr Checkerboard kBoard{.columns = 11, .rows = 8, .square_m = 0.05};  // half a metre wide
-constexpr HuberLoss kLoss{.threshold_px = 1.0};
+constexpr HuberLoss kShapeLoss{.threshold_px = 1.0};
 
 AnyCamera camera() {
   return AnyCamera::make("radtan", std::vector<double>{900, 902, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0});
@@ -23,8 +23,8 @@ AnyCamera camera() {
 
 // Views of a bent board; the fit holds it flat.
 Fit bentSet(const BoardShape& shape, double noise_px, std::uint64_t seed) {
-  const SimulatedSet set = simulateSet(camera(), kSize, 20, 0, seed, {}, kBoard);
-  Fit fit = fitAt(set, set.camera, kLoss);
+  const SimulatedSet set = simulateSet(camera(), kQuadVga, 20, 0, seed, {}, kBoard);
+  Fit fit = fitAt(set, set.camera, kShapeLoss);
   Random random(seed + 1000);
   for (FitView& view : fit.views) {
     for (Observation& o : view.corners) {

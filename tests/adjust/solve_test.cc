@@ -21,8 +21,8 @@
 namespace alidade {
 namespace {
 
-constexpr HuberLoss kLoss{.threshold_px = 1.5};
-constexpr double kOutlierPx = 15;
+constexpr HuberLoss kSolveLoss{.threshold_px = 1.5};
+constexpr double kSolveOutlierPx = 15;
 
 std::vector<PoseBlock> blocksOf(const Fit& fit) {
   std::vector<PoseBlock> blocks;
@@ -36,11 +36,11 @@ TYPED_TEST_SUITE(SolveOf, AllModelTypes, ModelName);
 
 TYPED_TEST(SolveOf, CostAndGradientOfAViewEqualThoseOfItsCornersUnderCeresLoss) {
   using M = TypeParam;
-  const Fit fit = bundleSet<M>(5, kOutlierPx, kLoss);
+  const Fit fit = bundleSet<M>(5, kSolveOutlierPx, kSolveLoss);
   auto poses = blocksOf(fit);
   std::vector<double> params = fit.cameras.front().params;
   ceres::Problem plain;
-  addCorners<M>(plain, cornersOf(fit), new ceres::HuberLoss(kLoss.threshold_px), params, poses);
+  addCorners<M>(plain, cornersOf(fit), new ceres::HuberLoss(kSolveLoss.threshold_px), params, poses);
   ceres::Problem by_views;
   for (std::size_t v = 0; v < fit.views.size(); ++v) {
     by_views.AddResidualBlock(new ViewBlock(fit, fit.views[v]), nullptr, params.data(), poses[v].data());
@@ -69,7 +69,7 @@ TYPED_TEST(SolveOf, CostAndGradientOfAViewEqualThoseOfItsCornersUnderCeresLoss) 
 // shape.
 TYPED_TEST(SolveOf, JacobianOfAViewIsThatOfItsCost) {
   using M = TypeParam;
-  Fit fit = bundleSet<M>(1, kOutlierPx, kLoss);
+  Fit fit = bundleSet<M>(1, kSolveOutlierPx, kSolveLoss);
   fit.cameras.front().is_rig_pose_fixed = false;
   fit.cameras.front().camera_from_rig =
       SE3::exp((SE3::Vec6() << 0.01, -0.02, 0.03, 0.1, -0.2, 0.05).finished());
@@ -131,11 +131,11 @@ TYPED_TEST(SolveOf, JacobianOfAViewIsThatOfItsCost) {
 template <class M>
 void expectOptimumOfPlainCeres(double outlier_px) {
   constexpr double kTight = 1e-18;  // by default, the last step may be one of a millionth of a sigma
-  Fit fit = bundleSet<M>(12, outlier_px, kLoss);
+  Fit fit = bundleSet<M>(12, outlier_px, kSolveLoss);
   auto poses = blocksOf(fit);
   std::vector<double> params = fit.cameras.front().params;
   ceres::Problem plain;
-  addCorners<M>(plain, cornersOf(fit), new ceres::HuberLoss(kLoss.threshold_px), params, poses);
+  addCorners<M>(plain, cornersOf(fit), new ceres::HuberLoss(kSolveLoss.threshold_px), params, poses);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.max_num_iterations = 200;
@@ -193,12 +193,12 @@ TYPED_TEST(SolveOf, ReachesTheOptimumOfPlainCeres) {
 }
 
 TYPED_TEST(SolveOf, ReachesTheOptimumOfPlainCeresDespiteOutliers) {
-  expectOptimumOfPlainCeres<TypeParam>(kOutlierPx);
+  expectOptimumOfPlainCeres<TypeParam>(kSolveOutlierPx);
 }
 
 TYPED_TEST(SolveOf, GivesTheSameBytesAgain) {
   using M = TypeParam;
-  const Fit fit = bundleSet<M>(6, kOutlierPx, kLoss);
+  const Fit fit = bundleSet<M>(6, kSolveOutlierPx, kSolveLoss);
   const Fit first = solve(fit);
   const Fit second = solve(fit);
   EXPECT_EQ(first.summary.cost, second.summary.cost);
@@ -209,7 +209,7 @@ TYPED_TEST(SolveOf, GivesTheSameBytesAgain) {
 
 // Ceres sorts blocks by their addresses, and the order of a sum decides how it is rounded.
 TEST(Solve, GivesTheSameBytesWhereverItsBlocksLieInMemory) {
-  Fit fit = bundleSet<Rational>(6, kOutlierPx, kLoss);
+  Fit fit = bundleSet<Rational>(6, kSolveOutlierPx, kSolveLoss);
   onlyBoard(fit).is_shape_fixed = false;
   // A large vector lies far above what is allocated next, a small one among it.
   Fit far = fit;
@@ -224,7 +224,7 @@ TEST(Solve, GivesTheSameBytesWhereverItsBlocksLieInMemory) {
 }
 
 TEST(Solve, FailsFromBehindTheCamera) {
-  Fit fit = bundleSet<Radtan>(4, 0, kLoss);
+  Fit fit = bundleSet<Radtan>(4, 0, kSolveLoss);
   fit.placements[2].rig_from_board.translation.z() = -1;
   testing::internal::CaptureStderr();
   const SolveSummary summary = solve(fit).summary;
@@ -237,7 +237,7 @@ TEST(Solve, FailsFromBehindTheCamera) {
 TEST(Solve, SaysNothingOnStandardErrorAboutValleys) {
   int num_solved = 0;
   for (const int num_views : {1, 2, 3}) {
-    const Fit fit = bundleSet<Rational>(num_views, kOutlierPx, kLoss);
+    const Fit fit = bundleSet<Rational>(num_views, kSolveOutlierPx, kSolveLoss);
     testing::internal::CaptureStderr();
     const SolveSummary summary = solve(fit).summary;
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << num_views;
@@ -249,7 +249,7 @@ TEST(Solve, SaysNothingOnStandardErrorAboutValleys) {
 
 // With nothing left of the parameters the views have nothing to do with each other.
 TEST(Solve, SolvesPosesAloneWhereAllParametersAreFixed) {
-  Fit fit = bundleSet<Radtan>(4, 0, kLoss);
+  Fit fit = bundleSet<Radtan>(4, 0, kSolveLoss);
   fit.cameras.front().constraint.held = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   const std::vector<double> params = fit.cameras.front().params;
   double sum = 0;
@@ -270,14 +270,14 @@ TEST(Solve, SolvesPosesAloneWhereAllParametersAreFixed) {
     const SE3 difference = alone[v].inverse() * cameraFromBoard(fit, fit.views[v]);
     EXPECT_LE(difference.log().norm(), 1e-6) << v;
     for (std::size_t i = 0; i < fit.views[v].errors.size(); ++i) {
-      errors += 0.5 * kLoss.rho(fit.views[v].corners[i].weight * fit.views[v].errors[i].squaredNorm());
+      errors += 0.5 * kSolveLoss.rho(fit.views[v].corners[i].weight * fit.views[v].errors[i].squaredNorm());
     }
   }
   EXPECT_NEAR(errors, fit.summary.cost, 1e-9 * errors);
 }
 
 TEST(Solve, ReportsTheIterationLimit) {
-  const SolveSummary summary = solve(bundleSet<Radtan>(4, 0, kLoss), {.max_iterations = 2}).summary;
+  const SolveSummary summary = solve(bundleSet<Radtan>(4, 0, kSolveLoss), {.max_iterations = 2}).summary;
   EXPECT_EQ(summary.termination, Termination::kIterationLimit);
   EXPECT_EQ(summary.num_iterations, 2);
 }
@@ -289,7 +289,7 @@ TEST(Solve, FindsTheCamerasOfARig) {
   const SE3 right_from_left = SE3::exp((SE3::Vec6() << -0.12, 0.01, 0.005, 0.02, -0.05, 0.01).finished());
   const SimulatedSet set = simulateSet(AnyCamera::make("radtan", left), kTestImage, 12, 0, 3);
   const AnyCamera other = AnyCamera::make("kannala_brandt", right);
-  Fit fit = fitAt(set, "radtan", left, kLoss);
+  Fit fit = fitAt(set, "radtan", left, kSolveLoss);
   fit.cameras.push_back({.model = "kannala_brandt",
                          .size = kTestImage,
                          .params = right,

@@ -8,13 +8,12 @@
 
 #include <gtest/gtest.h>
 
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 #include "support/user_views.h"
 
 namespace alidade {
 namespace {
-
-constexpr ImageSize kSize{.width = 1280, .height = 960};
 
 double poseError(const SE3& a, const SE3& b) {
   return (a.inverse() * b).log().norm();
@@ -47,7 +46,7 @@ TEST(PoseFromCorners, LeavesLittleMoreThanTheNoise) {
   constexpr double kNoisePx = 0.1;
   constexpr double kMedianPx = 0.22;  // of the RMS; the noise alone is 0.14
   const SimulatedSet set = simulateSet(AnyCamera::make("pinhole", std::vector<double>{3600, 3600, 640, 480}),
-                                       kSize, 200, kNoisePx, 3, {.min_fill = 0.15});
+                                       kQuadVga, 200, kNoisePx, 3, {.min_fill = 0.15});
   std::vector<double> rms;
   for (const View& view : set.views) {
     const auto pose = poseFromCorners(set.camera, observationsOf(set.board, view));

@@ -13,11 +13,11 @@
 #include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/fit_set.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 1280, .height = 960};
 constexpr double kNoisePx = 0.1;
 
 bool hasFinding(const Calibration& result, const char* id) {
@@ -50,7 +50,7 @@ int largestError(const Calibration& result, const AnyCamera& truth, double& larg
   largest = 0;
   for (int x = 0; x <= 8; ++x) {
     for (int y = 0; y <= 6; ++y) {
-      const Eigen::Vector2d pixel(x / 8.0 * (kSize.width - 1), y / 6.0 * (kSize.height - 1));
+      const Eigen::Vector2d pixel(x / 8.0 * (kQuadVga.width - 1), y / 6.0 * (kQuadVga.height - 1));
       const auto ray = truth.unproject(pixel);
       if (!ray) continue;
       const Projection found = result.camera().project(*ray, nullptr, J.data());
@@ -77,11 +77,11 @@ TEST(WeakPrior, KeepsARationalLensWithinReason) {
       std::vector<double> params = mildLens(random);
       params[1] = params[0] * random.uniform(0.995, 1.005);
       const AnyCamera truth = AnyCamera::make("rational", params);
-      const SimulatedSet set = simulateSet(truth, kSize, num_views, kNoisePx, seed);
+      const SimulatedSet set = simulateSet(truth, kQuadVga, num_views, kNoisePx, seed);
       const Calibration result = calibrate(set.board, set.views, {.model = "rational"});
       EXPECT_TRUE(result.isUsable());
       ASSERT_TRUE(result.uncertainty.covariance);
-      const LensScale scale = lensScale("rational", result.camera(), kSize);
+      const LensScale scale = lensScale("rational", result.camera(), kQuadVga);
       for (std::size_t i = 4; i < params.size(); ++i) {
         EXPECT_LT(scale.distance(onlyCamera(result.fit).params, i), 1.01)
             << result.camera().parameterNames()[i];
@@ -109,7 +109,7 @@ TEST(WeakPrior, LeavesAloneWhatIsDetermined) {
   const AnyCamera truth = AnyCamera::make("radtan", params);
   int num_sets = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const SimulatedSet set = simulateSet(truth, kSize, 20, kNoisePx, seed);
+    const SimulatedSet set = simulateSet(truth, kQuadVga, 20, kNoisePx, seed);
     const Fit before = settledFromStart(fitAt(set, truth), nullptr).fit;
     ASSERT_EQ(before.summary.termination, Termination::kConverged);
     const Fit after = regularised(before, nullptr);
@@ -131,7 +131,7 @@ TEST(WeakPrior, FewViewsDoNotFoldARadtanLens) {
   int num_held = 0;
   int num_sets = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const SimulatedSet set = simulateSet(truth, kSize, 12, kNoisePx, seed);
+    const SimulatedSet set = simulateSet(truth, kQuadVga, 12, kNoisePx, seed);
     const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
     EXPECT_TRUE(result.domain.full_image) << "seed " << seed;
     const bool is_held = !onlyCamera(result.fit).weak_prior.isNone();
@@ -159,7 +159,7 @@ TEST(WeakPrior, UnfoldsALensInCornersThatNoBoardReached) {
   int num_held = 0;
   int num_sets = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    SimulatedSet set = simulateSet(truth, kSize, 12, 0.3, seed);
+    SimulatedSet set = simulateSet(truth, kQuadVga, 12, 0.3, seed);
     for (View& view : set.views) {
       std::erase_if(view.corners,
                     [](const Corner& c) { return (c.pixel - Eigen::Vector2d(640, 480)).norm() > 400; });

@@ -184,10 +184,10 @@ TEST_F(RigFiles, AreCompared) {
   EXPECT_THAT(no.err, HasSubstr("points from"));
   const RunResult yes = runAlidade({"diff", rig_, other, "--tolerance", "1", "--distance", "1m", "--json"});
   EXPECT_EQ(yes.exit_code, 0);
-  const auto json = nlohmann::json::parse(yes.out);
-  EXPECT_NEAR(json["cameras"][1]["place_difference_m"].get<double>(), 0.001, 1e-12);
-  EXPECT_NEAR(json["cameras"][1]["transfer"]["rms_px"].get<double>(), 0.5, 0.1);  // 500 px * 1 mm / 1 m
-  EXPECT_EQ(json["agrees"], true);
+  const auto document = nlohmann::json::parse(yes.out);
+  EXPECT_NEAR(document["cameras"][1]["place_difference_m"].get<double>(), 0.001, 1e-12);
+  EXPECT_NEAR(document["cameras"][1]["transfer"]["rms_px"].get<double>(), 0.5, 0.1);  // 500 px * 1 mm / 1 m
+  EXPECT_EQ(document["agrees"], true);
 
   EXPECT_THAT(runAlidade({"diff", rig_, rig_ + "#left"}),
               FailsWith(1, AllOf(HasSubstr("one camera"), HasSubstr("rig"))));

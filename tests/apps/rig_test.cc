@@ -61,21 +61,21 @@ TEST_F(RigCalibrate, WritesAFileOfItsCameras) {
 TEST_F(RigCalibrate, WritesOneJsonDocument) {
   const RunResult result = calibrate({"--model", kModels, "--names", "a,b", "--json"});
   ASSERT_THAT(result, EndsWith(0));
-  const auto json = nlohmann::json::parse(result.out);
-  ASSERT_EQ(json.at("cameras").size(), 2u);
-  EXPECT_EQ(json.at("cameras").at(1).at("name"), "b");
-  EXPECT_EQ(json.at("num_linked"), 12);
-  EXPECT_LT(json.at("rms_px").get<double>(), 0.1);
+  const auto document = nlohmann::json::parse(result.out);
+  ASSERT_EQ(document.at("cameras").size(), 2u);
+  EXPECT_EQ(document.at("cameras").at(1).at("name"), "b");
+  EXPECT_EQ(document.at("num_linked"), 12);
+  EXPECT_LT(document.at("rms_px").get<double>(), 0.1);
   // The distance changes by the part of the position that lies along it.
-  const auto& right = json.at("cameras").at(1);
+  const auto& right = document.at("cameras").at(1);
   const auto position_std_m = right.at("position_std_m").get<std::vector<double>>();
   ASSERT_EQ(position_std_m.size(), 3u);
   const double distance_std_m = right.at("distance_std_m");
   EXPECT_GT(distance_std_m, 0);
   EXPECT_LE(distance_std_m, std::hypot(position_std_m[0], position_std_m[1], position_std_m[2]));
-  EXPECT_TRUE(json.at("board_shape").at("estimated").is_boolean());
-  EXPECT_EQ(json.at("board_shape").at("uneven"), false);
-  EXPECT_LT(std::abs(json.at("board_shape").at("bend_x_m").get<double>()), 0.001);
+  EXPECT_TRUE(document.at("board_shape").at("estimated").is_boolean());
+  EXPECT_EQ(document.at("board_shape").at("uneven"), false);
+  EXPECT_LT(std::abs(document.at("board_shape").at("bend_x_m").get<double>()), 0.001);
 }
 
 // One meaning of a number of frames, whatever other images there are.
@@ -85,10 +85,10 @@ TEST_F(RigCalibrate, CountsFramesAlikeEverywhere) {
   scratch_.write("right.csv", corners);
   const std::string rig = scratch_.path("rig.yaml");
   const std::string evidence = scratch_.path("rig.json");
-  const RunResult json = calibrate({"--model", kModels, "-o", rig, "--evidence", evidence, "--json"});
-  ASSERT_THAT(json, EndsWith(0));
+  const RunResult run = calibrate({"--model", kModels, "-o", rig, "--evidence", evidence, "--json"});
+  ASSERT_THAT(run, EndsWith(0));
   EXPECT_EQ(loadRig(rig).num_frames, 11);
-  EXPECT_EQ(nlohmann::json::parse(json.out).at("num_frames"), 11);
+  EXPECT_EQ(nlohmann::json::parse(run.out).at("num_frames"), 11);
   EXPECT_EQ(nlohmann::json::parse(readFile(evidence)).at("num_frames"), 11);
   EXPECT_THAT(calibrate({"--model", kModels}).out, HasSubstr("in 11 frames"));
 }
@@ -343,9 +343,9 @@ TEST_F(RigCalibrate, IsValidatedByImages) {
     args.insert(args.end(), more.begin(), more.end());
     return runAlidade(args);
   };
-  const RunResult json = validate(rig, {inputs[0], inputs[1], "--json"});
-  EXPECT_THAT(json, EndsWith(0));
-  EXPECT_LT(nlohmann::json::parse(json.out).at("rms_px").get<double>(), 0.1);
+  const RunResult run = validate(rig, {inputs[0], inputs[1], "--json"});
+  EXPECT_THAT(run, EndsWith(0));
+  EXPECT_LT(nlohmann::json::parse(run.out).at("rms_px").get<double>(), 0.1);
   const RunResult text = validate(rig, {inputs[1], inputs[0], "--names", "right,left"});
   EXPECT_THAT(text, EndsWith(0));
   EXPECT_THAT(text.out,

@@ -12,6 +12,7 @@
 #include "alidade/simulate/random_views.h"
 #include "alidade/target/board_spec.h"
 #include "apps/command_line.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
@@ -20,7 +21,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr ImageSize kSize{.width = 1280, .height = 960};
 const std::string kCharuco = "charuco:11x8:50mm:37.5mm:DICT_4X4_250";
 const std::string kGrid = "aprilgrid:6x5:60mm:0.3:100";
 
@@ -33,10 +33,10 @@ CornersFile simulatedCorners(const std::vector<std::string>& specs, int num_imag
   for (std::size_t b = 0; b < specs.size(); ++b) {
     const Board board = parseBoardSpec(specs[b]);
     file.boards.push_back(board);
-    const std::vector<SE3> poses = randomViews(camera, kSize, board, num_images, random);
+    const std::vector<SE3> poses = randomViews(camera, kQuadVga, board, num_images, random);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       if (i % 2 == 1 && i / 2 % specs.size() != b) continue;
-      View view{.image = fmt::format("image_{:02}.png", i), .size = kSize, .corners = {}, .board = b};
+      View view{.image = fmt::format("image_{:02}.png", i), .size = kQuadVga, .corners = {}, .board = b};
       for (int id = 0; id < board.numCorners(); ++id) {
         const BoardShape shape{.bend_x_m = b == 0 ? 0.001 : 0.0};
         const Projection projection = camera.project(poses[i] * onBentBoard(board, shape, board.corner(id)));

@@ -11,6 +11,7 @@
 #include "alidade/files/formats/camera_format.h"
 #include "apps/command_line.h"
 #include "files/formats/examples.h"
+#include "support/image_sizes.h"
 #include "support/source_tree.h"
 
 namespace alidade {
@@ -18,8 +19,6 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-
-constexpr ImageSize kSize{.width = 640, .height = 480};
 
 AnyCamera goodCamera() {
   return AnyCamera::make("radtan",
@@ -33,7 +32,7 @@ const std::vector<std::pair<std::string, std::string>> kWritten = {
     {"basalt", ".json"},  {"nerfstudio", ".json"}, {"camodocal", ".yaml"}, {"matlab", ".json"}};
 
 std::string written(const std::string& format, const std::string& extension) {
-  const NamedCamera named{.name = "", .camera = goodCamera(), .image_size = kSize};
+  const NamedCamera named{.name = "", .camera = goodCamera(), .image_size = kVga};
   return formatText(cameraFormat(format), {&named, 1}, "camera" + extension);
 }
 
@@ -131,7 +130,7 @@ std::string handText(const std::string& size, const std::string& parameters) {
   return "alidade_camera: 1\nmodel: radtan\nimage_size: {" + size + "}\nparameters: {" + parameters + "}\n";
 }
 
-const std::string kVga = "width: 640, height: 480";
+const std::string kVgaLine = "width: 640, height: 480";
 const std::string kHandParameters =
     "fx: 532.8, fy: 532.9, cx: 342.5, cy: 233.9, k1: -0.281, k2: 0.025, p1: 0.0012, p2: -0.0001, k3: 0.163";
 
@@ -150,7 +149,7 @@ std::vector<std::string> writeSoundFiles(const ScratchFolder& scratch) {
       kalibrText({.width = 752, .fx = 458.654, .fy = 457.296, .cx = 367.215, .cy = 248.375}));
   add("orbslam/EuRoC.yaml", orbslamText({.fx = 458.654, .fy = 457.296, .cx = 367.215, .cy = 248.375}));
   add("euroc/cam0/sensor.yaml", euRocSensorText());
-  add("hand.yaml", handText(kVga, kHandParameters));
+  add("hand.yaml", handText(kVgaLine, kHandParameters));
   // As calibrated, with a verdict of reservations.
   add("calibrated.yaml", replaced(readFile(sourcePath("testdata/camera_files/version_1.yaml")),
                                   "verdict: trustworthy", "verdict: usable_with_reservations"));

@@ -104,9 +104,9 @@ TEST(Validate, FailsAFileThatCannotBeReadAndChecksTheOthers) {
   EXPECT_EQ(table.err, "");
 
   args.emplace_back("--json");
-  const RunResult json = runAlidade(args);
-  EXPECT_THAT(json, EndsWith(3));
-  const auto documents = nlohmann::json::parse(json.out).at("files");
+  const RunResult run = runAlidade(args);
+  EXPECT_THAT(run, EndsWith(3));
+  const auto documents = nlohmann::json::parse(run.out).at("files");
   ASSERT_EQ(documents.size(), files.size());
   for (std::size_t i = 0; i < files.size(); ++i) {
     EXPECT_EQ(documents[i].at("file"), files[i]);

@@ -11,6 +11,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
@@ -20,11 +21,10 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
 const std::vector<double> kTruth = {535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01};
 
 SimulatedSet noisySet(int num_views, std::uint64_t seed) {
-  return simulateSet(AnyCamera::make("radtan", kTruth), kSize, num_views, 0.1, seed);
+  return simulateSet(AnyCamera::make("radtan", kTruth), kVga, num_views, 0.1, seed);
 }
 
 std::string messageOf(const std::function<void()>& call) {
@@ -116,7 +116,7 @@ TEST(Calibrate, SaysNoToFrontoParallelViews) {
         pose.rotation = SO3::exp({0, 0, random.uniform(-0.5, 0.5)});
         pose.translation = {random.uniform(-0.2, 0.1), random.uniform(-0.15, 0.05),
                             random.uniform(0.25, 0.8)};
-        View view = exactView(camera, kSize, board, pose, "view_" + std::to_string(views.size()));
+        View view = exactView(camera, kVga, board, pose, "view_" + std::to_string(views.size()));
         if (view.corners.size() != 54) continue;
         addCornerNoise(view, noise, random);
         views.push_back(view);
@@ -153,7 +153,7 @@ TEST(Calibrate, SaysNoToALensThatFoldsInTheImage) {
   RandomViewOptions options;
   options.max_fill = 0.5;
   const AnyCamera camera = AnyCamera::make("radtan", folding);
-  const SimulatedSet set = simulateSet(camera, kSize, 15, 0.02, 4, options);
+  const SimulatedSet set = simulateSet(camera, kVga, 15, 0.02, 4, options);
   const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
   EXPECT_TRUE(hasFinding(result, "folds_in_image", Severity::kFailure));
   EXPECT_FALSE(result.isUsable());
@@ -166,7 +166,7 @@ TEST(Calibrate, SaysNoToAModelThatIsTooLean) {
     const Calibration lean = calibrate(set.board, set.views, {.model = "pinhole"});
     EXPECT_TRUE(hasFinding(lean, "model_too_lean", Severity::kFailure)) << findingsOf(lean);
     const std::vector<double> undistorted = {535, 534, 322, 238};
-    const SimulatedSet plain = simulateSet(AnyCamera::make("pinhole", undistorted), kSize, 15, 0.1, seed);
+    const SimulatedSet plain = simulateSet(AnyCamera::make("pinhole", undistorted), kVga, 15, 0.1, seed);
     const Calibration enough = calibrate(plain.board, plain.views, {.model = "pinhole"});
     EXPECT_TRUE(enough.isUsable()) << findingsOf(enough);
     EXPECT_FALSE(enough.choice.better_model);
@@ -186,7 +186,7 @@ TEST(Calibrate, TrustsAModelThatALargerOneOnlyOverfits) {
     truth.insert(truth.end(), lens.begin(), lens.end());
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       for (const double noise : {0.02, 0.2}) {
-        const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kSize, 20, noise, seed);
+        const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kVga, 20, noise, seed);
         const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
         EXPECT_FALSE(result.choice.better_model) << result.choice.better_model->id;
         num_trusted += result.isUsable() ? 1 : 0;
@@ -202,7 +202,7 @@ TEST(Calibrate, NamesTheNextLargerModelWhereItIsNeeded) {
   int num_named = 0;
   const std::vector<double> truth = {300, 301, 322, 238, 1.35, 0.25, 5e-4, -4e-4, 0.01, 1.68, 0.62, 0.05};
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const SimulatedSet set = simulateSet(AnyCamera::make("rational", truth), kSize, 25, 0.05, seed);
+    const SimulatedSet set = simulateSet(AnyCamera::make("rational", truth), kVga, 25, 0.05, seed);
     const Calibration lean = calibrate(set.board, set.views, {.model = "radtan"});
     EXPECT_FALSE(lean.isUsable());
     if (lean.choice.better_model) {

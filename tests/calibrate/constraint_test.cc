@@ -11,6 +11,7 @@
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/error.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
@@ -18,14 +19,13 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
-const std::vector<double> kTruth = {535, 535, 319.5, 239.5, -0.28, 0.08, 8e-4, -4e-4, 0};
+const std::vector<double> kConstrainedTruth = {535, 535, 319.5, 239.5, -0.28, 0.08, 8e-4, -4e-4, 0};
 
 // The loss settles to 2 % of its threshold, from each start a little differently.
 constexpr double kSettled = 1e-4;  // of cost and sigma
 
 SimulatedSet noisySet() {
-  return simulateSet(AnyCamera::make("radtan", kTruth), kSize, 12, 0.1, 3);
+  return simulateSet(AnyCamera::make("radtan", kConstrainedTruth), kVga, 12, 0.1, 3);
 }
 
 std::string messageOf(const SimulatedSet& set, const CalibratorOptions& options) {
@@ -52,20 +52,20 @@ TEST(Held, ParametersKeepTheirValueWithSigmaZero) {
   EXPECT_GE(held.fit.summary.cost, free.fit.summary.cost * (1 - 1e-9));
   EXPECT_LE(held.fit.summary.cost, 1.02 * free.fit.summary.cost);
   for (const int i : {0, 1, 4, 5, 6, 7}) {
-    EXPECT_NEAR(onlyCamera(held.fit).params[static_cast<std::size_t>(i)], kTruth[static_cast<std::size_t>(i)],
-                5 * held.uncertainty.parameterStdByNoise(i));
+    EXPECT_NEAR(onlyCamera(held.fit).params[static_cast<std::size_t>(i)],
+                kConstrainedTruth[static_cast<std::size_t>(i)], 5 * held.uncertainty.parameterStdByNoise(i));
   }
 }
 
 // A set whose camera is calibrated with parameter values `factor` times the true ones.
 Calibration heldAt(double factor, const std::vector<std::string>& names, std::uint64_t seed) {
-  const SimulatedSet set = simulateSet(AnyCamera::make("radtan", kTruth), kSize, 12, 0.1, seed);
-  std::vector<double> params = kTruth;
+  const SimulatedSet set = simulateSet(AnyCamera::make("radtan", kConstrainedTruth), kVga, 12, 0.1, seed);
+  std::vector<double> params = kConstrainedTruth;
   for (const std::string& name : names)
     params[static_cast<std::size_t>(*parameterIndex(parameterNames("radtan"), name))] *= factor;
   return calibrate(
       set.board, set.views,
-      {.model = "radtan", .initial = InitialCamera{AnyCamera::make("radtan", params), kSize}, .held = names});
+      {.model = "radtan", .initial = InitialCamera{AnyCamera::make("radtan", params), kVga}, .held = names});
 }
 
 std::ptrdiff_t numNamed(const Calibration& result, std::string_view id = "held_value") {
@@ -101,7 +101,8 @@ TEST(Held, WrongValuesAreNamedWithWhatTheImagesGive) {
           EXPECT_NEAR(c.wrong * (1 + error.value), 1, 5 * error.sigma) << seed;
           ++num_values;
         } else if (error.cause == CommonCause::kHeld) {
-          EXPECT_NEAR(c.wrong * kTruth[2] + error.value, kTruth[2], 5 * error.sigma) << seed;
+          EXPECT_NEAR(c.wrong * kConstrainedTruth[2] + error.value, kConstrainedTruth[2], 5 * error.sigma)
+              << seed;
           ++num_values;
         }
       }
@@ -119,7 +120,7 @@ TEST(Held, RightFocalLengthsAreNotBlamedForTheBoard) {
   int num_blamed = 0;
   int num_named = 0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    SimulatedSet set = simulateSet(AnyCamera::make("radtan", kTruth), kSize, 12, 0, seed);
+    SimulatedSet set = simulateSet(AnyCamera::make("radtan", kConstrainedTruth), kVga, 12, 0, seed);
     Random random(seed);
     for (std::size_t v = 0; v < set.views.size(); ++v) {
       for (Corner& corner : set.views[v].corners) {
@@ -130,7 +131,7 @@ TEST(Held, RightFocalLengthsAreNotBlamedForTheBoard) {
     }
     const Calibration result =
         calibrate(set.board, set.views,
-                  {.model = "radtan", .initial = InitialCamera{set.camera, kSize}, .held = {"fx", "fy"}});
+                  {.model = "radtan", .initial = InitialCamera{set.camera, kVga}, .held = {"fx", "fy"}});
     num_blamed += numNamed(result) > 0 ? 1 : 0;
     num_named += numNamed(result, "board_not_square") > 0 ? 1 : 0;
     ++num_checked;
@@ -142,9 +143,9 @@ TEST(Held, RightFocalLengthsAreNotBlamedForTheBoard) {
 
 TEST(Held, EqualFocalLengthsAreOneValueAndAWholeLensIsNotTested) {
   const SimulatedSet set = noisySet();
-  std::vector<double> params = kTruth;
-  params[0] = params[1] = 1.01 * kTruth[0];
-  const InitialCamera wrong{AnyCamera::make("radtan", params), kSize};
+  std::vector<double> params = kConstrainedTruth;
+  params[0] = params[1] = 1.01 * kConstrainedTruth[0];
+  const InitialCamera wrong{AnyCamera::make("radtan", params), kVga};
   const Calibration equal = calibrate(
       set.board, set.views, {.model = "radtan", .initial = wrong, .held = {"fx"}, .same_focal = true});
   EXPECT_EQ(numNamed(equal), 1);
@@ -165,7 +166,7 @@ TEST(Held, DegreesOfFreedomCountWhatIsFree) {
   const Calibration free = calibrate(set.board, set.views, {.model = "radtan"});
   const Calibration all = calibrate(set.board, set.views,
                                     {.model = "radtan",
-                                     .initial = InitialCamera{free.camera(), kSize},
+                                     .initial = InitialCamera{free.camera(), kVga},
                                      .held = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}});
   EXPECT_NEAR(all.fit.summary.cost, free.fit.summary.cost, kSettled * free.fit.summary.cost);
   const double corners = numCorners(free.fit);
@@ -192,7 +193,7 @@ TEST(Initial, LeadsToTheSameAnswerFromThisOrAnotherModel) {
   int num_starts = 0;
   for (const AnyCamera& start : {rough, other}) {
     const Calibration given =
-        calibrate(set.board, set.views, {.model = "radtan", .initial = InitialCamera{start, kSize}});
+        calibrate(set.board, set.views, {.model = "radtan", .initial = InitialCamera{start, kVga}});
     EXPECT_NEAR(given.fit.summary.cost, searched.fit.summary.cost, kSettled * searched.fit.summary.cost);
     EXPECT_NEAR(onlyCamera(given.fit).params[0], onlyCamera(searched.fit).params[0],
                 0.01 * searched.uncertainty.parameterStdByNoise(0));
@@ -208,7 +209,7 @@ TEST(Constraints, SayWhatIsWrongWithThem) {
   EXPECT_THAT(messageOf(set, {.model = "radtan", .held = {"ccx"}}), HasSubstr("did you mean 'cx'?"));
   EXPECT_THAT(messageOf(set, {.model = "radtan", .held = {"fx"}}), HasSubstr("'fx' without a value"));
   EXPECT_THAT(messageOf(set, {.model = "eucm", .held = {"beta"}}), HasSubstr("'beta' without a value"));
-  const InitialCamera wrong{AnyCamera::make("radtan", kTruth), {.width = 1280, .height = 960}};
+  const InitialCamera wrong{AnyCamera::make("radtan", kConstrainedTruth), {.width = 1280, .height = 960}};
   EXPECT_THAT(messageOf(set, {.model = "radtan", .initial = wrong}), HasSubstr("1280x960"));
 }
 

@@ -12,6 +12,7 @@
 #include "alidade/core/error.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
+#include "support/image_sizes.h"
 #include "support/message_of.h"
 
 namespace alidade {
@@ -21,8 +22,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr ImageSize kSize{1280, 960};
-const std::vector<double> kTruth = {900, 902, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0};
+const std::vector<double> kSharedTruth = {900, 902, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0};
 
 // Half a metre wide.
 std::vector<Board> twoBoards() {
@@ -40,15 +40,15 @@ struct Flaw {
 // Both boards in the first third of the images, one of them in each of the others.
 std::vector<View> viewsOf(const std::vector<Board>& boards, const std::vector<Flaw>& flaws, int num_images,
                           std::uint64_t seed) {
-  const AnyCamera camera = AnyCamera::make("radtan", kTruth);
+  const AnyCamera camera = AnyCamera::make("radtan", kSharedTruth);
   Random random(seed);
   std::vector<View> views;
   for (std::size_t b = 0; b < boards.size(); ++b) {
-    const std::vector<SE3> poses = randomViews(camera, kSize, boards[b], num_images, random);
+    const std::vector<SE3> poses = randomViews(camera, kQuadVga, boards[b], num_images, random);
     for (int i = 0; i < num_images; ++i) {
       const bool is_shared = 3 * i < num_images;
       if (!is_shared && static_cast<std::size_t>(i) % boards.size() != b) continue;
-      View view{.image = "image_" + std::to_string(i), .size = kSize, .corners = {}, .board = b};
+      View view{.image = "image_" + std::to_string(i), .size = kQuadVga, .corners = {}, .board = b};
       for (int id = 0; id < boards[b].numCorners(); ++id) {
         Eigen::Vector3d p = onBentBoard(boards[b], flaws[b].shape, boards[b].corner(id));
         p.x() *= 1 + flaws[b].stretch;
@@ -92,8 +92,8 @@ TEST(SeveralBoards, GiveTheTrueCameraAndTheBendOfTheBoardThatIsBent) {
     EXPECT_LT(std::abs(shape.bend_y_m - flaws[bent].shape.bend_y_m), 4 * std_m.y());
     EXPECT_LT(std_m.maxCoeff(), 1e-4);
     num_flat += result.fit.boards[1 - bent].is_shape_fixed ? 1 : 0;
-    for (std::size_t p = 0; p < kTruth.size(); ++p) {
-      const double z = (onlyCamera(result.fit).params[p] - kTruth[p]) /
+    for (std::size_t p = 0; p < kSharedTruth.size(); ++p) {
+      const double z = (onlyCamera(result.fit).params[p] - kSharedTruth[p]) /
                        result.uncertainty.parameterStd(static_cast<int>(p));
       EXPECT_LT(std::abs(z), 4.5) << result.camera().parameterNames()[p];
       num_within += std::abs(z) < 3 ? 1 : 0;
@@ -119,7 +119,7 @@ TEST(SeveralBoards, AreEachBentAsTheyAre) {
     const Eigen::Vector2d& std_m = result.uncertainty.bend_std_m[b];
     EXPECT_LT(std::abs(result.fit.boards[b].shape.bend_x_m - flaws[b].shape.bend_x_m), 4 * std_m.x());
     EXPECT_LT(std::abs(result.fit.boards[b].shape.bend_y_m - flaws[b].shape.bend_y_m), 4 * std_m.y());
-    EXPECT_EQ(result.choice.shapes[b].flat_params.size(), kTruth.size());
+    EXPECT_EQ(result.choice.shapes[b].flat_params.size(), kSharedTruth.size());
     EXPECT_GT(result.choice.shapes[b].flat_rms_px, rms(result.fit));
   }
 }
@@ -133,7 +133,7 @@ TEST(SeveralBoards, ThatAreHeldFlatAreNamedWhereTheyAreBent) {
   const auto told = std::ranges::find(result.diagnoses, "bend_ignored", &Diagnosis::id);
   ASSERT_NE(told, result.diagnoses.end());
   EXPECT_THAT(told->evidence, HasSubstr(boards[0].spec()));
-  const double z = (onlyCamera(result.fit).params[0] - kTruth[0]) / result.uncertainty.parameterStd(0);
+  const double z = (onlyCamera(result.fit).params[0] - kSharedTruth[0]) / result.uncertainty.parameterStd(0);
   EXPECT_LT(std::abs(z), 4) << "the stated uncertainty allows for it";
 }
 
@@ -207,10 +207,11 @@ TEST(SeveralBoards, DoNotRepeatEachOther) {
   const std::vector<Board> boards = {Checkerboard{.columns = 9, .rows = 6, .square_m = 0.02},
                                      Checkerboard{.columns = 9, .rows = 7, .square_m = 0.02}};
   std::vector<View> views;
-  const AnyCamera camera = AnyCamera::make("radtan", kTruth);
+  const AnyCamera camera = AnyCamera::make("radtan", kSharedTruth);
   Random random(4);
-  for (const SE3& pose : randomViews(camera, kSize, boards[1], 4, random)) {
-    views.push_back(exactView(camera, kSize, boards[0], pose, "image_" + std::to_string(views.size() / 2)));
+  for (const SE3& pose : randomViews(camera, kQuadVga, boards[1], 4, random)) {
+    views.push_back(
+        exactView(camera, kQuadVga, boards[0], pose, "image_" + std::to_string(views.size() / 2)));
     views.push_back(views.back());  // the same corners, of the other board
     views.back().board = 1;
   }

@@ -8,13 +8,13 @@
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/parallel.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
 
 constexpr int kNumSets = 1000;
-constexpr ImageSize kSize{.width = 1280, .height = 960};
 // The spread of a mean over 1000 sets is 0.032 and that of a standard deviation 0.022: these are 3.6 and more
 // of them.
 constexpr double kMaxMean = 0.12;
@@ -26,7 +26,7 @@ void expectTrueSigmas(const char* model, const std::vector<double>& truth) {
   const AnyCamera camera = AnyCamera::make(model, truth);
   std::vector<std::vector<double>> scores(kNumSets);
   parallelFor(kNumSets, 0, [&](std::size_t i) {
-    const SimulatedSet set = simulateSet(camera, kSize, 12, 0.2, streamSeed(11, i));
+    const SimulatedSet set = simulateSet(camera, kQuadVga, 12, 0.2, streamSeed(11, i));
     const Calibration result = calibrate(set.board, set.views, {.model = model});
     if (result.fit.summary.termination != Termination::kConverged || !result.uncertainty.covariance) return;
     for (std::size_t k = 0; k < truth.size(); ++k) {

@@ -10,6 +10,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/parallel.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
@@ -17,7 +18,6 @@ namespace {
 
 constexpr int kNumSets = 500;
 constexpr int kNumPlainSets = 60;
-constexpr ImageSize kSize{.width = 1280, .height = 960};
 // The spread of a standard deviation over 500 sets is 0.032, so this is 3.2 of it.
 constexpr double kMinStd = 0.9;
 constexpr double kMaxStd = 1.1;
@@ -28,7 +28,7 @@ constexpr double kMinGain = 2.5;
 
 // Half of the corners have ten times the noise of the others, and say so.
 SimulatedSet mixedSet(const AnyCamera& camera, std::size_t i) {
-  SimulatedSet set = simulateSet(camera, kSize, 12, 0.0, streamSeed(21, i));
+  SimulatedSet set = simulateSet(camera, kQuadVga, 12, 0.0, streamSeed(21, i));
   Random random(streamSeed(22, i));
   for (View& view : set.views) {
     for (Corner& corner : view.corners) {

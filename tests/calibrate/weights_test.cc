@@ -9,14 +9,14 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/error.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 1280, .height = 960};
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-const std::vector<double> kTruth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
+const std::vector<double> kWeightedTruth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
 
 void stateSigmas(SimulatedSet& set, const std::function<double(const Corner&)>& sigma) {
   for (View& view : set.views) {
@@ -26,8 +26,8 @@ void stateSigmas(SimulatedSet& set, const std::function<double(const Corner&)>& 
 
 // Each corner has noise of one of two sizes, which it states.
 SimulatedSet mixedSet(double small_px, double large_px, std::uint64_t seed, double tau_px = 0,
-                      const char* model = "radtan", const std::vector<double>& truth = kTruth) {
-  SimulatedSet set = simulateSet(AnyCamera::make(model, truth), kSize, 12, 0.0, seed);
+                      const char* model = "radtan", const std::vector<double>& truth = kWeightedTruth) {
+  SimulatedSet set = simulateSet(AnyCamera::make(model, truth), kQuadVga, 12, 0.0, seed);
   Random random(streamSeed(seed, 1));
   for (View& view : set.views) {
     for (Corner& corner : view.corners) {
@@ -42,7 +42,7 @@ SimulatedSet mixedSet(double small_px, double large_px, std::uint64_t seed, doub
 
 void expectSame(const Calibration& a, const Calibration& b) {
   ASSERT_TRUE(a.uncertainty.covariance && b.uncertainty.covariance);
-  for (std::size_t i = 0; i < kTruth.size(); ++i) {
+  for (std::size_t i = 0; i < kWeightedTruth.size(); ++i) {
     EXPECT_EQ(onlyCamera(a.fit).params[i], onlyCamera(b.fit).params[i]) << a.camera().parameterNames()[i];
   }
   EXPECT_EQ(*a.uncertainty.covariance, *b.uncertainty.covariance);
@@ -55,7 +55,7 @@ void expectSame(const Calibration& a, const Calibration& b) {
 
 TEST(Weights, EqualOrUnknownSigmasChangeNothing) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    SimulatedSet set = simulateSet(AnyCamera::make("radtan", kTruth), kSize, 10, 0.1, seed);
+    SimulatedSet set = simulateSet(AnyCamera::make("radtan", kWeightedTruth), kQuadVga, 10, 0.1, seed);
     set.views[2].corners[7].pixel.x() += 9;
     stateSigmas(set, [](const Corner&) { return kUnknown; });
     const Calibration unknown = calibrate(set.board, set.views, {.model = "radtan"});
@@ -129,7 +129,7 @@ TEST(Weights, TrueSigmasLeaveNothingUnexplained) {
 
 // Poor corners that say so are neither outliers nor a misfit; gross ones are outliers whatever they say.
 TEST(Weights, AnOutlierIsJudgedByWhatItStates) {
-  SimulatedSet set = simulateSet(AnyCamera::make("radtan", kTruth), kSize, 15, 0.02, 3);
+  SimulatedSet set = simulateSet(AnyCamera::make("radtan", kWeightedTruth), kQuadVga, 15, 0.02, 3);
   const auto spoil = [&](std::size_t view, std::size_t corner, double off, double stated) {
     set.views[view].corners[corner].pixel += Eigen::Vector2d(off, -off / 2);
     set.views[view].corners[corner].sigma_px = stated;
@@ -144,8 +144,8 @@ TEST(Weights, AnOutlierIsJudgedByWhatItStates) {
   for (const Outlier& outlier : result.dropped.outliers) named.emplace_back(outlier.image, outlier.corner_id);
   EXPECT_THAT(named, testing::UnorderedElementsAre(std::pair(set.views[4].image, off_by_much),
                                                    std::pair(set.views[6].image, off_unawares)));
-  for (std::size_t i = 0; i < kTruth.size(); ++i) {
-    EXPECT_NEAR(onlyCamera(result.fit).params[i], kTruth[i],
+  for (std::size_t i = 0; i < kWeightedTruth.size(); ++i) {
+    EXPECT_NEAR(onlyCamera(result.fit).params[i], kWeightedTruth[i],
                 4 * result.uncertainty.parameterStdByNoise(static_cast<int>(i)));
   }
 }
@@ -153,7 +153,7 @@ TEST(Weights, AnOutlierIsJudgedByWhatItStates) {
 TEST(Weights, ManyPoorCornersAreNoMisfit) {
   const SimulatedSet set = mixedSet(0.05, 3.0, 1);
   const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
-  EXPECT_GT(rms(result.fit), 0.0005 * std::hypot(kSize.width, kSize.height));
+  EXPECT_GT(rms(result.fit), 0.0005 * std::hypot(kQuadVga.width, kQuadVga.height));
   for (const Diagnosis& diagnosis : result.diagnoses)
     EXPECT_EQ(diagnosis.id, "poor_coverage") << diagnosis.message();
 }

@@ -12,14 +12,13 @@
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/same_lens.h"
 #include "alidade/core/error.h"
+#include "support/image_sizes.h"
 #include "support/model_fixture.h"
 
 namespace alidade {
 namespace {
 
 using testing::HasSubstr;
-
-constexpr ImageSize kSize{.width = 640, .height = 480};
 
 bool isKnown(const std::string& id) {
   return std::find(modelIds().begin(), modelIds().end(), id) != modelIds().end();
@@ -31,8 +30,8 @@ AnyCamera make(std::string_view id, const std::vector<double>& params) {
 
 std::vector<RaySample> samplesOf(const AnyCamera& camera) {
   std::vector<RaySample> samples;
-  for (int y = 0; y < kSize.height; y += 20) {
-    for (int x = 0; x < kSize.width; x += 20) {
+  for (int y = 0; y < kVga.height; y += 20) {
+    for (int x = 0; x < kVga.width; x += 20) {
       if (const auto ray = camera.unproject({x, y})) samples.push_back({{x, y}, *ray});
     }
   }
@@ -94,7 +93,7 @@ TEST(FitModel, FindsTheSameLensByAlgebra) {
       ++num_absent;
       continue;
     }
-    const ModelFit fit = fitModel(make(c.from, c.params), kSize, c.to);
+    const ModelFit fit = fitModel(make(c.from, c.params), kVga, c.to);
     EXPECT_EQ(fit.camera.modelId(), c.to);
     EXPECT_TRUE(fit.is_exact) << c.from << " to " << c.to;
     EXPECT_LE(fit.max_error_px, 1e-9) << c.from << " to " << c.to;
@@ -122,7 +121,7 @@ TEST(FitLens, FindsTheParametersThatMadeThePixels) {
     std::vector<double> truth = {500, 510, 321, 238};
     if (M::kId == "radtan") truth.insert(truth.end(), {-0.25, 0.06, 2e-3, -1e-3, -0.01});
     const std::vector<RaySample> samples = samplesOf(make(M::kId, truth));
-    std::vector<double> start = startParameters(M::kId, 300, kSize);
+    std::vector<double> start = startParameters(M::kId, 300, kVga);
     const LensFit fit = fitLens(M::kId, samples, start);
     for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_NEAR(fit.params[i], truth[i], 1e-8) << M::kId;
     EXPECT_LE(fit.cost, 1e-15);
@@ -135,7 +134,7 @@ TEST(FitLens, FindsTheParametersThatMadeThePixels) {
 
 TEST(FitModel, IsBestAmongItsNeighbours) {
   const AnyCamera source = make("radtan", {500, 510, 330, 238, -0.05, 0.01, 1e-3, -2e-3, 0});
-  const ModelFit fit = fitModel(source, kSize, "pinhole");
+  const ModelFit fit = fitModel(source, kVga, "pinhole");
   EXPECT_FALSE(fit.is_exact);
   EXPECT_GT(fit.rms_px, 0.1);
   EXPECT_GT(fit.max_error_px, fit.rms_px);
@@ -147,7 +146,7 @@ TEST(FitModel, IsBestAmongItsNeighbours) {
   EXPECT_NEAR((fit.camera.project(*ray).pixel - fit.worst_pixel).norm(), fit.max_error_px, 1e-9);
 
   const std::vector<RaySample> samples = samplesOf(source);
-  const LensFit best = fitLens("pinhole", samples, startParameters("pinhole", 500, kSize));
+  const LensFit best = fitLens("pinhole", samples, startParameters("pinhole", 500, kVga));
   int num_neighbours = 0;
   for (std::size_t i = 0; i < best.params.size(); ++i) {
     for (const double change : {-0.01, 0.01}) {
@@ -163,7 +162,7 @@ TEST(FitModel, IsBestAmongItsNeighbours) {
 TEST(FitModel, CountsPixelsThatItsSourceOrItsTargetCannotSee) {
   // A fold at 45 degrees leaves the corners without rays.
   const AnyCamera folded = make("radtan", {535, 535, 319.5, 239.5, -1.0 / 3, 0, 0, 0, 0});
-  const ModelFit fit = fitModel(folded, kSize, "pinhole");
+  const ModelFit fit = fitModel(folded, kVga, "pinhole");
   EXPECT_GT(fit.num_without_ray, 50);
   EXPECT_EQ(fit.num_pixels + fit.num_without_ray, 160 * 120);
   EXPECT_EQ(fit.num_unreached, 0);
@@ -171,14 +170,14 @@ TEST(FitModel, CountsPixelsThatItsSourceOrItsTargetCannotSee) {
 
   // The perspective plane up to 89.98 degrees, of which radtan leaves out the last.
   const AnyCamera wide = make("pinhole", {0.1, 0.1, 319.5, 239.5});
-  const ModelFit part = fitModel(wide, kSize, "radtan");
+  const ModelFit part = fitModel(wide, kVga, "radtan");
   EXPECT_TRUE(part.is_exact);
   EXPECT_GT(part.unreachedShare(), 0.5);
   ASSERT_TRUE(part.unreached_pixel);
   EXPECT_FALSE(part.domain.full_image);
 
   try {
-    static_cast<void>(fitModel(make("radtan", {5, 5, 3195, 2395, -0.3, 0, 0, 0, 0}), kSize, "pinhole"));
+    static_cast<void>(fitModel(make("radtan", {5, 5, 3195, 2395, -0.3, 0, 0, 0, 0}), kVga, "pinhole"));
     ADD_FAILURE() << "a camera without rays was fitted";
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ErrorCode::kInput);

@@ -8,12 +8,11 @@
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/camera/camera_edit.h"
 #include "alidade/core/random.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
-
-constexpr ImageSize kSize{.width = 640, .height = 480};
 
 AnyCamera truth() {
   return AnyCamera::make("radtan", std::vector<double>{533, 532, 342, 234, -0.15, 0.05, 1e-3, -5e-4, 0});
@@ -22,7 +21,7 @@ AnyCamera truth() {
 // What a calibration by 12 views knows of the camera.
 const Eigen::MatrixXd& typicalCovariance() {
   static const Eigen::MatrixXd covariance = [] {
-    const SimulatedSet set = simulateSet(truth(), kSize, 12, 0.1, 3);
+    const SimulatedSet set = simulateSet(truth(), kVga, 12, 0.1, 3);
     return calibrate(set.board, set.views, {.model = "radtan"}).uncertainty.covariance.value();
   }();
   return covariance;
@@ -52,8 +51,8 @@ TEST(DifferenceSignificance, IsThatOfChanceForTwoEstimatesOfOneCamera) {
   for (int i = 0; i < kPairs; ++i) {
     const AnyCamera a = drawn(covariance, random);
     const AnyCamera b = drawn(covariance, random);
-    const ComparedCamera in_a{&a, kSize, covariance};
-    const ComparedCamera in_b{&b, kSize, covariance};
+    const ComparedCamera in_a{&a, kVga, covariance};
+    const ComparedCamera in_b{&b, kVga, covariance};
     const DifferenceOptions options{.columns = 12, .rows = 9};
     const auto difference = projectionDifference(in_a, in_b, options);
     const auto significance = significanceOf(difference, in_a, in_b, options.freed);
@@ -82,8 +81,8 @@ TEST(DifferenceSignificance, SeesWhatTheCovariancesDoNotExplain) {
   // As seen from either side, and by one whose covariance is unknown.
   for (const auto& [by_a, by_b] :
        {std::pair(true, true), std::pair(true, false), std::pair(false, true), std::pair(false, false)}) {
-    const ComparedCamera in_a{&a, kSize, by_a ? std::optional(typicalCovariance()) : std::nullopt};
-    const ComparedCamera in_b{&b, kSize, by_b ? std::optional(typicalCovariance()) : std::nullopt};
+    const ComparedCamera in_a{&a, kVga, by_a ? std::optional(typicalCovariance()) : std::nullopt};
+    const ComparedCamera in_b{&b, kVga, by_b ? std::optional(typicalCovariance()) : std::nullopt};
     const auto difference = projectionDifference(in_a, in_b);
     const auto significance = significanceOf(difference, in_a, in_b, Freed::kRotation);
     ASSERT_EQ(significance.has_value(), by_a || by_b);
@@ -101,8 +100,8 @@ TEST(DifferenceSignificance, DoesNotTakeChanceForADifference) {
   Random random(2);
   const Eigen::MatrixXd poor = 400 * typicalCovariance();
   const AnyCamera b = drawn(poor, random);
-  const ComparedCamera in_a{&a, kSize, poor};
-  const ComparedCamera in_b{&b, kSize, poor};
+  const ComparedCamera in_a{&a, kVga, poor};
+  const ComparedCamera in_b{&b, kVga, poor};
   const auto difference = projectionDifference(in_a, in_b);
   ASSERT_GT(difference.p95_px, 0.3);
   EXPECT_EQ(agreementOf(difference, significanceOf(difference, in_a, in_b, Freed::kRotation), 0.3),
@@ -113,10 +112,10 @@ TEST(DifferenceSignificance, IsSymmetricWhateverTheResolution) {
   const AnyCamera a = truth();
   Random random(4);
   const AnyCamera other = drawn(25 * typicalCovariance(), random);
-  const EditedCamera half = resizeCamera(other, kSize, {.width = 320, .height = 240});
+  const EditedCamera half = resizeCamera(other, kVga, {.width = 320, .height = 240});
   const EditedCamera turned = rotateCamera(half.camera, half.size, 3);
   const Eigen::MatrixXd J = turned.J_new_old.view() * half.J_new_old.view();
-  const ComparedCamera in_a{&a, kSize, typicalCovariance()};
+  const ComparedCamera in_a{&a, kVga, typicalCovariance()};
   const ComparedCamera in_b{&turned.camera, turned.size, J * typicalCovariance() * J.transpose()};
   int num_checked = 0;
   for (const Freed freed : {Freed::kRotation, Freed::kPose}) {
@@ -130,7 +129,7 @@ TEST(DifferenceSignificance, IsSymmetricWhateverTheResolution) {
     EXPECT_NEAR(by_there->sure_p95_px, by_back->sure_p95_px, 1e-6);
     EXPECT_EQ(by_there->share_beyond, by_back->share_beyond);
     // A camera at half the size is the same difference as at its own.
-    const ComparedCamera whole{&other, kSize, typicalCovariance()};
+    const ComparedCamera whole{&other, kVga, typicalCovariance()};
     const auto plain = projectionDifference(in_a, whole, {.freed = freed, .columns = 40, .rows = 30});
     EXPECT_NEAR(there.rms_px / plain.rms_px, 1, 0.05);
     ++num_checked;

@@ -11,6 +11,7 @@
 #include "alidade/camera/model_fit.h"
 #include "alidade/compare/ray_alignment.h"
 #include "alidade/core/error.h"
+#include "support/image_sizes.h"
 #include "support/model_fixture.h"
 
 namespace alidade {
@@ -21,7 +22,6 @@ using testing::HasSubstr;
 using testing::ThrowsMessage;
 
 constexpr double kSamePx = 1e-9;
-constexpr ImageSize kSize{.width = 640, .height = 480};
 
 AnyCamera radtan(double fx = 533, double cx = 342, double k1 = -0.28) {
   return AnyCamera::make("radtan", std::vector<double>{fx, 532, cx, 234, k1, 0.06, 1e-3, -5e-4, 0.01});
@@ -62,15 +62,15 @@ TEST(ProjectionDifference, OfACameraWithItselfIsZeroWhateverTheImagesTurn) {
 TEST(ProjectionDifference, FindsTheQuarterTurnThatTheSizesAskFor) {
   const AnyCamera camera = radtan();
   for (const int turns : {1, 3}) {
-    const EditedCamera turned = rotateCamera(camera, kSize, turns);
-    const auto found = projectionDifference({&camera, kSize}, {&turned.camera, turned.size});
+    const EditedCamera turned = rotateCamera(camera, kVga, turns);
+    const auto found = projectionDifference({&camera, kVga}, {&turned.camera, turned.size});
     EXPECT_EQ(found.match.quarter_turns, turns);
     EXPECT_LE(found.max_px, kSamePx);
     EXPECT_LE(angleBetween(found.b_from_a.rotation.matrix(), turned.new_from_old), 1e-10);
   }
   // Upside down the sizes are the same: two cameras, as long as nobody says otherwise.
-  const EditedCamera upside_down = rotateCamera(camera, kSize, 2);
-  EXPECT_GE(projectionDifference({&camera, kSize}, {&upside_down.camera, kSize}).max_px, 1);
+  const EditedCamera upside_down = rotateCamera(camera, kVga, 2);
+  EXPECT_GE(projectionDifference({&camera, kVga}, {&upside_down.camera, kVga}).max_px, 1);
 }
 
 // No model's parameters hold a frame turned by an angle of its own, but rays can be.
@@ -81,8 +81,8 @@ TEST(RayAlignment, ReturnsAnyRotation) {
        {radtan(),
         AnyCamera::make("kannala_brandt", std::vector<double>{320, 321, 318, 242, 0.01, -0.005, 0.001, 0})}) {
     std::vector<Eigen::Vector2d> pixels;
-    for (int y = 10; y < kSize.height; y += 50) {
-      for (int x = 10; x < kSize.width; x += 50) pixels.emplace_back(x, y);
+    for (int y = 10; y < kVga.height; y += 50) {
+      for (int x = 10; x < kVga.width; x += 50) pixels.emplace_back(x, y);
     }
     for (int i = 0; i < 20; ++i) {
       const Eigen::Vector3d w(random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(-3, 3));
@@ -104,7 +104,7 @@ TEST(RayAlignment, ReturnsAnyRotation) {
 TEST(ProjectionDifference, IsAKnownShiftWhereNothingIsTakenOut) {
   const AnyCamera a = radtan();
   const AnyCamera b = radtan(533, 342.5);
-  const auto found = projectionDifference({&a, kSize}, {&b, kSize}, {.freed = std::nullopt});
+  const auto found = projectionDifference({&a, kVga}, {&b, kVga}, {.freed = std::nullopt});
   EXPECT_EQ(found.num_compared, 40 * 30);
   int num_checked = 0;
   for (const Eigen::Vector2d& difference : found.difference_px) {
@@ -121,7 +121,7 @@ TEST(ProjectionDifference, IsAKnownShiftWhereNothingIsTakenOut) {
 TEST(ProjectionDifference, TakesAShiftForATurn) {
   const AnyCamera a = AnyCamera::make("pinhole", std::vector<double>{20000, 20000, 320, 240});
   const AnyCamera b = AnyCamera::make("pinhole", std::vector<double>{20000, 20000, 320.5, 240});
-  const auto found = projectionDifference({&a, kSize}, {&b, kSize});
+  const auto found = projectionDifference({&a, kVga}, {&b, kVga});
   EXPECT_LE(found.max_px, 1e-3);
   EXPECT_NEAR(found.b_from_a.rotation.log().y(), -0.5 / 20000, 1e-8);
 }
@@ -137,15 +137,15 @@ struct PairCase {
 std::vector<PairCase> pairsOfCameras() {
   const AnyCamera a = radtan();
   const AnyCamera other = radtan(538, 330, -0.26);
-  const ModelFit fit = fitModel(a, kSize, "kannala_brandt");
-  const EditedCamera half = resizeCamera(other, kSize, {.width = 320, .height = 240});
-  const EditedCamera odd = resizeCamera(other, kSize, {.width = 427, .height = 320});
+  const ModelFit fit = fitModel(a, kVga, "kannala_brandt");
+  const EditedCamera half = resizeCamera(other, kVga, {.width = 320, .height = 240});
+  const EditedCamera odd = resizeCamera(other, kVga, {.width = 427, .height = 320});
   const EditedCamera turned = rotateCamera(half.camera, half.size, 1);
-  return {{"one size", a, kSize, other, kSize},
-          {"another model", a, kSize, fit.camera, kSize},
-          {"half the size", a, kSize, half.camera, half.size},
-          {"two thirds, rounded", a, kSize, odd.camera, odd.size},
-          {"turned and half the size", a, kSize, turned.camera, turned.size}};
+  return {{"one size", a, kVga, other, kVga},
+          {"another model", a, kVga, fit.camera, kVga},
+          {"half the size", a, kVga, half.camera, half.size},
+          {"two thirds, rounded", a, kVga, odd.camera, odd.size},
+          {"turned and half the size", a, kVga, turned.camera, turned.size}};
 }
 
 TEST(ProjectionDifference, IsSymmetric) {
@@ -175,11 +175,11 @@ TEST(ProjectionDifference, OfAResizedCameraIsZero) {
   const AnyCamera camera = radtan();
   int num_checked = 0;
   for (const ImageSize size : {ImageSize{320, 240}, ImageSize{1280, 960}, ImageSize{427, 320}}) {
-    const EditedCamera resized = resizeCamera(camera, kSize, size);
-    const auto found = projectionDifference({&camera, kSize}, {&resized.camera, size});
+    const EditedCamera resized = resizeCamera(camera, kVga, size);
+    const auto found = projectionDifference({&camera, kVga}, {&resized.camera, size});
     EXPECT_LE(found.max_px, kSamePx);
     EXPECT_GE(found.num_compared, 1000);
-    EXPECT_EQ(found.match.unit_size, size.width > kSize.width ? size : kSize);
+    EXPECT_EQ(found.match.unit_size, size.width > kVga.width ? size : kVga);
     ++num_checked;
   }
   EXPECT_EQ(num_checked, 3);
@@ -192,7 +192,7 @@ TEST(ProjectionDifference, TakesOutTheBestRotationAndPose) {
   int num_checked = 0;
   for (const Freed freed : {Freed::kRotation, Freed::kPose}) {
     const DifferenceOptions options{.freed = freed};
-    const auto found = projectionDifference({&a, kSize}, {&b, kSize}, options);
+    const auto found = projectionDifference({&a, kVga}, {&b, kVga}, options);
     const CameraPair cameras{.a = &a, .b = &b, .match = found.match};
     const auto costAt = [&](const SE3& b_from_a) {
       double cost = 0;
@@ -219,13 +219,12 @@ TEST(ProjectionDifference, TakesOutTheBestRotationAndPose) {
 TEST(ProjectionDifference, DoesNotDependOnTheDistanceButForTheTranslation) {
   const AnyCamera a = radtan();
   const AnyCamera b = radtan(538, 330, -0.26);
-  const auto near =
-      projectionDifference({&a, kSize}, {&b, kSize}, {.freed = Freed::kPose, .distance_m = 0.5});
-  const auto far = projectionDifference({&a, kSize}, {&b, kSize}, {.freed = Freed::kPose, .distance_m = 50});
+  const auto near = projectionDifference({&a, kVga}, {&b, kVga}, {.freed = Freed::kPose, .distance_m = 0.5});
+  const auto far = projectionDifference({&a, kVga}, {&b, kVga}, {.freed = Freed::kPose, .distance_m = 50});
   EXPECT_EQ(near.rms_px, far.rms_px);
   EXPECT_LE((100 * near.b_from_a.translation - far.b_from_a.translation).norm(),
             1e-12 * far.b_from_a.translation.norm());
-  EXPECT_LT(near.rms_px, projectionDifference({&a, kSize}, {&b, kSize}).rms_px);
+  EXPECT_LT(near.rms_px, projectionDifference({&a, kVga}, {&b, kVga}).rms_px);
 }
 
 TEST(ProjectionDifference, SaysWhatOneCameraDoesNotSee) {
@@ -233,7 +232,7 @@ TEST(ProjectionDifference, SaysWhatOneCameraDoesNotSee) {
       AnyCamera::make("kannala_brandt", std::vector<double>{200, 200, 319.5, 239.5, 0.01, -0.005, 0.001, 0});
   const AnyCamera folded =
       AnyCamera::make("radtan", std::vector<double>{400, 400, 319.5, 239.5, -0.5, 0, 0, 0, 0});
-  const auto found = projectionDifference({&wide, kSize}, {&folded, kSize});
+  const auto found = projectionDifference({&wide, kVga}, {&folded, kVga});
   EXPECT_TRUE(found.is_converged);
   EXPECT_GT(found.num_compared, 100);
   EXPECT_GT(found.num_seen_by_one, 100);
@@ -245,7 +244,7 @@ TEST(ProjectionDifference, SaysWhatOneCameraDoesNotSee) {
 
 TEST(ProjectionDifference, RefusesWhatCannotBeCompared) {
   const AnyCamera camera = radtan();
-  const ComparedCamera a{&camera, kSize};
+  const ComparedCamera a{&camera, kVga};
   const ComparedCamera wide{&camera, {.width = 1280, .height = 720}};
   EXPECT_THAT([&] { (void)projectionDifference(a, wide); },
               ThrowsMessage<Error>(AllOf(HasSubstr("640x480 and 1280x720"), HasSubstr("convert --crop"))));

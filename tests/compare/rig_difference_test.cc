@@ -3,10 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include "support/image_sizes.h"
+
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
 constexpr double kFocal = 500;
 
 AnyCamera pinhole(double cx = 319.5) {
@@ -20,7 +21,7 @@ std::vector<RigCameraRecord> rigOf(const AnyCamera& camera, const SE3& rig_from_
     const SO3 rotation = SO3::exp({0, i == 2 ? 1.5 : 0, 0});
     const SE3 pose{rotation, rotation * Eigen::Vector3d(-0.1 * i, 0, 0)};
     rig.push_back(
-        {.camera = {.camera = camera, .image_size = kSize}, .camera_from_rig = pose * rig_from_other});
+        {.camera = {.camera = camera, .image_size = kVga}, .camera_from_rig = pose * rig_from_other});
   }
   return rig;
 }
@@ -77,7 +78,7 @@ TEST(RigDifference, IncludesThatOfTheLenses) {
 
 TEST(RigDifference, UsesAMetreWhereAllCamerasAreAtOnePlace) {
   const AnyCamera camera = pinhole();
-  const std::vector<RigCameraRecord> rig(2, {.camera = {.camera = camera, .image_size = kSize}});
+  const std::vector<RigCameraRecord> rig(2, {.camera = {.camera = camera, .image_size = kVga}});
   EXPECT_EQ(usualDistance(rig), 1);
 }
 

@@ -10,11 +10,11 @@
 #include "alidade/detect/detect_images.h"
 #include "alidade/simulate/render.h"
 #include "support/board_photo.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
 constexpr int kNumViews = 3;
 const std::array kCutWidths = {0.25, 0.33, 0.5, 0.75};
 
@@ -22,14 +22,14 @@ const SimulatedSet& truthOfViews() {
   static const SimulatedSet truth = [] {
     RandomViewOptions views;
     views.max_roll_deg = 180;
-    return simulateSet(commonCamera(kSize), kSize, kNumViews, 0, 31, views);
+    return simulateSet(commonCamera(kVga), kVga, kNumViews, 0, 31, views);
   }();
   return truth;
 }
 
 // Rendered once for all tests.
 const GrayImage& rendered(std::size_t view, double border_square) {
-  static const Renderer renderer(truthOfViews().camera, kSize);
+  static const Renderer renderer(truthOfViews().camera, kVga);
   static std::map<std::pair<std::size_t, double>, GrayImage> images;
   GrayImage& image = images[{view, border_square}];
   if (!image.empty()) return image;
@@ -46,9 +46,9 @@ const GrayImage& rendered(std::size_t view, double border_square) {
 GrayImage covered(GrayImage image, const Eigen::Vector2d& edge, const Eigen::Vector2d& outwards,
                   double level) {
   const Eigen::Vector2d normal = outwards.normalized();
-  for (int y = 0; y < kSize.height; ++y) {
-    for (int x = 0; x < kSize.width; ++x) {
-      std::uint8_t& grey = image.pixels[static_cast<std::size_t>(y * kSize.width + x)];
+  for (int y = 0; y < kVga.height; ++y) {
+    for (int x = 0; x < kVga.width; ++x) {
+      std::uint8_t& grey = image.pixels[static_cast<std::size_t>(y * kVga.width + x)];
       const double share = 0.5 * std::erfc(-normal.dot(Eigen::Vector2d(x, y) - edge));
       grey = static_cast<std::uint8_t>(std::lround((1 - share) * grey + share * level));
     }

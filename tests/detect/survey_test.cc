@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "alidade/detect/draw_detection.h"
+#include "support/image_sizes.h"
 #include "support/source_tree.h"
 
 namespace alidade {
@@ -11,13 +12,12 @@ namespace {
 
 using testing::HasSubstr;
 
-const Checkerboard kBoard{.columns = 9, .rows = 6, .square_m = 0.025};
-constexpr ImageSize kSize{.width = 640, .height = 480};
+const Checkerboard kSurveyBoard{.columns = 9, .rows = 6, .square_m = 0.025};
 
 ImageOutcome found(const std::string& name, double shift, bool is_closed = true) {
   ImageOutcome outcome;
   outcome.image = name;
-  outcome.size = kSize;
+  outcome.size = kVga;
   outcome.detection.reason = DetectionReason::kFound;
   for (int id = 0; id < 54; ++id) {
     Corner corner;
@@ -34,7 +34,7 @@ ImageOutcome seen(int columns, int rows, bool is_closed,
                   DetectionReason reason = DetectionReason::kOtherBoard) {
   ImageOutcome outcome;
   outcome.image = "other";
-  outcome.size = kSize;
+  outcome.size = kVga;
   outcome.detection.reason = reason;
   outcome.detection.seen =
       SeenGrid{.columns = columns, .rows = rows, .num_corners = columns * rows, .is_closed = is_closed};
@@ -52,7 +52,7 @@ std::vector<Diagnosis> triaged(std::vector<ImageOutcome>& outcomes, const Board&
 TEST(Triage, KeepsTheFirstOfImagesThatShowTheSame) {
   std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 100.2),
                                         found("d", 100.6), found("e", 160)};
-  triaged(outcomes, kBoard);
+  triaged(outcomes, kSurveyBoard);
   EXPECT_TRUE(outcomes[0].detection.hasCorners());
   EXPECT_TRUE(outcomes[1].detection.hasCorners());
   EXPECT_EQ(outcomes[2].detection.reason, DetectionReason::kDuplicate);
@@ -66,7 +66,7 @@ TEST(Triage, KnowsTheSameImageWithoutACornerOrTwo) {
   std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 100), found("c", 100)};
   std::erase_if(outcomes[1].detection.corners, [](const Corner& corner) { return corner.id < 2; });
   std::erase_if(outcomes[2].detection.corners, [](const Corner& corner) { return corner.id > 50; });
-  triaged(outcomes, kBoard);
+  triaged(outcomes, kSurveyBoard);
   EXPECT_EQ(outcomes[1].detection.reason, DetectionReason::kDuplicate);
   EXPECT_TRUE(outcomes[2].detection.hasCorners());
 }
@@ -74,7 +74,7 @@ TEST(Triage, KnowsTheSameImageWithoutACornerOrTwo) {
 TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
   std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 200)};
   outcomes[1].size = {.width = 641, .height = 480};
-  const auto notes = triaged(outcomes, kBoard);
+  const auto notes = triaged(outcomes, kSurveyBoard);
   EXPECT_EQ(outcomes[1].detection.reason, DetectionReason::kOtherSize);
   EXPECT_THAT(outcomes[1].detection.detail, HasSubstr("641x480"));
   ASSERT_EQ(notes.size(), 1U);
@@ -85,14 +85,14 @@ TEST(Triage, RefusesImagesOfAnotherSizeAndSaysSo) {
 TEST(Triage, DoubtsPartsWhereMostImagesShowAnotherBoardWhole) {
   std::vector<ImageOutcome> outcomes = {found("a", 100, false), found("b", 160, true), seen(10, 7, true),
                                         seen(10, 7, true), seen(10, 7, true)};
-  triaged(outcomes, kBoard);
+  triaged(outcomes, kSurveyBoard);
   EXPECT_EQ(outcomes[0].detection.reason, DetectionReason::kOtherBoard);
   EXPECT_THAT(outcomes[0].detection.detail, HasSubstr("10x7"));
   EXPECT_TRUE(outcomes[1].detection.hasCorners()) << "its border was seen";
 
   // A stray image of another board casts no doubt on the others.
   outcomes = {found("a", 100, false), found("b", 160, false), seen(10, 7, true)};
-  triaged(outcomes, kBoard);
+  triaged(outcomes, kSurveyBoard);
   EXPECT_TRUE(outcomes[0].detection.hasCorners() && outcomes[1].detection.hasCorners());
 }
 
@@ -124,7 +124,7 @@ TEST(Triage, LetsImagesWithoutTheBoardHaveNoSayInTheSize) {
     outcomes.back().image = "noise";
     outcomes.back().size = {.width = 600, .height = 500};
   }
-  triaged(outcomes, kBoard);
+  triaged(outcomes, kSurveyBoard);
   EXPECT_TRUE(outcomes[0].detection.hasCorners() && outcomes[1].detection.hasCorners());
   EXPECT_EQ(outcomes[2].detection.reason, DetectionReason::kOtherSize);
 }
@@ -132,17 +132,17 @@ TEST(Triage, LetsImagesWithoutTheBoardHaveNoSayInTheSize) {
 TEST(DiagnoseBoard, DoesNotTakeTheBoardAskedForForAnother) {
   std::vector<ImageOutcome> outcomes = {seen(9, 6, true, DetectionReason::kTooSmall),
                                         seen(9, 6, true, DetectionReason::kTooSmall), found("c", 100, false)};
-  EXPECT_FALSE(diagnoseBoard(outcomes, kBoard));
-  triaged(outcomes, kBoard);
+  EXPECT_FALSE(diagnoseBoard(outcomes, kSurveyBoard));
+  triaged(outcomes, kSurveyBoard);
   EXPECT_TRUE(outcomes[2].detection.hasCorners());
 }
 
 TEST(Triage, NamesImagesThatAreMuchMoreBlurred) {
   std::vector<ImageOutcome> outcomes = {found("a", 100), found("b", 160), found("c", 200)};
   for (ImageOutcome& outcome : outcomes) outcome.detection.measures.blur_px = 0.9;
-  EXPECT_TRUE(triaged(outcomes, kBoard).empty());
+  EXPECT_TRUE(triaged(outcomes, kSurveyBoard).empty());
   outcomes[1].detection.measures.blur_px = 2.4;
-  const auto notes = triaged(outcomes, kBoard);
+  const auto notes = triaged(outcomes, kSurveyBoard);
   ASSERT_EQ(notes.size(), 1U);
   EXPECT_EQ(notes[0].id, "blurred_images");
   EXPECT_EQ(notes[0].cause, "much more blurred than the others: b");
@@ -150,11 +150,11 @@ TEST(Triage, NamesImagesThatAreMuchMoreBlurred) {
 }
 
 TEST(DiagnoseBoard, PrefersBoardsSeenWhole) {
-  EXPECT_FALSE(diagnoseBoard(std::vector<ImageOutcome>{found("a", 100)}, kBoard));
+  EXPECT_FALSE(diagnoseBoard(std::vector<ImageOutcome>{found("a", 100)}, kSurveyBoard));
   const auto hint =
       diagnoseBoard(std::vector<ImageOutcome>{seen(8, 5, false), seen(8, 5, false), seen(8, 5, false),
                                               seen(13, 12, true), seen(13, 12, true)},
-                    kBoard);
+                    kSurveyBoard);
   ASSERT_TRUE(hint);
   EXPECT_EQ(hint->columns, 13);
   EXPECT_EQ(hint->rows, 12);
@@ -172,7 +172,7 @@ TEST(HintText, NamesTheLikelySlipAndTheSpecInTheOrderAsked) {
   EXPECT_THAT(hintText(hint, Checkerboard{.columns = 12, .rows = 11, .square_m = 0.025}),
               HasSubstr("did you miss one line"));
   const BoardHint part{.columns = 7, .rows = 5, .num_images = 1, .is_closed = false};
-  EXPECT_THAT(hintText(part, kBoard), HasSubstr("1 image shows at least 7x5"));
+  EXPECT_THAT(hintText(part, kSurveyBoard), HasSubstr("1 image shows at least 7x5"));
 }
 
 TEST(SurveyDiagnosis, NamesImagesWithoutTheWholeBoard) {
@@ -202,7 +202,7 @@ TEST(SurveyImages, KeepsAnOutcomeForEachImageAndNotesWhatItSaw) {
   const std::string folder = sourcePath("testdata/checkerboard/images/");
   const std::vector<std::string> paths = {folder + "view_001.png", folder + "missing.png",
                                           folder + "view_001.png"};
-  const BoardSurvey survey = surveyImages(paths, kBoard);
+  const BoardSurvey survey = surveyImages(paths, kSurveyBoard);
   ASSERT_EQ(survey.outcomes.size(), 3U);
   EXPECT_EQ(survey.paths, paths);
   EXPECT_EQ(survey.outcomes[0].image, "view_001.png");
@@ -218,11 +218,11 @@ TEST(SurveyImages, KeepsAnOutcomeForEachImageAndNotesWhatItSaw) {
 }
 
 TEST(DrawDetection, MarksCornersInColourAndLeavesTheImageSize) {
-  const GrayImage image{.size = kSize, .pixels = std::vector<std::uint8_t>(640 * 480, 90)};
-  const std::vector<Board> boards = {kBoard};
+  const GrayImage image{.size = kVga, .pixels = std::vector<std::uint8_t>(640 * 480, 90)};
+  const std::vector<Board> boards = {kSurveyBoard};
   const RasterImage plain = drawDetections(image, std::vector<ImageOutcome>(1), boards);
   const RasterImage drawn = drawDetections(image, std::vector{found("a", 100)}, boards);
-  EXPECT_EQ(drawn.size, kSize);
+  EXPECT_EQ(drawn.size, kVga);
   ASSERT_EQ(drawn.bytes.size(), 3U * 640 * 480);
   int num_coloured = 0;
   for (std::size_t i = 0; i < drawn.bytes.size(); ++i)

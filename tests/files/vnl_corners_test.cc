@@ -10,6 +10,7 @@
 #include "alidade/core/text.h"
 #include "alidade/target/board_spec.h"
 #include "apps/run_program.h"
+#include "support/image_sizes.h"
 #include "support/message_of.h"
 #include "support/peer.h"
 #include "support/scratch_folder.h"
@@ -19,7 +20,6 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
 constexpr const char* kMrcal = "/usr/lib/python3/dist-packages/mrcal/__init__.py";
 
 Board board() {
@@ -27,7 +27,7 @@ Board board() {
 }
 
 CornersFile parse(const std::string& text) {
-  return parseVnlFile(text, "corners.vnl", board(), kSize);
+  return parseVnlFile(text, "corners.vnl", board(), kVga);
 }
 
 // The six rows of an image, whose last column (with the blank before it) is `extra`.
@@ -44,7 +44,7 @@ CornersFile threeViews() {
   CornersFile file;
   file.boards = {board()};
   for (const char* image : {"img1.png", "img2.png", "img10.png"}) {
-    View view{.image = image, .size = kSize};
+    View view{.image = image, .size = kVga};
     for (int id = 0; id < 6; ++id) {
       if (file.views.size() == 1 && id == 4) continue;
       view.corners.push_back(
@@ -78,7 +78,7 @@ TEST(VnlFile, ReadsBackWhatItWrote) {
   std::size_t num_corners = 0;
   for (std::size_t v = 0; v < 3; ++v) {
     EXPECT_EQ(read.views[v].image, file.views[v].image);
-    EXPECT_EQ(read.views[v].size, kSize);
+    EXPECT_EQ(read.views[v].size, kVga);
     std::vector<Corner> expected = file.views[v].corners;
     if (v == 2) expected.erase(expected.begin());  // its x is negative
     ASSERT_EQ(read.views[v].corners.size(), expected.size());
@@ -127,13 +127,13 @@ TEST(VnlFile, ReadsSeveralFilesAsOne) {
   const std::vector<std::string> paths = {
       scratch.write("a.vnl", "# filename x y weight\n" + rowsOf("b.png", " 0.5")),
       scratch.write("b.vnl", "# filename x y\n" + rowsOf("a.png"))};
-  const CornersFile read = readVnlFiles(paths, board(), kSize);
+  const CornersFile read = readVnlFiles(paths, board(), kVga);
   ASSERT_EQ(read.views.size(), 2u);
   EXPECT_EQ(read.views[0].image, "a.png");
   EXPECT_EQ(read.views[0].corners[0].sigma_px, 1);
   EXPECT_EQ(read.views[1].corners[0].sigma_px, 2);
   const std::vector<std::string> twice = {paths[0], paths[0]};
-  EXPECT_THAT(messageOf([&] { (void)readVnlFiles(twice, board(), kSize); }),
+  EXPECT_THAT(messageOf([&] { (void)readVnlFiles(twice, board(), kVga); }),
               HasSubstr(paths[0] + ":2: found image 'b.png' again"));
 }
 

@@ -16,7 +16,7 @@ using testing::footageCameras;
 using testing::kFootageSize;
 using testing::simulatedTracks;
 
-FootageScene sceneOf(const AnyCamera& camera) {
+FootageScene reconstructionScene(const AnyCamera& camera) {
   return {.camera = camera, .image_size = kFootageSize, .num_frames = 25, .flow_px = 9, .num_jobs = 1};
 }
 
@@ -30,7 +30,7 @@ TEST(Reconstruction, PosesAreThoseOfTheSimulation) {
   int num_poses = 0;
   for (const AnyCamera& camera : footageCameras()) {
     SCOPED_TRACE(camera.modelId());
-    const FootageSimulator simulator(sceneOf(camera));
+    const FootageSimulator simulator(reconstructionScene(camera));
     const FootageTracks tracks = simulatedTracks(simulator, {.noise_px = 0.1}, 41);
     ASSERT_GE(tracks.frames.size(), 6U);
     const Reconstruction found = reconstruct(camera, tracks, firstFrames(6));
@@ -53,7 +53,7 @@ TEST(Reconstruction, PosesAreThoseOfTheSimulation) {
 
 TEST(Reconstruction, JumpsOfTracksAreLeftOut) {
   const AnyCamera camera = footageCameras()[1];
-  const FootageSimulator simulator(sceneOf(camera));
+  const FootageSimulator simulator(reconstructionScene(camera));
   FootageTracks tracks = simulatedTracks(simulator, {.noise_px = 0.1}, 42);
   Random random(43);
   int num_moved = 0;
@@ -73,7 +73,7 @@ TEST(Reconstruction, JumpsOfTracksAreLeftOut) {
 }
 
 TEST(Reconstruction, RotationHasNoPoints) {
-  FootageScene scene = sceneOf(footageCameras()[0]);
+  FootageScene scene = reconstructionScene(footageCameras()[0]);
   scene.path = FootagePath::kRotation;
   const FootageTracks tracks = simulatedTracks(FootageSimulator(scene), {.noise_px = 0.1}, 44);
   ASSERT_GE(tracks.frames.size(), 4U);

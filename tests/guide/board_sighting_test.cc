@@ -2,17 +2,16 @@
 #include "alidade/guide/coverage.h"
 
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include <gmock/gmock.h>
 
+#include "alidade/core/degrees.h"
 #include "alidade/simulate/observe.h"
 
 namespace alidade {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180;
 // So small that the lens shows all of it nearly alike.
 constexpr Checkerboard kSmallBoard{.columns = 4, .rows = 3, .square_m = 0.004};
 

@@ -11,11 +11,11 @@
 #include "alidade/guide/guidance.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/render.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
 constexpr Checkerboard kBoard{.columns = 9, .rows = 6, .square_m = 0.025};
 
 // Every so many of the candidates that are seen as a whole, or in part.
@@ -34,14 +34,14 @@ TEST(ViewCandidates, AreFoundInImages) {
   constexpr std::size_t kNumEach = 12;
   const AnyCamera camera =
       AnyCamera::make("radtan", std::vector<double>{535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01});
-  const auto all = viewCandidates(camera, kSize, kBoard, {.nearest_m = 0.1, .farthest_m = 1});
+  const auto all = viewCandidates(camera, kVga, kBoard, {.nearest_m = 0.1, .farthest_m = 1});
   std::vector<ViewCandidate> candidates = someOf(all, true, kNumEach);
   for (const ViewCandidate& part : someOf(all, false, kNumEach)) candidates.push_back(part);
-  const Renderer renderer(camera, kSize);
+  const Renderer renderer(camera, kVga);
   std::size_t num_found = 0;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const SE3& pose = candidates[i].camera_from_board;
-    const View exact = exactView(camera, kSize, kBoard, pose, "");
+    const View exact = exactView(camera, kVga, kBoard, pose, "");
     const Detection found = findBoard(renderer.render(kBoard, pose, {.seed = i + 1, .samples = 89}), kBoard);
     std::size_t num_right = 0;
     for (const Corner& corner : found.corners) {

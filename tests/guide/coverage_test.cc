@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/guide/coverage.h"
 
-#include <numbers>
 #include <numeric>
 #include <vector>
 
 #include <gmock/gmock.h>
 
 #include "alidade/calibrate/calibrator.h"
+#include "alidade/core/degrees.h"
 #include "alidade/simulate/observe.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
@@ -17,9 +18,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
-constexpr Checkerboard kBoard{.columns = 9, .rows = 6, .square_m = 0.02};
-constexpr double kRadPerDeg = std::numbers::pi / 180;
+constexpr Checkerboard kCoveredBoard{.columns = 9, .rows = 6, .square_m = 0.02};
 
 // A calibration as coverageOf() reads it: views at pixels, tilts in degrees.
 struct Placement {
@@ -27,7 +26,7 @@ struct Placement {
 };
 
 struct Set {
-  Calibration result{.fit = emptyFit("pinhole", kSize, {500, 500, 319.5, 239.5}, kBoard, kNoLoss)};
+  Calibration result{.fit = emptyFit("pinhole", kVga, {500, 500, 319.5, 239.5}, kCoveredBoard, kNoLoss)};
   std::vector<View> views;
 };
 
@@ -36,11 +35,11 @@ Set makeSet(const std::vector<Placement>& placements) {
   for (const Placement& at : placements) {
     const SO3 rotation =
         tiltedBoard({.right_rad = kRadPerDeg * at.right_deg, .lower_rad = kRadPerDeg * at.lower_deg});
-    const SE3 pose{rotation,
-                   at.distance_m * *set.result.camera().unproject({at.u, at.v}) - rotation * kBoard.middle()};
+    const SE3 pose{rotation, at.distance_m * *set.result.camera().unproject({at.u, at.v}) -
+                                 rotation * kCoveredBoard.middle()};
     const std::string name = "view_" + std::to_string(set.views.size());
-    set.views.push_back(exactView(set.result.camera(), kSize, kBoard, pose, name));
-    addView(set.result.fit, set.views.size() - 1, observationsOf(kBoard, set.views.back()), pose);
+    set.views.push_back(exactView(set.result.camera(), kVga, kCoveredBoard, pose, name));
+    addView(set.result.fit, set.views.size() - 1, observationsOf(kCoveredBoard, set.views.back()), pose);
     set.result.fit.views.back().image = name;
   }
   return set;

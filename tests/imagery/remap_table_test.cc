@@ -15,12 +15,12 @@
 #include "alidade/imagery/remap.h"
 #include "alidade/imagery/undistortion_view.h"
 #include "support/cameras_of_model.h"
+#include "support/image_sizes.h"
 #include "support/rays.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{640, 480};
 constexpr std::array kProjections = {ViewProjection::kRectilinear, ViewProjection::kCylindrical,
                                      ViewProjection::kEquirectangular};
 
@@ -144,7 +144,7 @@ TEST(RemapTable, ShowsNothingBeyondAFold) {
   const AnyCamera camera = AnyCamera::make("radtan", params);
   ASSERT_TRUE(camera.cone().is_limited_by_fold);
   const OutputView view{.size = {641, 481}, .scale_px = {100, 100}, .axis_px = {320, 240}};
-  const RemapTable table = makeRemapTable(camera, kSize, view);
+  const RemapTable table = makeRemapTable(camera, kVga, view);
   int num_beyond = 0;
   int num_back_in_the_image = 0;
   for (int y = 0; y < 481; ++y) {
@@ -175,9 +175,9 @@ TEST(RemapTable, EndsAtTheOuterEdgesOfTheOuterPixels) {
 
 TEST(RemapTable, DoesNotDependOnThreadsAndCanBeStopped) {
   const AnyCamera camera{Camera<Radtan>({533, 535, 342, 234, -0.28, 0.08, 1e-3, -5e-4, 0})};
-  const OutputView view = chooseView(camera, kSize, {.extent = ViewExtent::kAll, .size = {}}).view;
-  const RemapTable one = makeRemapTable(camera, kSize, view, 1);
-  const RemapTable three = makeRemapTable(camera, kSize, view, 3);
+  const OutputView view = chooseView(camera, kVga, {.extent = ViewExtent::kAll, .size = {}}).view;
+  const RemapTable one = makeRemapTable(camera, kVga, view, 1);
+  const RemapTable three = makeRemapTable(camera, kVga, view, 3);
   EXPECT_TRUE(std::equal(one.pixels.begin(), one.pixels.end(), three.pixels.begin(), three.pixels.end(),
                          [](const SourcePixel& a, const SourcePixel& b) {
                            return a.exists() == b.exists() && (!a.exists() || (a.x == b.x && a.y == b.y));
@@ -185,7 +185,7 @@ TEST(RemapTable, DoesNotDependOnThreadsAndCanBeStopped) {
   EXPECT_GT(one.num_without_source, 0u);
   EXPECT_EQ(one.num_without_source, three.num_without_source);
   const CancelFlag cancel{true};
-  EXPECT_THROW((void)makeRemapTable(camera, kSize, view, 1, &cancel), Cancelled);
+  EXPECT_THROW((void)makeRemapTable(camera, kVga, view, 1, &cancel), Cancelled);
 }
 
 }  // namespace

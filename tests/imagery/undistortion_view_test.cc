@@ -13,6 +13,7 @@
 #include "alidade/core/random.h"
 #include "alidade/imagery/remap.h"
 #include "support/cameras_of_model.h"
+#include "support/image_sizes.h"
 #include "support/pixel_from_ray.h"
 #include "support/rays.h"
 
@@ -22,7 +23,6 @@ namespace {
 using testing::HasSubstr;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr ImageSize kSize{640, 480};
 constexpr ImageSize kOutput{160, 100};  // of the tests over all models
 constexpr std::array kProjections = {ViewProjection::kRectilinear, ViewProjection::kCylindrical,
                                      ViewProjection::kEquirectangular};
@@ -40,8 +40,8 @@ ViewChoice choose(const AnyCamera& camera, ImageSize size, ViewExtent extent,
 }
 
 TEST(UndistortionView, KeepsFocalLengthAxisAndSize) {
-  const OutputView view = choose(lens(), kSize, ViewExtent::kSameScale).view;
-  EXPECT_EQ(view.size, kSize);
+  const OutputView view = choose(lens(), kVga, ViewExtent::kSameScale).view;
+  EXPECT_EQ(view.size, kVga);
   EXPECT_EQ(view.scale_px, Eigen::Vector2d(533, 535));
   EXPECT_EQ(view.axis_px, Eigen::Vector2d(342, 234));
   const AnyCamera pinhole = pinholeOf(view);
@@ -52,7 +52,7 @@ TEST(UndistortionView, KeepsFocalLengthAxisAndSize) {
 
 TEST(UndistortionView, KeepsTheFieldInAnotherSize) {
   const OutputView view =
-      choose(lens(), kSize, ViewExtent::kSameScale, ViewProjection::kRectilinear, ImageSize{1280, 900}).view;
+      choose(lens(), kVga, ViewExtent::kSameScale, ViewProjection::kRectilinear, ImageSize{1280, 900}).view;
   EXPECT_EQ(view.size, (ImageSize{1280, 900}));
   EXPECT_NEAR(view.scale_px.x(), 2 * 533, 1e-9);
   EXPECT_NEAR(view.axis_px.x(), 2 * 342.5 - 0.5, 1e-9);
@@ -60,8 +60,7 @@ TEST(UndistortionView, KeepsTheFieldInAnotherSize) {
 }
 
 TEST(UndistortionView, HasSquarePixelsWhereAnglesAreShown) {
-  const OutputView view =
-      choose(lens(), kSize, ViewExtent::kSameScale, ViewProjection::kEquirectangular).view;
+  const OutputView view = choose(lens(), kVga, ViewExtent::kSameScale, ViewProjection::kEquirectangular).view;
   EXPECT_NEAR(view.scale_px.x(), std::sqrt(533.0 * 535.0), 1e-9);
   EXPECT_EQ(view.scale_px.x(), view.scale_px.y());
 }
@@ -69,7 +68,7 @@ TEST(UndistortionView, HasSquarePixelsWhereAnglesAreShown) {
 TEST(UndistortionView, ShowsTheFieldThatIsAskedFor) {
   int num_checked = 0;
   for (const ViewProjection projection : kProjections) {
-    const OutputView view = choose(lens(), kSize, ViewExtent::kFieldOfView, projection).view;
+    const OutputView view = choose(lens(), kVga, ViewExtent::kFieldOfView, projection).view;
     EXPECT_NEAR(view.horizontalFieldRad(), 90 * kDegree, 1e-12);
     EXPECT_EQ(view.axis_px, Eigen::Vector2d(319.5, 239.5));
     ++num_checked;
@@ -79,7 +78,7 @@ TEST(UndistortionView, ShowsTheFieldThatIsAskedFor) {
 
 std::string complaint(const ViewRequest& request, const AnyCamera& camera = lens()) {
   try {
-    (void)chooseView(camera, kSize, request);
+    (void)chooseView(camera, kVga, request);
   } catch (const Error& error) {
     return std::to_string(static_cast<int>(error.code())) + ": " + error.what();
   }
@@ -122,7 +121,7 @@ TEST(UndistortionView, RefusesWhatItCannotShow) {
 
 TEST(UndistortionView, AllOfAPinholeCameraIsThePinholeCamera) {
   const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{500, 500, 300, 250});
-  const OutputView view = choose(pinhole, kSize, ViewExtent::kAll).view;
+  const OutputView view = choose(pinhole, kVga, ViewExtent::kAll).view;
   EXPECT_NEAR(view.scale_px.x(), 500, 1e-5);
   EXPECT_LT((view.axis_px - Eigen::Vector2d(300, 250)).norm(), 1e-5);
 }
@@ -131,7 +130,7 @@ TEST(UndistortionView, ValidOfAPinholeCameraIsThePinholeCamera) {
   int num_checked = 0;
   for (const Eigen::Vector2d& axis : {Eigen::Vector2d(300, 250), {500, 20}, {-100, 240}, {900, 700}}) {
     const AnyCamera pinhole = AnyCamera::make("pinhole", std::vector<double>{500, 500, axis.x(), axis.y()});
-    const OutputView view = choose(pinhole, kSize, ViewExtent::kValid).view;
+    const OutputView view = choose(pinhole, kVga, ViewExtent::kValid).view;
     EXPECT_NEAR(view.scale_px.x(), 500, 0.05);
     EXPECT_LT((view.axis_px - axis).norm(), 0.1);
     ++num_checked;
@@ -161,24 +160,24 @@ TEST(UndistortionView, ValidIsTheLargestWindowWhereverItsCentreIs) {
       const double a = 1 + r2 * (params[4] + r2 * params[5]);
       const double u = params[0] * (x * a + 2 * params[6] * x * y + params[7] * (r2 + 2 * x * x)) + params[2];
       const double v = params[1] * (y * a + params[6] * (r2 + 2 * y * y) + 2 * params[7] * x * y) + params[3];
-      return u > -1e-6 && v > -1e-6 && u < kSize.width - 1 + 1e-6 && v < kSize.height - 1 + 1e-6;
+      return u > -1e-6 && v > -1e-6 && u < kVga.width - 1 + 1e-6 && v < kVga.height - 1 + 1e-6;
     };
     const auto numBlack = [&](double scale, const Eigen::Vector2d& axis) {
       int count = 0;
-      for (int y = 0; y < kSize.height; ++y) {
-        for (int x = 0; x < kSize.width; ++x) {
-          const bool is_border = x == 0 || y == 0 || x + 1 == kSize.width || y + 1 == kSize.height;
+      for (int y = 0; y < kVga.height; ++y) {
+        for (int x = 0; x < kVga.width; ++x) {
+          const bool is_border = x == 0 || y == 0 || x + 1 == kVga.width || y + 1 == kVga.height;
           if (is_border || (x % 7 == 0 && y % 7 == 0))
             count += hasSource((Eigen::Vector2d(x, y) - axis) / scale) ? 0 : 1;
         }
       }
       return count;
     };
-    const OutputView view = choose(AnyCamera::make("radtan", params), kSize, ViewExtent::kValid).view;
+    const OutputView view = choose(AnyCamera::make("radtan", params), kVga, ViewExtent::kValid).view;
     ASSERT_EQ(view.scale_px.x(), view.scale_px.y());
     EXPECT_EQ(numBlack(view.scale_px.x(), view.axis_px), 0) << "lens " << lens;
     // A view that shows 1 % more on each side, moved by up to 8 pixels.
-    const Eigen::Vector2d middle(0.5 * (kSize.width - 1), 0.5 * (kSize.height - 1));
+    const Eigen::Vector2d middle(0.5 * (kVga.width - 1), 0.5 * (kVga.height - 1));
     for (int dy = -8; dy <= 8; dy += 4) {
       for (int dx = -8; dx <= 8; dx += 4) {
         const Eigen::Vector2d axis = middle + (view.axis_px - middle) / kGrowth + Eigen::Vector2d(dx, dy);
@@ -193,17 +192,17 @@ TEST(UndistortionView, ValidIsTheLargestWindowWhereverItsCentreIs) {
 
 TEST(UndistortionView, SaysWhatIsCut) {
   // 160 degrees wide: the outer 5 on both sides are too far out for a plane.
-  const double focal = 0.5 * kSize.width / std::tan(80 * kDegree);
+  const double focal = 0.5 * kVga.width / std::tan(80 * kDegree);
   const AnyCamera wide = AnyCamera::make("pinhole", std::vector<double>{focal, focal, 319.5, 239.5});
-  const ViewChoice all = choose(wide, kSize, ViewExtent::kAll);
+  const ViewChoice all = choose(wide, kVga, ViewExtent::kAll);
   EXPECT_GT(all.cut_share, 0.3);
   EXPECT_LT(all.cut_share, 0.7);
   // The image holds all rays of up to 75 degrees; the output's height is the smaller side.
   EXPECT_NEAR(all.view.scale_px.y() * std::tan(75 * kDegree), 239.5, 2);
-  EXPECT_EQ(choose(wide, kSize, ViewExtent::kAll, ViewProjection::kEquirectangular).cut_share, 0);
-  const ViewChoice valid = choose(wide, kSize, ViewExtent::kValid);
+  EXPECT_EQ(choose(wide, kVga, ViewExtent::kAll, ViewProjection::kEquirectangular).cut_share, 0);
+  const ViewChoice valid = choose(wide, kVga, ViewExtent::kValid);
   EXPECT_TRUE(valid.is_limited_by_projection);
-  EXPECT_FALSE(choose(lens(), kSize, ViewExtent::kValid).is_limited_by_projection);
+  EXPECT_FALSE(choose(lens(), kVga, ViewExtent::kValid).is_limited_by_projection);
 }
 
 class UndistortionViewOfModel : public OfModel {};

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "alidade/camera/projection_uncertainty.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
@@ -13,7 +14,6 @@ namespace {
 using testing::ElementsAre;
 
 const AnyCamera kCamera = AnyCamera::make("pinhole", std::vector<double>{500, 510, 320, 240});
-constexpr ImageSize kSize{.width = 640, .height = 480};
 
 TEST(CameraRecord, HoldsSymmetricMatricesByTheirLowerTriangle) {
   const std::vector<double> triangle = {4, 1, 9, 2, 3, 16};
@@ -24,7 +24,7 @@ TEST(CameraRecord, HoldsSymmetricMatricesByTheirLowerTriangle) {
 }
 
 TEST(CameraRecord, StatesTheCovarianceToUse) {
-  CameraRecord record = bareRecord(kCamera, kSize, "test");
+  CameraRecord record = bareRecord(kCamera, kVga, "test");
   EXPECT_FALSE(statedCovariance(record).has_value());
   record.calibration.emplace();
   record.calibration->covariance = {1, 0, 1, 0, 0, 1, 0, 0, 0, 1};
@@ -32,7 +32,7 @@ TEST(CameraRecord, StatesTheCovarianceToUse) {
 }
 
 TEST(BareRecord, HasADomainAndPointsToCheckItselfBy) {
-  const CameraRecord record = bareRecord(kCamera, kSize, "test");
+  const CameraRecord record = bareRecord(kCamera, kVga, "test");
   ASSERT_TRUE(record.domain.has_value());
   EXPECT_TRUE(record.domain->full_image);
   EXPECT_FALSE(record.self_check.empty());

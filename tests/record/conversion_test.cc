@@ -6,17 +6,16 @@
 #include <gmock/gmock.h>
 
 #include "alidade/core/error.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
 using testing::ElementsAre;
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
-
 CameraRecord radtanRecord() {
   return bareRecord(AnyCamera::make("radtan", std::vector<double>{500, 501, 320, 240, -0.25, 0.06, 0, 0, 0}),
-                    kSize, "test");
+                    kVga, "test");
 }
 
 TEST(ConvertCamera, DoesAllStepsInTheirOrder) {

@@ -9,6 +9,7 @@
 
 #include "alidade/report/canvas/figure_canvas.h"
 #include "report/svg_checks.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
@@ -17,16 +18,14 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
-
 AnyCamera pinhole(double f) {
   return AnyCamera::make("pinhole", std::vector<double>{f, f, 319.5, 239.5});
 }
 
 std::string drawn(const AnyCamera& a, const AnyCamera& b, const DifferenceOptions& options = {},
                   const std::vector<std::string>& lines = {}) {
-  const ComparedCamera in_a{&a, kSize, {}};
-  const ComparedCamera in_b{&b, kSize, {}};
+  const ComparedCamera in_a{&a, kVga, {}};
+  const ComparedCamera in_b{&b, kVga, {}};
   const std::string svg = differenceSvg(in_a, in_b, projectionDifference(in_a, in_b, options), lines);
   expectGoodSvg(svg);
   return svg;
@@ -56,7 +55,7 @@ TEST(DifferenceSvg, DrawsALongerFocalLengthAsArrowsFromTheMiddle) {
   const std::string svg = drawn(pinhole(500), pinhole(505), {.freed = std::nullopt});
   const std::vector<Arrow> arrows = arrowsIn(svg);
   int num_outward = 0;
-  const Eigen::Vector2d middle = imageArea(kSize, FigureCanvas::kFileWidth).at(319.5, 239.5);
+  const Eigen::Vector2d middle = imageArea(kVga, FigureCanvas::kFileWidth).at(319.5, 239.5);
   for (const Arrow& arrow : arrows)
     num_outward += (arrow.x - middle.x()) * arrow.dx + (arrow.y - middle.y()) * arrow.dy > 0 ? 1 : 0;
   EXPECT_GT(num_outward, 150);
@@ -76,7 +75,7 @@ TEST(DifferenceSvg, CutsArrowsWhereTheScaleEndsAndSaysSo) {
   EXPECT_THAT(svg, AllOf(HasSubstr(">more<"), HasSubstr(" px or more, from the projection by A")));
   double longest = 0;
   for (const Arrow& arrow : arrowsIn(svg)) longest = std::max(longest, std::hypot(arrow.dx, arrow.dy));
-  EXPECT_NEAR(longest, 0.8 * imageArea(kSize, FigureCanvas::kFileWidth).box.sizes().x() / 18, 0.2);
+  EXPECT_NEAR(longest, 0.8 * imageArea(kVga, FigureCanvas::kFileWidth).box.sizes().x() / 18, 0.2);
 }
 
 TEST(DifferenceSvg, HatchesWhatOneOrNoneOfTheCamerasSees) {

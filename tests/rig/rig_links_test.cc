@@ -18,7 +18,7 @@ using testing::Field;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr double kNoise = 0.1;
+constexpr double kLinkNoise = 0.1;
 
 RigCalibration calibrated(const RigScene& scene) {
   return calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
@@ -35,7 +35,7 @@ RigScene rowOf(int num_cameras, double step_m, int num_frames, std::uint64_t see
   std::vector<TrueCamera> cameras;
   for (int c = 0; c < num_cameras; ++c)
     cameras.push_back({AnyCamera::make("pinhole", pinhole), {640, 480}, {SO3(), {-step_m * c, 0, 0}}});
-  return sceneOf(std::move(cameras), kCharuco, num_frames, kNoise, seed);
+  return sceneOf(std::move(cameras), kCharuco, num_frames, kLinkNoise, seed);
 }
 
 // Only the first frames are common to all cameras; the others are each camera's own.
@@ -191,7 +191,7 @@ TEST(RigAccuracy, ContainsWhatIsFound) {
       for (const Eigen::Vector3d& corner : kCharuco.corners())
         wide.offsets_m.emplace_back(is_wide ? 0.005 * corner.x() : 0, 0, 0);
       const std::vector<TrueCamera> cameras = rowOf(2, 0.1, 4, 1).cameras;
-      const RigScene scene = sceneOf(cameras, kCharuco, kNumFrames, kNoise, seed, wide);
+      const RigScene scene = sceneOf(cameras, kCharuco, kNumFrames, kLinkNoise, seed, wide);
       Random random(seed);
       const std::vector<SE3> boards =
           randomViews(cameras[0].camera, cameras[0].size, kCharuco, kNumFrames, random);

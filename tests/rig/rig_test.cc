@@ -65,19 +65,19 @@ TEST(Rig, FindsExactCamerasFromExactCorners) {
 
 // Each point is where all cameras together see it, and the joint fit has one board, not one for each camera.
 TEST(Rig, FindsThePointsOfAnUnevenBoard) {
-  constexpr double kNoise = 0.05;
+  constexpr double kUnevenNoise = 0.05;
   constexpr double kScatter = 3e-4;
   Random random(5);
   BoardShape shape;
   for (int i = 0; i < kCharuco.numCorners(); ++i)
     shape.offsets_m.push_back(kScatter * Eigen::Vector3d(random.normal(), random.normal(), random.normal()));
-  const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, kNoise, 3, shape);
+  const RigScene scene = sceneOf(threeCameras(), kCharuco, 20, kUnevenNoise, 3, shape);
   RigOptions options = optionsFor(scene);
   options.camera.board_shape = BoardShapeMode::kAuto;
   const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, options);
   ASSERT_TRUE(onlyBoard(rig.fit).isUneven());
   EXPECT_TRUE(rig.links.unlinked.empty());
-  EXPECT_NEAR(rms(rig.fit), std::sqrt(2.0) * kNoise, 0.1 * kNoise);
+  EXPECT_NEAR(rms(rig.fit), std::sqrt(2.0) * kUnevenNoise, 0.1 * kUnevenNoise);
   double error = 0;
   for (std::size_t i = 0; i < shape.offsets_m.size(); ++i)
     error += (onlyBoard(rig.fit).shape.offsets_m[i] - shape.offsets_m[i]).squaredNorm();

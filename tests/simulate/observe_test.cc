@@ -10,21 +10,21 @@
 #include <vector>
 
 #include "alidade/core/error.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
-constexpr Checkerboard kBoard = {.columns = 5, .rows = 4, .square_m = 0.1};
-constexpr ImageSize kSize = {.width = 640, .height = 480};
+constexpr Checkerboard kObservedBoard = {.columns = 5, .rows = 4, .square_m = 0.1};
 
 AnyCamera pinhole() {
   return AnyCamera::make("pinhole", std::vector<double>{500, 500, 320, 240});
 }
 
 TEST(ExactView, PlacesCornersByTheirIds) {
-  const View view = exactView(pinhole(), kSize, kBoard, {{}, {-0.2, -0.1, 1}}, "a.png");
+  const View view = exactView(pinhole(), kVga, kObservedBoard, {{}, {-0.2, -0.1, 1}}, "a.png");
   EXPECT_EQ(view.image, "a.png");
-  EXPECT_EQ(view.size, kSize);
+  EXPECT_EQ(view.size, kVga);
   ASSERT_EQ(view.corners.size(), 20U);
   for (int id = 0; id < 20; ++id) {
     const Corner& corner = view.corners[static_cast<std::size_t>(id)];
@@ -67,7 +67,7 @@ TEST(ExactView, PlacesCirclesAtTheCentroidsOfTheirImages) {
   const AnyCamera camera =
       AnyCamera::make("kannala_brandt", std::vector<double>{300, 300, 320, 240, 0.02, -0.01, 0, 0});
   const SE3 pose{SO3::exp({0.5, 0.6, 0.1}), {-0.05, -0.1, 0.25}};
-  const View view = exactView(camera, kSize, board, pose, "");
+  const View view = exactView(camera, kVga, board, pose, "");
   ASSERT_GE(view.corners.size(), 8U);
   double most_off_middle = 0;
   for (const Corner& corner : view.corners) {
@@ -82,7 +82,7 @@ TEST(ExactView, PlacesCirclesAtTheCentroidsOfTheirImages) {
 TEST(ExactView, LeavesOutCirclesThatAreCut) {
   const Board board = CircleGrid{.columns = 3, .rows = 3, .spacing_m = 0.1, .diameter_m = 0.08};
   // The middles of the first column are at pixel 10 and their radius is 20.
-  const View view = exactView(pinhole(), kSize, board, {{}, {-0.62, -0.1, 1}}, "");
+  const View view = exactView(pinhole(), kVga, board, {{}, {-0.62, -0.1, 1}}, "");
   EXPECT_EQ(view.corners.size(), 6U);
 }
 
@@ -90,27 +90,27 @@ TEST(ExactView, LeavesOutCornersOutsideTheImage) {
   // Numbers that no order of rounding changes. Corner columns at -0.5 - 64, -0.5, 63.5, ...: the second lies
   // on the image's border, which belongs to it.
   const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{512, 512, 320, 240});
-  Checkerboard board = kBoard;
+  Checkerboard board = kObservedBoard;
   board.square_m = 0.125;
-  const View view = exactView(camera, kSize, board, {{}, {(-0.5 - 64 - 320) / 512, 0, 1}}, "");
+  const View view = exactView(camera, kVga, board, {{}, {(-0.5 - 64 - 320) / 512, 0, 1}}, "");
   ASSERT_EQ(view.corners.size(), 16U);
   EXPECT_EQ(view.corners[0].id, 1);
   EXPECT_EQ(view.corners[4].id, 6);
   // The border on the right does not.
-  EXPECT_EQ(exactView(camera, kSize, board, {{}, {(639.5 - 320) / 512, 0, 1}}, "").corners.size(), 0U);
-  EXPECT_EQ(exactView(pinhole(), kSize, kBoard, {{}, {0, 0, -1}}, "").corners.size(), 0U);
+  EXPECT_EQ(exactView(camera, kVga, board, {{}, {(639.5 - 320) / 512, 0, 1}}, "").corners.size(), 0U);
+  EXPECT_EQ(exactView(pinhole(), kVga, kObservedBoard, {{}, {0, 0, -1}}, "").corners.size(), 0U);
 }
 
 TEST(ExactView, ShowsNothingFromBehind) {
   const auto turned = SO3::exp({0, std::numbers::pi, 0});
   EXPECT_FALSE(seesPrintedSide({turned, {0, 0, 1}}));
-  EXPECT_TRUE(exactView(pinhole(), kSize, kBoard, {turned, {0, 0, 1}}, "").corners.empty());
+  EXPECT_TRUE(exactView(pinhole(), kVga, kObservedBoard, {turned, {0, 0, 1}}, "").corners.empty());
 }
 
 TEST(CornerNoise, HasTheAskedForSpread) {
   constexpr double kSigma = 0.3;
   Random random(5);
-  const View exact = exactView(pinhole(), kSize, kBoard, {{}, {-0.2, -0.1, 1}}, "");
+  const View exact = exactView(pinhole(), kVga, kObservedBoard, {{}, {-0.2, -0.1, 1}}, "");
   double sum = 0;
   double sum2 = 0;
   int num_values = 0;

@@ -6,22 +6,21 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <string>
 #include <vector>
 
+#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/simulate/observe.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
-constexpr Checkerboard kBoard = {.columns = 8, .rows = 6, .square_m = 0.025};
-constexpr ImageSize kSize = {.width = 640, .height = 480};
-constexpr double kDegPerRad = 180 / std::numbers::pi;
+constexpr Checkerboard kPlacedBoard = {.columns = 8, .rows = 6, .square_m = 0.025};
 
 AnyCamera cameraOfWidth(double field_of_view_deg, const std::string& model) {
-  const double f = 0.5 * kSize.width / std::tan(0.5 * field_of_view_deg / kDegPerRad);
+  const double f = 0.5 * kVga.width / std::tan(0.5 * field_of_view_deg / kDegPerRad);
   std::vector<double> params = {f, f, 319.5, 239.5};
   // Distortion that a lens of this width may have without a fold inside the image.
   if (model == "radtan") params.insert(params.end(), {-0.1, 0.02, 1e-3, -5e-4, 0});
@@ -45,12 +44,12 @@ TEST(RandomViews, ShowTheWholeBoardWithinTheLimits) {
       const AnyCamera camera = cameraOfWidth(field_of_view_deg, model);
       const RandomViewOptions options;
       Random random(11);
-      const std::vector<SE3> poses = randomViews(camera, kSize, kBoard, kCount, random, options);
+      const std::vector<SE3> poses = randomViews(camera, kVga, kPlacedBoard, kCount, random, options);
       ASSERT_EQ(poses.size(), static_cast<std::size_t>(kCount));
       double largest_tilt_deg = 0;
       for (const SE3& pose : poses) {
         ASSERT_TRUE(seesPrintedSide(pose));
-        const View view = exactView(camera, kSize, grown(kBoard), poseOfGrown(pose, kBoard), "");
+        const View view = exactView(camera, kVga, grown(kPlacedBoard), poseOfGrown(pose, kPlacedBoard), "");
         ASSERT_EQ(view.corners.size(), 80U);
         Eigen::Vector2d low = view.corners[0].pixel;
         Eigen::Vector2d high = low;
@@ -59,9 +58,9 @@ TEST(RandomViews, ShowTheWholeBoardWithinTheLimits) {
           high = high.cwiseMax(corner.pixel);
         }
         ASSERT_GE(low.minCoeff(), options.margin_px - 0.5);
-        ASSERT_LE(high.x(), kSize.width - 0.5 - options.margin_px);
-        ASSERT_LE(high.y(), kSize.height - 0.5 - options.margin_px);
-        const double fill = std::max((high.x() - low.x()) / kSize.width, (high.y() - low.y()) / kSize.height);
+        ASSERT_LE(high.x(), kVga.width - 0.5 - options.margin_px);
+        ASSERT_LE(high.y(), kVga.height - 0.5 - options.margin_px);
+        const double fill = std::max((high.x() - low.x()) / kVga.width, (high.y() - low.y()) / kVga.height);
         // The fill is found by 20 bisections between two distances of which one is twice the other, at most.
         ASSERT_GE(fill, options.min_fill - 1e-4);
         ASSERT_LE(fill, options.max_fill);
@@ -82,7 +81,7 @@ TEST(RandomViews, ShowTheWholeBoardWithinTheLimits) {
 TEST(RandomViews, AreNearTheIdentityRotationWithoutTiltAndRoll) {
   Random random(3);
   const RandomViewOptions options{.max_tilt_deg = 0, .max_roll_deg = 0};
-  for (const SE3& pose : randomViews(cameraOfWidth(20, "pinhole"), kSize, kBoard, 10, random, options)) {
+  for (const SE3& pose : randomViews(cameraOfWidth(20, "pinhole"), kVga, kPlacedBoard, 10, random, options)) {
     EXPECT_LT(pose.rotation.log().norm() * kDegPerRad, 15);  // half of the image's diagonal is 13 degrees
   }
 }
@@ -92,9 +91,9 @@ TEST(RandomViews, FollowTheSeed) {
   Random a(7);
   Random b(7);
   Random c(8);
-  const auto views_a = randomViews(camera, kSize, kBoard, 20, a);
-  const auto views_b = randomViews(camera, kSize, kBoard, 20, b);
-  const auto views_c = randomViews(camera, kSize, kBoard, 20, c);
+  const auto views_a = randomViews(camera, kVga, kPlacedBoard, 20, a);
+  const auto views_b = randomViews(camera, kVga, kPlacedBoard, 20, b);
+  const auto views_c = randomViews(camera, kVga, kPlacedBoard, 20, c);
   for (std::size_t i = 0; i < views_a.size(); ++i) {
     EXPECT_EQ(views_a[i].matrix(), views_b[i].matrix());
     EXPECT_NE(views_a[i].matrix(), views_c[i].matrix());
@@ -105,14 +104,14 @@ TEST(RandomViews, ReduceAFillThatDoesNotFit) {
   // A board that fills the whole image cannot keep a margin.
   Random random(3);
   const RandomViewOptions options{.min_fill = 1, .max_fill = 1, .margin_px = 100, .max_attempts = 20};
-  EXPECT_EQ(randomViews(cameraOfWidth(60, "pinhole"), kSize, kBoard, 5, random, options).size(), 5U);
+  EXPECT_EQ(randomViews(cameraOfWidth(60, "pinhole"), kVga, kPlacedBoard, 5, random, options).size(), 5U);
 }
 
 TEST(RandomViews, SayWhenNothingFits) {
   Random random(3);
   const RandomViewOptions options{.margin_px = 240, .max_attempts = 5};
   try {
-    (void)randomViews(cameraOfWidth(60, "pinhole"), kSize, kBoard, 5, random, options);
+    (void)randomViews(cameraOfWidth(60, "pinhole"), kVga, kPlacedBoard, 5, random, options);
     FAIL() << "nothing was thrown";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kInput);
@@ -128,7 +127,8 @@ TEST(RandomViews, RefuseOptionsOutOfRange) {
       {.max_fill = 1.1},    {.margin_px = -1},      {.max_attempts = 0}};
   Random random(3);
   for (const RandomViewOptions& options : wrong) {
-    EXPECT_THROW((void)randomViews(cameraOfWidth(60, "pinhole"), kSize, kBoard, 1, random, options), Error);
+    EXPECT_THROW((void)randomViews(cameraOfWidth(60, "pinhole"), kVga, kPlacedBoard, 1, random, options),
+                 Error);
   }
 }
 

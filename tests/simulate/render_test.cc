@@ -21,7 +21,7 @@ namespace alidade {
 namespace {
 
 constexpr Checkerboard kBoard = {.columns = 8, .rows = 6, .square_m = 0.025};
-constexpr ImageSize kSize = {.width = 320, .height = 240};
+constexpr ImageSize kSmallSize = {.width = 320, .height = 240};
 
 RenderOptions withoutNoise() {
   return {.read_noise = 0, .full_well_electrons = 0, .num_jobs = 1};
@@ -53,7 +53,7 @@ TEST(Render, CoversPixelsAtAnEdgeByTheirArea) {
   int num_checked = 0;
   for (const double offset : {-0.45, -0.3, 0.0, 0.125, 0.4}) {
     const GrayImage image =
-        renderBoard(pinhole(), kSize, kFacingBoard, facingAt({100 + offset, 80 + offset}), options);
+        renderBoard(pinhole(), kSmallSize, kFacingBoard, facingAt({100 + offset, 80 + offset}), options);
     // Dark from corner 0 to the right and bright to the left, in the first row of inner squares.
     const double bright = 0.5 + offset;
     // Half a sample of 987 and half a level of rounding.
@@ -82,7 +82,7 @@ TEST(Render, SpreadsAnEdgeAsTheGaussianOverThePixel) {
     RenderOptions options = withoutNoise();
     options.blur_px = blur;
     const double edge = 100.3;
-    const GrayImage image = renderBoard(pinhole(), kSize, kFacingBoard, facingAt({edge, 80.2}), options);
+    const GrayImage image = renderBoard(pinhole(), kSmallSize, kFacingBoard, facingAt({edge, 80.2}), options);
     for (int x = 94; x <= 106; ++x) {
       // Mean over the pixel of the Gaussian's integral, by Simpson's rule (error below 1e-5 here).
       constexpr int kNumSteps = 20;
@@ -137,14 +137,14 @@ TEST(Render, AgreesWithBruteForceUnderDistortion) {
   constexpr double kTolerance = 1.5;
   const AnyCamera camera = distorted();
   Random random(21);
-  const std::vector<SE3> poses = randomViews(camera, kSize, kBoard, 4, random);
+  const std::vector<SE3> poses = randomViews(camera, kSmallSize, kBoard, 4, random);
   int num_checked = 0;
   double sum = 0;
   for (const SE3& pose : poses) {
-    const GrayImage image = renderBoard(camera, kSize, kBoard, pose, withoutNoise());
+    const GrayImage image = renderBoard(camera, kSmallSize, kBoard, pose, withoutNoise());
     for (int num = 0; num < kNumPixels / 4;) {
-      const int x = 1 + static_cast<int>(random.index(kSize.width - 2));
-      const int y = 1 + static_cast<int>(random.index(kSize.height - 2));
+      const int x = 1 + static_cast<int>(random.index(kSmallSize.width - 2));
+      const int y = 1 + static_cast<int>(random.index(kSmallSize.height - 2));
       const int change = std::abs(image.at(x + 1, y) - image.at(x - 1, y)) +
                          std::abs(image.at(x, y + 1) - image.at(x, y - 1));
       if (change < 20) continue;
@@ -193,9 +193,9 @@ TEST(Render, PutsSaddlesWhereExactViewSays) {
   double sum2 = 0;
   // Tilts and fills for which the window of 4 pixels and the gradients' reach stay within the four squares.
   const RandomViewOptions view_options{.max_tilt_deg = 20, .min_fill = 0.6, .margin_px = 10};
-  for (const SE3& pose : randomViews(camera, kSize, kBoard, 6, random, view_options)) {
-    const GrayImage image = renderBoard(camera, kSize, kBoard, pose, withoutNoise());
-    for (const Corner& corner : exactView(camera, kSize, kBoard, pose, "").corners) {
+  for (const SE3& pose : randomViews(camera, kSmallSize, kBoard, 6, random, view_options)) {
+    const GrayImage image = renderBoard(camera, kSmallSize, kBoard, pose, withoutNoise());
+    for (const Corner& corner : exactView(camera, kSmallSize, kBoard, pose, "").corners) {
       const Eigen::Vector2d error = refineSaddle(image, corner.pixel) - corner.pixel;
       EXPECT_LT(error.norm(), 0.05) << corner.id;  // half a pixel's shift would be 0.7
       sum += error;
@@ -223,13 +223,13 @@ Statistics statistics(const GrayImage& image) {
 
 TEST(Render, NoiseHasTheAskedForSpread) {
   const SE3 away = facingAt({1e5, 1e5});  // only background is in the image
-  const double num_pixels = kSize.width * kSize.height;
+  const double num_pixels = kSmallSize.width * kSmallSize.height;
   for (const double full_well : {0.0, 10000.0, 1000.0}) {
     RenderOptions options;
     options.background_level = 110.4;
     options.read_noise = 2;
     options.full_well_electrons = full_well;
-    const Statistics s = statistics(renderBoard(pinhole(), kSize, kFacingBoard, away, options));
+    const Statistics s = statistics(renderBoard(pinhole(), kSmallSize, kFacingBoard, away, options));
     // Electrons are levels times full_well / 255 and their variance is their number; rounding adds 1 / 12.
     const double shot = full_well == 0 ? 0 : 110.4 * 255 / full_well;
     const double sigma = std::sqrt(4 + shot + 1.0 / 12);
@@ -241,7 +241,7 @@ TEST(Render, NoiseHasTheAskedForSpread) {
 TEST(Render, ClampsToEightBits) {
   RenderOptions options;
   options.read_noise = 200;
-  const GrayImage image = renderBoard(pinhole(), kSize, kFacingBoard, facingAt({100, 80}), options);
+  const GrayImage image = renderBoard(pinhole(), kSmallSize, kFacingBoard, facingAt({100, 80}), options);
   EXPECT_GT(std::count(image.pixels.begin(), image.pixels.end(), 0), 1000);
   EXPECT_GT(std::count(image.pixels.begin(), image.pixels.end(), 255), 1000);
 }
@@ -251,13 +251,13 @@ TEST(Render, ShadesByColumnAndFieldAngle) {
   options.background_level = 200;
   options.falloff = 0.5;
   const SE3 away = facingAt({1e5, 1e5});
-  GrayImage image = renderBoard(pinhole(), kSize, kFacingBoard, away, options);
-  for (int x = 0; x < kSize.width; ++x)
+  GrayImage image = renderBoard(pinhole(), kSmallSize, kFacingBoard, away, options);
+  for (int x = 0; x < kSmallSize.width; ++x)
     EXPECT_NEAR(image.at(x, 7), 200 * (1 - 0.5 * (x + 0.5) / 320), 0.5001);
   options.falloff = 0;
   options.vignetting_exponent = 4;
-  image = renderBoard(pinhole(), kSize, kFacingBoard, away, options);
-  for (int x = 0; x < kSize.width; ++x) {
+  image = renderBoard(pinhole(), kSmallSize, kFacingBoard, away, options);
+  for (int x = 0; x < kSmallSize.width; ++x) {
     const double cosine = 200 / std::hypot(200, x, 7);
     EXPECT_NEAR(image.at(x, 7), 200 * std::pow(cosine, 4), 0.501);
   }
@@ -265,15 +265,15 @@ TEST(Render, ShadesByColumnAndFieldAngle) {
 
 TEST(Render, DependsOnTheSeedAndNotOnTheThreads) {
   Random random(41);
-  const SE3 pose = randomViews(distorted(), kSize, kBoard, 1, random).front();
+  const SE3 pose = randomViews(distorted(), kSmallSize, kBoard, 1, random).front();
   RenderOptions options;
   options.num_jobs = 1;
-  const GrayImage one = renderBoard(distorted(), kSize, kBoard, pose, options);
+  const GrayImage one = renderBoard(distorted(), kSmallSize, kBoard, pose, options);
   for (const int num_jobs : {2, 8}) {
     options.num_jobs = num_jobs;
-    EXPECT_EQ(renderBoard(distorted(), kSize, kBoard, pose, options).pixels, one.pixels) << num_jobs;
+    EXPECT_EQ(renderBoard(distorted(), kSmallSize, kBoard, pose, options).pixels, one.pixels) << num_jobs;
   }
-  const Renderer renderer(distorted(), kSize);
+  const Renderer renderer(distorted(), kSmallSize);
   EXPECT_EQ(renderer.render(kBoard, pose, options).pixels, one.pixels);
   options.seed = 2;
   const GrayImage other = renderer.render(kBoard, pose, options);
@@ -286,8 +286,9 @@ TEST(Render, DependsOnTheSeedAndNotOnTheThreads) {
 TEST(Render, ShowsTheBackgroundForABoardFromBehindOrBehindTheCamera) {
   const auto turned = SO3::exp({0, std::numbers::pi, 0});
   for (const SE3& pose : {SE3{turned, {8, 4, 10}}, SE3{{}, {-5, -5, -10}}}) {
-    const GrayImage image = renderBoard(pinhole(), kSize, kFacingBoard, pose, withoutNoise());
-    EXPECT_EQ(std::count(image.pixels.begin(), image.pixels.end(), 110), kSize.width * kSize.height);
+    const GrayImage image = renderBoard(pinhole(), kSmallSize, kFacingBoard, pose, withoutNoise());
+    EXPECT_EQ(std::count(image.pixels.begin(), image.pixels.end(), 110),
+              kSmallSize.width * kSmallSize.height);
   }
 }
 
@@ -296,7 +297,7 @@ TEST(Render, EndsABoardAtItsHorizon) {
   const Checkerboard board = {.columns = 400, .rows = 400, .square_m = 1};
   const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{200, 200, 159.5, 119.5});
   const SE3 pose = SE3{SO3::exp({-std::numbers::pi / 2, 0, 0}), {0, 2, 0}} * SE3{{}, {-200.3, -200, 0}};
-  const GrayImage image = renderBoard(camera, kSize, board, pose, withoutNoise());
+  const GrayImage image = renderBoard(camera, kSmallSize, board, pose, withoutNoise());
   int num_sky = 0;
   for (int y = 0; y < 115; ++y) num_sky += image.at(160, y) == 110 ? 1 : 0;
   EXPECT_EQ(num_sky, 115);
@@ -310,10 +311,10 @@ TEST(Render, EndsABoardAtItsHorizon) {
 TEST(Render, LeavesPixelsWithoutARayBlack) {
   const AnyCamera camera =
       AnyCamera::make("radtan", std::vector<double>{160, 160, 170, 118, -0.35, 0, 0, 0, 0});
-  const GrayImage image = renderBoard(camera, kSize, kFacingBoard, facingAt({1e5, 1e5}), withoutNoise());
+  const GrayImage image = renderBoard(camera, kSmallSize, kFacingBoard, facingAt({1e5, 1e5}), withoutNoise());
   int num_black = 0;
-  for (int y = 0; y < kSize.height; ++y) {
-    for (int x = 0; x < kSize.width; ++x) {
+  for (int y = 0; y < kSmallSize.height; ++y) {
+    for (int x = 0; x < kSmallSize.width; ++x) {
       const bool has_ray = camera.unproject({x, y}).has_value();
       ASSERT_EQ(image.at(x, y), has_ray ? 110 : 0) << x << " " << y;
       num_black += has_ray ? 0 : 1;
@@ -335,13 +336,13 @@ TEST(Render, RefusesOptionsOutOfRange) {
                                             {.background_level = kNan},
                                             {.vignetting_exponent = -1}};
   for (const RenderOptions& options : wrong) {
-    EXPECT_THROW((void)renderBoard(pinhole(), kSize, kFacingBoard, facingAt({100, 80}), options), Error);
+    EXPECT_THROW((void)renderBoard(pinhole(), kSmallSize, kFacingBoard, facingAt({100, 80}), options), Error);
   }
 }
 
 TEST(Render, StopsWhenCancelled) {
   const CancelFlag cancel = true;
-  const Renderer renderer(pinhole(), kSize, 1);
+  const Renderer renderer(pinhole(), kSmallSize, 1);
   EXPECT_THROW((void)renderer.render(kFacingBoard, facingAt({100, 80}), withoutNoise(), &cancel), Cancelled);
 }
 

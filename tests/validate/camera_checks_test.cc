@@ -5,10 +5,11 @@
 
 #include <algorithm>
 
+#include "support/image_sizes.h"
+
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
 const std::vector<double> kGood = {535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01};
 
 Severity statusOf(const std::vector<FileCheck>& checks, const std::string& id) {
@@ -23,7 +24,7 @@ std::vector<FileCheck> checksOf(const std::vector<double>& params,
                                 const std::vector<double>& claimed = kGood) {
   const AnyCamera camera = AnyCamera::make("radtan", params);
   const AnyCamera original = AnyCamera::make("radtan", claimed);
-  CameraRecord record = bareRecord(original, kSize, "test");
+  CameraRecord record = bareRecord(original, kVga, "test");
   record.camera = camera;
   return checkCamera(record);
 }
@@ -60,7 +61,7 @@ TEST(CheckCamera, CatchesAStatedDomainThatIsNotTheParameters) {
 }
 
 // As read from another program's file: without anything that proves the numbers.
-FileCheck bareCheck(const std::vector<double>& params, const std::string& id, ImageSize size = kSize,
+FileCheck bareCheck(const std::vector<double>& params, const std::string& id, ImageSize size = kVga,
                     bool is_size_guessed = false,
                     const std::optional<Eigen::Vector2d>& rectified_center = {}) {
   const CameraRecord record{.camera = AnyCamera::make("radtan", params),
@@ -195,7 +196,7 @@ TEST(CheckCamera, SaysWhichShareOfTheImageHasARay) {
   EXPECT_GT(shareOf(folding), 0.5);
   EXPECT_LT(shareOf(folding), 0.99);
   // The same where the image size was guessed.
-  EXPECT_EQ(bareCheck({535, 535, 320, 240, -0.4, 0, 0, 0, 0}, "one_to_one", kSize, true).severity,
+  EXPECT_EQ(bareCheck({535, 535, 320, 240, -0.4, 0, 0, 0, 0}, "one_to_one", kVga, true).severity,
             Severity::kWarning);
   // A fold that only the very corners reach.
   const FileCheck corners = bareCheck({535, 535, 319.5, 239.5, -0.285, 0, 0, 0, 0}, "one_to_one");
@@ -206,7 +207,7 @@ TEST(CheckCamera, SaysWhichShareOfTheImageHasARay) {
 
 TEST(CheckCamera, BelievesACalibrationThatDoubtsItself) {
   const AnyCamera camera = AnyCamera::make("radtan", kGood);
-  CameraRecord record = bareRecord(camera, kSize, "test");
+  CameraRecord record = bareRecord(camera, kVga, "test");
   record.calibration.emplace();
   record.calibration->verdict = Verdict::kNo;
   EXPECT_EQ(statusOf(checkCamera(record), "calibration"), Severity::kFailure);
@@ -224,7 +225,7 @@ TEST(CheckCamera, CatchesACovarianceThatIsNone) {
   const std::vector<double> std = {2, 2, 1, 1};
   const std::vector<double> other_std = {2, 2, 1, 1.1};
   const auto status = [&](const std::vector<double>& covariance, const std::vector<double>& parameter_std) {
-    CameraRecord record = bareRecord(camera, kSize, "test");
+    CameraRecord record = bareRecord(camera, kVga, "test");
     record.calibration.emplace();
     record.calibration->covariance = covariance;
     record.calibration->parameter_std = parameter_std;

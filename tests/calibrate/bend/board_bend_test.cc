@@ -7,12 +7,12 @@
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/parallel.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{1280, 960};
 constexpr Checkerboard kBoard{.columns = 11, .rows = 8, .square_m = 0.05};  // half a metre wide
 constexpr int kNumSets = 30;
 
@@ -20,7 +20,7 @@ constexpr int kNumSets = 30;
 Calibration calibrated(double common_m, double scatter_m, int num_views, std::uint64_t seed) {
   const AnyCamera camera =
       AnyCamera::make("radtan", std::vector<double>{900, 902, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0});
-  SimulatedSet set = simulateSet(camera, kSize, num_views, 0, seed, {}, kBoard);
+  SimulatedSet set = simulateSet(camera, kQuadVga, num_views, 0, seed, {}, kBoard);
   Random random(seed + 1000);
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     const BoardShape shape{.bend_x_m = common_m + scatter_m * random.normal(),
@@ -81,23 +81,24 @@ TEST(BendByViews, IsFoundInFewViewsToo) {
 
 // One direction of bend in views that say equally much is the textbook case.
 TEST(BendByViews, IsHotellingsTestForEqualViews) {
-  constexpr int kNumViews = 12;
+  constexpr int kNumSamples = 12;
   Random random(3);
   ShapeInformation information;
-  Eigen::MatrixXd samples(2, kNumViews);
+  Eigen::MatrixXd samples(2, kNumSamples);
   for (double& x : samples.reshaped()) x = random.normal();
   const Eigen::Vector2d mean = samples.rowwise().mean();
-  for (int v = 0; v < kNumViews; ++v)
+  for (int v = 0; v < kNumSamples; ++v)
     information.pulls.push_back(
         {.information = Eigen::MatrixXd::Identity(2, 2), .gradient = mean - samples.col(v)});
   const auto result = bendByViews(information, mean, Eigen::MatrixXd::Zero(0, 0), 1.0);
   ASSERT_TRUE(result);
   const Eigen::MatrixXd off = samples.colwise() - mean;
-  const Eigen::Matrix2d covariance = off * off.transpose() / (kNumViews - 1) / kNumViews;
+  const Eigen::Matrix2d covariance = off * off.transpose() / (kNumSamples - 1) / kNumSamples;
   const double t2 = mean.dot(covariance.inverse() * mean);
-  EXPECT_NEAR(result->freedom, kNumViews - 1, 1e-9);
-  EXPECT_NEAR(result->f, (kNumViews - 2) / (2.0 * (kNumViews - 1)) * t2, 1e-9 * t2);
-  EXPECT_NEAR(result->chance, std::pow(1 + 2 * result->f / (kNumViews - 2), -0.5 * (kNumViews - 2)), 1e-12);
+  EXPECT_NEAR(result->freedom, kNumSamples - 1, 1e-9);
+  EXPECT_NEAR(result->f, (kNumSamples - 2) / (2.0 * (kNumSamples - 1)) * t2, 1e-9 * t2);
+  EXPECT_NEAR(result->chance, std::pow(1 + 2 * result->f / (kNumSamples - 2), -0.5 * (kNumSamples - 2)),
+              1e-12);
 }
 
 TEST(BendByViews, DecidesTogetherWithNoise) {

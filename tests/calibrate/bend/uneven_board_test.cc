@@ -7,12 +7,12 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/noise/board_offsets.h"
 #include "alidade/calibrate/calibrator.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{1280, 960};
 constexpr double kFocal = 900;
 constexpr double kNoise = 0.05;
 constexpr Checkerboard kBoard{.columns = 9, .rows = 7, .square_m = 0.03};
@@ -45,7 +45,7 @@ void stretch(double share, BoardShape& shape) {
 UnevenSet unevenSet(double share, int num_views, std::uint64_t seed, double stretched = 0) {
   const AnyCamera camera = AnyCamera::make(
       "radtan", std::vector<double>{kFocal, kFocal + 2, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0});
-  SimulatedSet set = simulateSet(camera, kSize, num_views, 0, seed, {}, kBoard);
+  SimulatedSet set = simulateSet(camera, kQuadVga, num_views, 0, seed, {}, kBoard);
   Random random(seed + 1000);
   UnevenSet result{.shape = scattered(share, random), .views = {}};
   stretch(stretched, result.shape);
@@ -148,7 +148,7 @@ TEST(UnevenBoard, IsFoundByACameraThatIsKnown) {
       "radtan", std::vector<double>{kFocal, kFocal + 2, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0});
   const Calibration found = calibrate(kBoard, set.views,
                                       {.model = "radtan",
-                                       .initial = InitialCamera{.camera = camera, .size = kSize},
+                                       .initial = InitialCamera{.camera = camera, .size = kQuadVga},
                                        .held = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}});
   ASSERT_TRUE(onlyBoard(found.fit).isUneven());
   EXPECT_GT(correlationAcross(onlyBoard(found.fit).shape, set.shape), 0.9);
@@ -158,7 +158,7 @@ TEST(UnevenBoard, IsFoundByACameraThatIsKnown) {
 TEST(UnevenBoard, ALensBeyondItsModelIsNone) {
   const AnyCamera camera =
       AnyCamera::make("kannala_brandt", std::vector<double>{400, 401, 640, 478, 0.02, -0.01, 0.004, -0.001});
-  const SimulatedSet set = simulateSet(camera, kSize, 20, kNoise, 3, {}, kBoard);
+  const SimulatedSet set = simulateSet(camera, kQuadVga, 20, kNoise, 3, {}, kBoard);
   const Calibration found = calibrate(kBoard, set.views, {.model = "pinhole"});
   EXPECT_FALSE(onlyBoard(found.fit).isUneven());
 }

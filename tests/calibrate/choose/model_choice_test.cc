@@ -11,6 +11,7 @@
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/error.h"
 #include "support/choice_sweep.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
@@ -18,11 +19,10 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
 const std::vector<double> kTruth = {535, 534, 322, 238, -0.28, 0.08, 8e-4, -4e-4, -0.01};
 
 SimulatedSet noisySet(const AnyCamera& camera, int num_views, std::uint64_t seed, double noise_px = 0.1) {
-  return simulateSet(camera, kSize, num_views, noise_px, seed);
+  return simulateSet(camera, kVga, num_views, noise_px, seed);
 }
 
 Calibration chosenFor(const SimulatedSet& set, const CalibratorOptions& options = {.model = "auto"}) {
@@ -124,7 +124,7 @@ TEST(ModelChoice, IsThatOfTheInitialCamera) {
   const SimulatedSet set = noisySet(AnyCamera::make("radtan", kTruth), 10, 5);
   std::vector<double> rational = kTruth;
   rational.resize(12, 0.0);
-  const InitialCamera initial{.camera = AnyCamera::make("rational", rational), .size = kSize};
+  const InitialCamera initial{.camera = AnyCamera::make("rational", rational), .size = kVga};
   const Calibration result = chosenFor(set, {.model = "auto", .initial = initial});
   EXPECT_EQ(result.camera().modelId(), "rational");
   EXPECT_FALSE(result.choice.model);

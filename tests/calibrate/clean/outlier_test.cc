@@ -5,16 +5,16 @@
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 1280, .height = 960};
 const std::vector<double> kTruth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
 
 SimulatedSet cleanSet(int num_views, std::uint64_t seed) {
-  return simulateSet(AnyCamera::make("radtan", kTruth), kSize, num_views, 0.1, seed);
+  return simulateSet(AnyCamera::make("radtan", kTruth), kQuadVga, num_views, 0.1, seed);
 }
 
 void expectTruth(const Calibration& result) {

@@ -14,11 +14,11 @@
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/target/board_turns.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{1280, 960};
 const AnyCamera kCamera =
     AnyCamera::make("radtan", std::vector<double>{900, 902, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0});
 
@@ -32,8 +32,8 @@ std::vector<View> viewsOf(const Board& board, double scatter_m, int num_views, s
     shape.offsets_m.push_back(offset);
   }
   std::vector<View> views;
-  for (const SE3& pose : randomViews(kCamera, kSize, board, num_views, random)) {
-    View view = exactView(kCamera, kSize, board, pose, "view_" + std::to_string(views.size()));
+  for (const SE3& pose : randomViews(kCamera, kQuadVga, board, num_views, random)) {
+    View view = exactView(kCamera, kQuadVga, board, pose, "view_" + std::to_string(views.size()));
     for (Corner& corner : view.corners)
       corner.pixel = kCamera.project(pose * pointOn(board, shape, corner.id)).pixel;
     addCornerNoise(view, 0.1, random);

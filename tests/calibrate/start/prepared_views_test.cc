@@ -8,17 +8,17 @@
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/core/error.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 1280, .height = 960};
 constexpr int kNumCopies = 50;
 
 SimulatedSet baseSet() {
   const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
-  return simulateSet(AnyCamera::make("radtan", truth), kSize, 20, 0.1, 4);
+  return simulateSet(AnyCamera::make("radtan", truth), kQuadVga, 20, 0.1, 4);
 }
 
 // Adds copies of a view whose corners differ from it by noise.
@@ -81,7 +81,7 @@ TEST(RepeatedViews, ASeriesFromATripodIsOneView) {
   const Calibration alone = calibrate(set.board, set.views, {.model = "radtan"});
   Random random(6);
   for (int i = 0; i < kNumCopies; ++i) {
-    View view = exactView(set.camera, kSize, set.board, set.poses[7], "w_series_" + std::to_string(i));
+    View view = exactView(set.camera, kQuadVga, set.board, set.poses[7], "w_series_" + std::to_string(i));
     addCornerNoise(view, 0.1, random);
     set.views.push_back(std::move(view));
   }
@@ -92,7 +92,7 @@ TEST(RepeatedViews, ASeriesFromATripodIsOneView) {
 
 TEST(RepeatedViews, AMoveOfAHalfPixelIsAnotherView) {
   SimulatedSet set = baseSet();
-  View moved = exactView(set.camera, kSize, set.board, set.poses[7], "w_moved");
+  View moved = exactView(set.camera, kQuadVga, set.board, set.poses[7], "w_moved");
   for (Corner& corner : moved.corners) corner.pixel.x() += 0.5;
   set.views.push_back(moved);
   EXPECT_TRUE(calibrate(set.board, set.views, {.model = "radtan"}).dropped.repeated.empty());

@@ -8,12 +8,11 @@
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
-
-constexpr ImageSize kSize{.width = 640, .height = 480};
 
 AnyCamera lens() {
   return AnyCamera::make("radtan",
@@ -65,7 +64,7 @@ TEST(Accuracy, IsNotExceededInNineteenOfTwentyCoveredPixels) {
   Shares shares;
   constexpr int kNumSets = 60;
   for (std::uint64_t seed = 1; seed <= kNumSets; ++seed) {
-    const SimulatedSet set = simulateSet(lens(), kSize, 30, 0.1, seed);
+    const SimulatedSet set = simulateSet(lens(), kVga, 30, 0.1, seed);
     const Calibration result = calibrate(set.board, set.views, {.model = "radtan"});
     ASSERT_TRUE(result.uncertainty.accuracy);
     EXPECT_GT(result.uncertainty.accuracy->covered_share, 0.4) << seed;
@@ -79,7 +78,7 @@ TEST(Accuracy, HoldsAtAFiniteDistance) {
   Shares shares;
   constexpr int kNumSets = 30;
   for (std::uint64_t seed = 1; seed <= kNumSets; ++seed) {
-    const SimulatedSet set = simulateSet(lens(), kSize, 30, 0.1, seed);
+    const SimulatedSet set = simulateSet(lens(), kVga, 30, 0.1, seed);
     const Calibration far = calibrate(set.board, set.views, {.model = "radtan"});
     const Calibration near = calibrate(set.board, set.views, {.model = "radtan", .distance_m = 2});
     ASSERT_TRUE(near.uncertainty.accuracy);
@@ -92,14 +91,14 @@ TEST(Accuracy, HoldsAtAFiniteDistance) {
 
 // A stiff model is sure of the image corners that no board reached. The accuracy is not.
 TEST(Accuracy, DoesNotExtrapolateAStiffModel) {
-  SimulatedSet set = simulateSet(lens(), kSize, 15, 0.1, 3);
+  SimulatedSet set = simulateSet(lens(), kVga, 15, 0.1, 3);
   const Eigen::Vector3d middle = set.board.middle();
   std::vector<View> views;
   for (std::size_t i = 0; i < set.poses.size(); ++i) {
     SE3 pose = set.poses[i];
     const Eigen::Vector3d place = pose * middle;
     pose.translation += Eigen::Vector3d(0.15 * place.x(), 0.15 * place.y(), 2.2 * place.z()) - place;
-    views.push_back(exactView(set.camera, kSize, set.board, pose, "view_" + std::to_string(i)));
+    views.push_back(exactView(set.camera, kVga, set.board, pose, "view_" + std::to_string(i)));
     Random random(i);
     addCornerNoise(views.back(), 0.1, random);
   }

@@ -10,12 +10,11 @@
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/camera/projection_uncertainty.h"
 #include "support/choice_sweep.h"
+#include "support/image_sizes.h"
 #include "support/simulated_set.h"
 
 namespace alidade {
 namespace {
-
-constexpr ImageSize kSize{.width = 1280, .height = 960};
 
 AnyCamera lens(double k1) {
   return AnyCamera::make("kannala_brandt", std::vector<double>{611, 612, 634, 491, k1, 0, 0, 0});
@@ -23,8 +22,8 @@ AnyCamera lens(double k1) {
 
 std::vector<Eigen::Vector2d> pixelsWithin(double radius_px, double step_px) {
   std::vector<Eigen::Vector2d> pixels;
-  for (double x = 0; x < kSize.width; x += step_px) {
-    for (double y = 0; y < kSize.height; y += step_px) {
+  for (double x = 0; x < kQuadVga.width; x += step_px) {
+    for (double y = 0; y < kQuadVga.height; y += step_px) {
       if (std::hypot(x - 634, y - 491) < radius_px) pixels.emplace_back(x, y);
     }
   }
@@ -86,7 +85,7 @@ TEST(ModelChoice, IsToldWhereItDecidesWhatTheImageShows) {
   for (const int num_views : {5, 12}) {
     for (std::uint64_t seed = 0; seed < 4; ++seed, ++num_sets) {
       const SimulatedSet set = simulateSet(
-          camera, kSize, num_views, 0.1, seed,
+          camera, kQuadVga, num_views, 0.1, seed,
           {.max_tilt_deg = 40, .max_roll_deg = 30, .min_fill = 0.2, .max_fill = 0.4, .margin_px = 150});
       const Calibration result = calibrate(set.board, set.views, {.model = "auto"});
       ASSERT_TRUE(result.uncertainty.projection_far);

@@ -10,16 +10,16 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/fit_set.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
 constexpr double kNoisePx = 0.1;
 
 SimulatedSet setOf(int num_views, std::uint64_t seed) {
   return simulateSet(AnyCamera::make("radtan", std::vector<double>{400, 400, 319, 241, -0.2, 0.04, 0, 0, 0}),
-                     kSize, num_views, 0, seed);
+                     kVga, num_views, 0, seed);
 }
 
 // The bias of a solution from corners that are moved by noise and a part of their own.

@@ -13,13 +13,13 @@
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
 using testing::HasSubstr;
 
-constexpr ImageSize kSize{1280, 960};
 const std::vector<AnyCamera> kCameras = {
     AnyCamera::make("radtan", std::vector<double>{900, 902, 640, 478, -0.25, 0.08, 4e-4, -3e-4, 0}),
     AnyCamera::make("kannala_brandt", std::vector<double>{420, 421, 642, 479, 0.01, -0.003, 0.001, 0})};
@@ -34,8 +34,8 @@ std::vector<View> viewsOf(const AnyCamera& camera, const Board& board, int num_v
   Random random(seed);
   std::vector<View> views;
   const RandomViewOptions options{.min_fill = 0.5 * most_of_image, .max_fill = most_of_image};
-  for (const SE3& pose : randomViews(camera, kSize, board, num_views, random, options)) {
-    View view = exactView(camera, kSize, board, pose, "view_" + std::to_string(views.size()));
+  for (const SE3& pose : randomViews(camera, kQuadVga, board, num_views, random, options)) {
+    View view = exactView(camera, kQuadVga, board, pose, "view_" + std::to_string(views.size()));
     for (Corner& corner : view.corners) {
       const int first = corner.id - corner.id % 2 - (corner.id / board.columns() % 2) * board.columns();
       const Eigen::Vector3d middle = 0.5 * (board.corner(first) + board.corner(first + board.columns() + 1));

@@ -14,11 +14,11 @@
 #include "alidade/adjust/noise/view_shares.h"
 #include "alidade/core/statistics.h"
 #include "support/fit_set.h"
+#include "support/image_sizes.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 1280, .height = 960};
 constexpr HuberLoss kLoss{.threshold_px = 0.2};
 
 struct RobustFit {
@@ -42,7 +42,7 @@ struct RobustFit {
 
 RobustFit fitViews(int num_views) {
   const std::vector<double> truth = {1003, 1001, 645, 475, -0.28, 0.08, 8e-4, -4e-4, -0.01};
-  const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kSize, num_views, 0.1, 1);
+  const SimulatedSet set = simulateSet(AnyCamera::make("radtan", truth), kQuadVga, num_views, 0.1, 1);
   RobustFit robust{solve(fitAt(set, "radtan", truth, kLoss))};
   EXPECT_EQ(robust.fit.summary.termination, Termination::kConverged);
   return robust;

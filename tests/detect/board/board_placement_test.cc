@@ -27,14 +27,14 @@ MeshSides closingAt(std::initializer_list<std::size_t> directions) {
   return sides;
 }
 
-const Checkerboard kBoard{.columns = 9, .rows = 6, .square_m = 0.02};
+const Checkerboard kPlacedBoard{.columns = 9, .rows = 6, .square_m = 0.02};
 
 TEST(PossiblePlacements, AWholeBoardLiesOneWayByItsColours) {
   for (const bool is_dark : {true, false}) {
     const CornerMesh mesh = makeMesh(9, 6, is_dark);
-    const auto placements = possiblePlacements(mesh, kUnseen, kBoard);
+    const auto placements = possiblePlacements(mesh, kUnseen, kPlacedBoard);
     ASSERT_EQ(placements.size(), 1U);
-    EXPECT_TRUE(areEquivalent(placements, mesh, kBoard));
+    EXPECT_TRUE(areEquivalent(placements, mesh, kPlacedBoard));
     // Corner 0 has a dark inner square: it is the mesh's origin if that one is dark, else the far end.
     const auto cell = placements.front().cell(mesh, is_dark ? MeshNode{0, 0} : MeshNode{8, 5});
     EXPECT_EQ(cell, (std::array<int, 2>{0, 0}));
@@ -69,30 +69,31 @@ TEST(PossiblePlacements, TurnsKeepRowsClockwiseOfColumns) {
 TEST(PossiblePlacements, APartIsPlacedOnlyByTheBorderItShows) {
   const CornerMesh mesh = makeMesh(7, 6, true);
   // Rows are all there; the columns may start at 0 or 2 as far as colours tell, or the board is turned.
-  EXPECT_FALSE(areEquivalent(possiblePlacements(mesh, kUnseen, kBoard), mesh, kBoard));
-  const auto left = possiblePlacements(mesh, closingAt({2}), kBoard);
-  ASSERT_TRUE(areEquivalent(left, mesh, kBoard));
+  EXPECT_FALSE(areEquivalent(possiblePlacements(mesh, kUnseen, kPlacedBoard), mesh, kPlacedBoard));
+  const auto left = possiblePlacements(mesh, closingAt({2}), kPlacedBoard);
+  ASSERT_TRUE(areEquivalent(left, mesh, kPlacedBoard));
   EXPECT_EQ(left.front().cell(mesh, {0, 0}), (std::array<int, 2>{0, 0}));
-  const auto right = possiblePlacements(mesh, closingAt({0}), kBoard);
-  ASSERT_TRUE(areEquivalent(right, mesh, kBoard));
+  const auto right = possiblePlacements(mesh, closingAt({0}), kPlacedBoard);
+  ASSERT_TRUE(areEquivalent(right, mesh, kPlacedBoard));
   EXPECT_EQ(right.front().cell(mesh, {0, 0}), (std::array<int, 2>{2, 0}));
   // Both ends of 7 columns cannot be those of 9.
-  EXPECT_TRUE(possiblePlacements(mesh, closingAt({0, 2}), kBoard).empty());
+  EXPECT_TRUE(possiblePlacements(mesh, closingAt({0, 2}), kPlacedBoard).empty());
 }
 
 TEST(PossiblePlacements, APartThatCouldLieEitherWayIsNotPlaced) {
   // 6 x 6 corners of 9 x 6: columns or rows of the board may run along i.
   const CornerMesh mesh = makeMesh(6, 6, true);
-  EXPECT_FALSE(areEquivalent(possiblePlacements(mesh, kUnseen, kBoard), mesh, kBoard));
-  EXPECT_FALSE(areEquivalent(possiblePlacements(mesh, closingAt({0}), kBoard), mesh, kBoard));
-  EXPECT_TRUE(areEquivalent(possiblePlacements(mesh, closingAt({1, 2, 3}), kBoard), mesh, kBoard));
+  EXPECT_FALSE(areEquivalent(possiblePlacements(mesh, kUnseen, kPlacedBoard), mesh, kPlacedBoard));
+  EXPECT_FALSE(areEquivalent(possiblePlacements(mesh, closingAt({0}), kPlacedBoard), mesh, kPlacedBoard));
+  EXPECT_TRUE(
+      areEquivalent(possiblePlacements(mesh, closingAt({1, 2, 3}), kPlacedBoard), mesh, kPlacedBoard));
 }
 
 TEST(PossiblePlacements, ASideThatGoesOnIsNoEdgeOfTheBoard) {
   MeshSides sides = kUnseen;
   sides[0] = MeshSide::kContinues;
-  EXPECT_TRUE(possiblePlacements(makeMesh(9, 6, true), sides, kBoard).empty());
-  EXPECT_TRUE(possiblePlacements(makeMesh(10, 6, true), kUnseen, kBoard).empty());
+  EXPECT_TRUE(possiblePlacements(makeMesh(9, 6, true), sides, kPlacedBoard).empty());
+  EXPECT_TRUE(possiblePlacements(makeMesh(10, 6, true), kUnseen, kPlacedBoard).empty());
 }
 
 TEST(AreEquivalent, CountsPlacementsOfAmbiguousBoardsUpToTheirSymmetry) {

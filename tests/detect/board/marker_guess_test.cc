@@ -21,9 +21,9 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr ImageSize kSize{800, 600};
+constexpr ImageSize kGuessSize{800, 600};
 
-AnyCamera someCamera() {
+AnyCamera guessCamera() {
   return AnyCamera::make("radtan",
                          std::vector<double>{640, 640, 399.5, 299.5, -0.1, 0.03, 0.0005, -0.0003, 0});
 }
@@ -58,14 +58,14 @@ TEST(MarkerGuess, GivesTheBoardThatIsShown) {
       {"aprilgrid:5x4:88mm:0.4", "aprilgrid:5x4:TAG:0.4, with", {.april_border = 3}},
       {"aprilgrid:3x2:88mm:0.3", "aprilgrid:3x2:TAG:0.3, with", {.april_border = 8}},
       {"aprilgrid:5x4:88mm:0.3", "aprilgrid:5x4:TAG:0.3, with", {}, true}};
-  const Renderer renderer(someCamera(), kSize);
+  const Renderer renderer(guessCamera(), kGuessSize);
   std::size_t num_checked = 0;
   for (const GuessCase& c : cases) {
     const Board board = parseBoardSpec(c.spec);
     Random random(12);
     MarkerGuess guess;
     for (const SE3& pose :
-         randomViews(someCamera(), kSize, board, 2, random,
+         randomViews(guessCamera(), kGuessSize, board, 2, random,
                      {.max_tilt_deg = 40, .max_roll_deg = 180, .min_fill = 0.7, .max_fill = 0.95})) {
       RenderOptions light = someLight();
       if (c.is_inverted) std::swap(light.dark_level, light.bright_level);
@@ -79,7 +79,7 @@ TEST(MarkerGuess, GivesTheBoardThatIsShown) {
 
 // With lengths in place of their names.
 TEST(MarkerGuess, GivesASpecThatFindsTheBoard) {
-  const Renderer renderer(someCamera(), kSize);
+  const Renderer renderer(guessCamera(), kGuessSize);
   int num_found = 0;
   for (const std::string spec :
        {"charuco:7x5:35mm:25mm:DICT_5X5_100:17", "charuco:5x8:35mm:25mm:DICT_4X4_250:40",
@@ -89,7 +89,7 @@ TEST(MarkerGuess, GivesASpecThatFindsTheBoard) {
     Random random(17);
     MarkerGuess guess;
     std::vector<GrayImage> images;
-    for (const SE3& pose : randomViews(someCamera(), kSize, board, 2, random,
+    for (const SE3& pose : randomViews(guessCamera(), kGuessSize, board, 2, random,
                                        {.max_tilt_deg = 40, .min_fill = 0.7, .max_fill = 0.95}))
       images.push_back(renderer.render(inkOf(board), pose, someLight()));
     for (const GrayImage& image : images) guess.look(image);
@@ -147,7 +147,7 @@ TEST(MarkerGuess, MeasuresProportionsToTwoPercent) {
     double least_fill;
     double tilt_deg;
   };
-  const Renderer renderer(someCamera(), kSize);
+  const Renderer renderer(guessCamera(), kGuessSize);
   int num_checked = 0;
   double worst = 0;
   for (const Case& c : cases) {
@@ -155,7 +155,7 @@ TEST(MarkerGuess, MeasuresProportionsToTwoPercent) {
     for (const Shot shot : {Shot{0.85, 20}, Shot{0.5, 20}, Shot{0.7, 60}}) {
       Random random(31);
       MarkerGuess guess;
-      for (const SE3& pose : randomViews(someCamera(), kSize, board, 2, random,
+      for (const SE3& pose : randomViews(guessCamera(), kGuessSize, board, 2, random,
                                          {.max_tilt_deg = shot.tilt_deg,
                                          .max_roll_deg = 180,
                                          .min_fill = shot.least_fill,
@@ -176,7 +176,7 @@ TEST(MarkerGuess, MeasuresProportionsToTwoPercent) {
 
 // A row that only the fifth image shows counts as well.
 TEST(MarkerGuess, CountsWhatAllImagesShowTogether) {
-  const Renderer renderer(someCamera(), kSize);
+  const Renderer renderer(guessCamera(), kGuessSize);
   for (const std::string spec : {"charuco:8x12:30mm:23mm:DICT_4X4_1000", "aprilgrid:4x7:60mm:0.3"}) {
     const Board board = parseBoardSpec(spec);
     const double height = board.span().y();
@@ -204,7 +204,7 @@ TEST(MarkerGuess, CountsRowsWhoseMarkersAreNotRead) {
     return box.min().y() > 0.12 && box.sizes().maxCoeff() < 0.029;
   });
   MarkerGuess guess;
-  guess.look(Renderer(someCamera(), kSize).render(ink, pose, someLight()));
+  guess.look(Renderer(guessCamera(), kGuessSize).render(ink, pose, someLight()));
   EXPECT_THAT(guess.text(), HasSubstr("charuco:6x6:"));
 }
 
@@ -216,7 +216,7 @@ TEST(MarkerGuess, SaysNothingWithoutMarkersBesideOneAnother) {
   for (std::uint8_t& pixel : noise.pixels) pixel = static_cast<std::uint8_t>(random.index(256));
   MarkerGuess guess;
   EXPECT_THAT(guess.text(), IsEmpty());
-  guess.look(Renderer(someCamera(), kSize).render(inkOf(checkerboard), pose, someLight()));
+  guess.look(Renderer(guessCamera(), kGuessSize).render(inkOf(checkerboard), pose, someLight()));
   guess.look(noise);
   guess.look(GrayImage{{1, 1}, {0}});
   EXPECT_THAT(guess.text(), IsEmpty());

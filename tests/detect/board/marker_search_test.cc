@@ -16,14 +16,14 @@
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{960, 600};
+constexpr ImageSize kSearchSize{960, 600};
 
-AnyCamera someCamera() {
+AnyCamera searchCamera() {
   return AnyCamera::make("radtan",
                          std::vector<double>{720, 720, 479.5, 299.5, -0.1, 0.03, 0.0005, -0.0003, 0});
 }
 
-RenderOptions someLight(std::uint64_t seed) {
+RenderOptions searchLight(std::uint64_t seed) {
   RenderOptions options;
   options.blur_px = 1;
   options.read_noise = 2;
@@ -36,7 +36,7 @@ RenderOptions someLight(std::uint64_t seed) {
 
 std::vector<SE3> someViews(const Board& board, int count, std::uint64_t seed) {
   Random random(seed);
-  return randomViews(someCamera(), kSize, board, count, random,
+  return randomViews(searchCamera(), kSearchSize, board, count, random,
                      {.max_tilt_deg = 55, .max_roll_deg = 180, .min_fill = 0.6, .max_fill = 0.95});
 }
 
@@ -83,17 +83,17 @@ TEST(MarkerBoards, AreFoundHoweverTheyArePrinted) {
       {.spec = "aprilgrid:5x4:88mm:0.5", .is_inverted = true},
       {.spec = grid + ":40"},
   };
-  const Renderer renderer(someCamera(), kSize);
+  const Renderer renderer(searchCamera(), kSearchSize);
   std::size_t num_checked = 0;
   for (const PrintCase& c : cases) {
     const Board board = parseBoardSpec(c.spec);
     Deviations deviations;
     std::uint64_t seed = 3;
     for (const SE3& pose : someViews(board, 3, 11)) {
-      RenderOptions light = someLight(seed++);
+      RenderOptions light = searchLight(seed++);
       if (c.is_inverted) std::swap(light.dark_level, light.bright_level);
       const GrayImage image = renderer.render(inkOf(board, c.ink), pose, light);
-      compare(findBoard(image, board), exactView(someCamera(), kSize, board, pose, ""), deviations);
+      compare(findBoard(image, board), exactView(searchCamera(), kSearchSize, board, pose, ""), deviations);
     }
     std::printf("%s: %zu of %zu corners, %.4f px, at most %.3f px\n", c.spec.c_str(), deviations.num_found,
                 deviations.num_visible, deviations.rms(), deviations.worst_px);
@@ -109,24 +109,24 @@ TEST(MarkerBoards, AreFoundHoweverTheyArePrinted) {
 // Whatever the width of their tags' borders, black on white and white on black.
 TEST(MarkerBoards, OfTagsAreFoundWithEveryBorder) {
   const Board board = parseBoardSpec("aprilgrid:4x3:88mm:0.3");
-  const Renderer renderer(someCamera(), kSize);
+  const Renderer renderer(searchCamera(), kSearchSize);
   Random random(17);
   const std::vector<SE3> poses =
-      randomViews(someCamera(), kSize, board, 2, random,
+      randomViews(searchCamera(), kSearchSize, board, 2, random,
                   {.max_tilt_deg = 40, .max_roll_deg = 180, .min_fill = 0.6, .max_fill = 0.95});
   int num_checked = 0;
   for (int border = 1; border <= 8; ++border) {
     for (const bool is_inverted : {false, true}) {
       Deviations deviations;
       for (const SE3& pose : poses) {
-        RenderOptions light = someLight(static_cast<std::uint64_t>(border));
+        RenderOptions light = searchLight(static_cast<std::uint64_t>(border));
         light.samples = 89;
         if (is_inverted) std::swap(light.dark_level, light.bright_level);
         const GrayImage image = renderer.render(inkOf(board, {.april_border = border}), pose, light);
         const Detection detection = findBoard(image, board);
         EXPECT_TRUE(detection.hasCorners())
             << border << (is_inverted ? ", inverted: " : ": ") << detection.detail;
-        compare(detection, exactView(someCamera(), kSize, board, pose, ""), deviations);
+        compare(detection, exactView(searchCamera(), kSearchSize, board, pose, ""), deviations);
         ++num_checked;
       }
       EXPECT_EQ(deviations.num_visible, 96U);
@@ -176,7 +176,7 @@ TEST(MarkerBoards, AreAccurateInLargeAndInSmallImages) {
     for (const SE3& pose :
          randomViews(camera, size, board, 4, random,
                      {.max_tilt_deg = 55, .max_roll_deg = 180, .min_fill = 0.6, .max_fill = 0.95})) {
-      RenderOptions light = someLight(seed++);
+      RenderOptions light = searchLight(seed++);
       light.samples = 144;
       const Detection detection = findBoard(renderer.render(inkOf(board), pose, light), board);
       compare(detection, exactView(camera, size, board, pose, ""), deviations);
@@ -200,12 +200,12 @@ TEST(MarkerBoards, AreAccurateInLargeAndInSmallImages) {
 TEST(MarkerBoards, KeepTheirIdsWhereACoverHidesMarkers) {
   const Board board = parseBoardSpec("charuco:8x6:30mm:23mm:DICT_5X5_100");
   const SE3 pose = someViews(board, 1, 5).front();
-  GrayImage image = Renderer(someCamera(), kSize).render(inkOf(board), pose, someLight(1));
-  const View truth = exactView(someCamera(), kSize, board, pose, "");
+  GrayImage image = Renderer(searchCamera(), kSearchSize).render(inkOf(board), pose, searchLight(1));
+  const View truth = exactView(searchCamera(), kSearchSize, board, pose, "");
   const Eigen::Vector2d middle = truth.corners[truth.corners.size() / 2].pixel;
-  for (int y = 0; y < kSize.height; ++y) {
-    for (int x = static_cast<int>(middle.x()); x < kSize.width; ++x)
-      image.pixels[static_cast<std::size_t>(y * kSize.width + x)] = 120;
+  for (int y = 0; y < kSearchSize.height; ++y) {
+    for (int x = static_cast<int>(middle.x()); x < kSearchSize.width; ++x)
+      image.pixels[static_cast<std::size_t>(y * kSearchSize.width + x)] = 120;
   }
   const Detection detection = findBoard(image, board);
   EXPECT_EQ(detection.reason, DetectionReason::kPartial);
@@ -231,10 +231,10 @@ TEST(MarkerBoards, AreToldApartByTheirIds) {
   both.extent.extend(Eigen::Vector2d(both.extent.max() + shift));
   const SE3 first_pose{SO3::exp({0.3, -0.2, 0.1}), {-0.2, -0.1, 0.5}};
   const SE3 second_pose = first_pose * SE3{{}, {shift.x(), 0, 0}};
-  const GrayImage image = Renderer(someCamera(), kSize).render(both, first_pose, someLight(2));
+  const GrayImage image = Renderer(searchCamera(), kSearchSize).render(both, first_pose, searchLight(2));
   for (const auto& [board, pose] : {std::pair(first, first_pose), std::pair(second, second_pose)}) {
     Deviations deviations;
-    compare(findBoard(image, board), exactView(someCamera(), kSize, board, pose, ""), deviations);
+    compare(findBoard(image, board), exactView(searchCamera(), kSearchSize, board, pose, ""), deviations);
     EXPECT_EQ(deviations.num_found, 36U);
     EXPECT_LE(deviations.worst_px, 0.1);
   }
@@ -247,7 +247,7 @@ TEST(MarkerBoards, AreRefusedWhereTwoHaveTheSameIds) {
   for (const Eigen::AlignedBox2d& box : inkOf(board).boxes) both.boxes.push_back(box.translated(shift));
   both.extent.extend(Eigen::Vector2d(both.extent.max() + shift));
   const SE3 pose{SO3::exp({0.3, -0.2, 0.1}), {-0.2, -0.1, 0.5}};
-  const GrayImage image = Renderer(someCamera(), kSize).render(both, pose, someLight(2));
+  const GrayImage image = Renderer(searchCamera(), kSearchSize).render(both, pose, searchLight(2));
   EXPECT_EQ(findBoard(image, board).reason, DetectionReason::kSeveralBoards);
 }
 
@@ -285,7 +285,7 @@ TEST(MarkerBoards, OfEveryDictionaryAreFound) {
   std::size_t num_checked = 0;
   for (const std::string& name : names) {
     const Board board = parseBoardSpec("charuco:6x5:30mm:23mm:DICT_" + name);
-    RenderOptions light = someLight(num_checked);
+    RenderOptions light = searchLight(num_checked);
     light.samples = 89;
     if (num_checked % 3 == 2) std::swap(light.dark_level, light.bright_level);
     const GrayImage image =
@@ -340,7 +340,7 @@ TEST(MarkerBoards, AreNotFoundInHostileImages) {
 TEST(MarkerBoards, AreNotFoundInFieldsOfMarkers) {
   const Board field = parseBoardSpec("charuco:44x33:10mm:8mm:DICT_4X4_1000");
   const AnyCamera camera = AnyCamera::make("pinhole", std::vector<double>{1000, 1000, 479.5, 359.5});
-  RenderOptions light = someLight(9);
+  RenderOptions light = searchLight(9);
   light.samples = 21;
   const SE3 pose{SO3::exp({0, 0, 0}), {-0.21, -0.155, 0.46}};
   GrayImage image = Renderer(camera, {960, 720}).render(inkOf(field), pose, light);
@@ -358,27 +358,27 @@ TEST(MarkerBoards, AreNotFoundInFieldsOfMarkers) {
 
 TEST(MarkerBoards, AreToldOfInTheirOwnWords) {
   const Board grid = parseBoardSpec("aprilgrid:3x3:50mm:0.3");
-  const Renderer renderer(someCamera(), kSize);
+  const Renderer renderer(searchCamera(), kSearchSize);
   const SE3 pose = someViews(grid, 1, 5).front();
   BoardInk one_tag = inkOf(grid);
   std::erase_if(one_tag.boxes, [](const Eigen::AlignedBox2d& box) { return box.max().maxCoeff() > 0.055; });
-  const GrayImage shown = renderer.render(inkOf(grid), pose, someLight(1));
+  const GrayImage shown = renderer.render(inkOf(grid), pose, searchLight(1));
   GrayImage half = shown;
-  const Eigen::Vector2d middle = exactView(someCamera(), kSize, grid, pose, "").corners[14].pixel;
-  for (int y = 0; y < kSize.height; ++y) {
-    for (int x = static_cast<int>(middle.x()); x < kSize.width; ++x)
-      half.pixels[static_cast<std::size_t>(y * kSize.width + x)] = 120;
+  const Eigen::Vector2d middle = exactView(searchCamera(), kSearchSize, grid, pose, "").corners[14].pixel;
+  for (int y = 0; y < kSearchSize.height; ++y) {
+    for (int x = static_cast<int>(middle.x()); x < kSearchSize.width; ++x)
+      half.pixels[static_cast<std::size_t>(y * kSearchSize.width + x)] = 120;
   }
   struct Case {
     GrayImage image;
     std::string spec;
     std::string detail;
   };
-  const GrayImage blank{kSize, std::vector<std::uint8_t>(960UL * 600, 120)};
+  const GrayImage blank{kSearchSize, std::vector<std::uint8_t>(960UL * 600, 120)};
   const std::vector<Case> cases = {
       {blank, grid.spec(), "no tag of DICT_APRILTAG_36h11 was found"},
       {blank, "charuco:8x6:30mm:23mm:DICT_4X4_50", "no marker of DICT_4X4_50 was found"},
-      {renderer.render(one_tag, pose, someLight(2)), grid.spec(),
+      {renderer.render(one_tag, pose, searchLight(2)), grid.spec(),
        "found 1 of 9 tags, too few to place the board"},
       {shown, grid.spec() + ":40",
        " tags of DICT_APRILTAG_36h11, but with other ids than aprilgrid:3x3:50mm:0.3:40 has"},
@@ -395,7 +395,7 @@ TEST(MarkerBoards, AreToldOfInTheirOwnWords) {
 TEST(MarkerBoards, OfOtherCountsAreRefused) {
   const Board shown = parseBoardSpec("aprilgrid:7x4:50mm:0.3");
   const SE3 pose = someViews(shown, 1, 8).front();
-  const GrayImage image = Renderer(someCamera(), kSize).render(inkOf(shown), pose, someLight(4));
+  const GrayImage image = Renderer(searchCamera(), kSearchSize).render(inkOf(shown), pose, searchLight(4));
   EXPECT_TRUE(findBoard(image, shown).found());
   const Detection detection = findBoard(image, parseBoardSpec("aprilgrid:4x7:50mm:0.3"));
   EXPECT_EQ(detection.reason, DetectionReason::kOtherBoard) << detection.detail;

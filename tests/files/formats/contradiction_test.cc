@@ -28,7 +28,7 @@ const std::string kRosSize = "image_width: 640\nimage_height: 480\n";
 const std::string kOpenCv =
     "camera_matrix: {rows: 3, cols: 3, data: [532.8, 0, 342.5, 0, 532.9, 233.9, 0, 0, 1]}\n" +
     kRosCoefficients;
-const ReadOptions kVga{.image_size = ImageSize{.width = 640, .height = 480}, .model = ""};
+const ReadOptions kWithSize{.image_size = ImageSize{.width = 640, .height = 480}, .model = ""};
 
 TEST(FormatContradictions, OfMatlabsMatrixAndFocalLengthAreRefused) {
   for (const auto& [other, name] :
@@ -89,14 +89,15 @@ TEST(FormatOmissions, OfRosSizeAreLeftToTheUser) {
        {"", "image_width: 0\nimage_height: 0\n", "image_width: 640\n", "image_height: 480\n"}) {
     const std::string text = size + kRosMatrix + kRosCoefficients;
     EXPECT_THAT(complaintAbout(text), AllOf(HasSubstr("file:"), HasSubstr("--image-size"))) << size;
-    const StatedCamera camera = parseCameras(text, "file", kVga).cameras.at(0);
-    EXPECT_EQ(camera.image_size, kVga.image_size);
+    const StatedCamera camera = parseCameras(text, "file", kWithSize).cameras.at(0);
+    EXPECT_EQ(camera.image_size, kWithSize.image_size);
     EXPECT_THAT(remarksOn(camera), AllOf(HasSubstr("assumed: file:1"), HasSubstr("640x480"))) << size;
     ++num_read;
   }
   EXPECT_EQ(num_read, 4);
-  EXPECT_THAT(complaintAbout("image_width: 641\nimage_height: 0\n" + kRosMatrix + kRosCoefficients, kVga),
-              AllOf(HasSubstr("'641'"), HasSubstr("640 from --image-size")));
+  EXPECT_THAT(
+      complaintAbout("image_width: 641\nimage_height: 0\n" + kRosMatrix + kRosCoefficients, kWithSize),
+      AllOf(HasSubstr("'641'"), HasSubstr("640 from --image-size")));
 }
 
 TEST(FormatOmissions, OfOneSideInOpenCvsFilesAreNoticed) {
@@ -116,8 +117,8 @@ TEST(FormatOmissions, OfOneSideInOpenCvsFilesAreNoticed) {
     EXPECT_THAT(complaintAbout(text),
                 AllOf(HasSubstr(place), HasSubstr("without '" + missing + "'"), HasSubstr("--image-size")));
     EXPECT_THAT(complaintAbout(text, hd), AllOf(HasSubstr(place), HasSubstr("1920x1080 from --image-size")));
-    const StatedCamera camera = parseCameras(text, "file", kVga).cameras.at(0);
-    EXPECT_EQ(camera.image_size, kVga.image_size);
+    const StatedCamera camera = parseCameras(text, "file", kWithSize).cameras.at(0);
+    EXPECT_EQ(camera.image_size, kWithSize.image_size);
     EXPECT_THAT(remarksOn(camera), AllOf(HasSubstr("assumed: " + place), HasSubstr("no " + missing),
                                          HasSubstr("640x480 from --image-size")));
     ++num_cases;

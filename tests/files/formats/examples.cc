@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "files/formats/examples.h"
 
+#include "support/image_sizes.h"
+
 namespace alidade {
 namespace {
 
-constexpr ImageSize kVga{.width = 640, .height = 480};
 constexpr ImageSize kEuroc{.width = 752, .height = 480};
 
 std::vector<FormatExample> ownAndOpenCv() {

@@ -18,7 +18,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kTolerance = 1e-9;  // px
+constexpr double kMrcalTolerance = 1e-9;  // px
 constexpr int kColumns = 40;
 constexpr int kRows = 30;
 
@@ -49,18 +49,18 @@ std::vector<Eigen::Vector2d> pixelsIn(const std::string& text) {
   return pixels;
 }
 
-struct Case {
+struct MrcalCase {
   AnyCamera camera;
   std::vector<Eigen::Vector3d> rays;
 };
 
 template <class M>
-void addCases(std::vector<Case>& cases) {
+void addCases(std::vector<MrcalCase>& cases) {
   Random random(13);
   std::vector<AnyCamera> cameras = {AnyCamera(Camera<M>(ModelFixture<M>::paramSets().front()))};
   for (int i = 0; i < 3; ++i) cameras.emplace_back(Camera<M>(ModelFixture<M>::randomParams(random)));
   for (const AnyCamera& camera : cameras) {
-    Case one{.camera = camera, .rays = {}};
+    MrcalCase one{.camera = camera, .rays = {}};
     for (int row = 0; row < kRows; ++row) {
       for (int column = 0; column < kColumns; ++column) {
         const auto ray = camera.unproject({column * (kTestImage.width - 1.0) / (kColumns - 1),
@@ -81,14 +81,14 @@ int compare(const AnyCamera& camera, const std::vector<Eigen::Vector3d>& rays,
   for (std::size_t i = 0; i < std::min(pixels.size(), rays.size()); ++i) {
     const Projection ours = camera.project(rays[i]);
     if (!ours.ok()) continue;  // ten digits move the rim of the domain
-    EXPECT_LT((ours.pixel - pixels[i]).norm(), kTolerance) << camera.modelId();
+    EXPECT_LT((ours.pixel - pixels[i]).norm(), kMrcalTolerance) << camera.modelId();
   }
   return static_cast<int>(pixels.size());
 }
 
 TEST(MrcalFiles, GoBothWays) {
   ALIDADE_NEED_PEER("/usr/lib/python3/dist-packages/mrcal/__init__.py", "python3-mrcal");
-  std::vector<Case> cases;
+  std::vector<MrcalCase> cases;
   addCases<Pinhole>(cases);
   addCases<Radtan>(cases);
   addCases<Rational>(cases);

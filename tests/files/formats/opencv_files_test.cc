@@ -18,7 +18,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kTolerance = 1e-9;  // px
+constexpr double kOpencvTolerance = 1e-9;  // px
 
 cv::Mat matrixOf(std::span<const double> p) {
   return cv::Mat(cv::Matx33d(p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1));
@@ -119,7 +119,7 @@ int compare(const Project& project) {
         const Projection ours = camera.project(*ray);
         if (!ours.ok()) continue;
         const Eigen::Vector2d theirs = project(read, *ray);
-        EXPECT_LT((theirs - ours.pixel).norm(), kTolerance) << camera.modelId();
+        EXPECT_LT((theirs - ours.pixel).norm(), kOpencvTolerance) << camera.modelId();
         ++num_points;
       }
     }

@@ -14,6 +14,7 @@
 #include "alidade/files/rig_file.h"
 #include "apps/run_program.h"
 #include "files/formats/reading.h"
+#include "support/image_sizes.h"
 #include "support/message_of.h"
 #include "support/peer.h"
 #include "support/scratch_folder.h"
@@ -25,7 +26,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr double kTolerance = 1e-9;  // m and rad
-constexpr ImageSize kVga = {.width = 640, .height = 480};
 
 // How far apart: the sum of the distance of the origins, m, and the angle, rad.
 double distance(const SE3& a, const SE3& b) {

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 constexpr double kNoisePx = 0.1;
 
-DrawnCamera ordinaryCamera() {
+DrawnCamera distortedCamera() {
   return {
       AnyCamera::make("radtan", std::vector<double>{535, 534, 322.5, 238.1, -0.28, 0.08, 8e-4, -4e-4, -0.01}),
       {.width = 640, .height = 480},
@@ -59,7 +59,7 @@ HeldScores scoresOf(const AnyCamera& camera, const UserSet& set,
 // together: with noise alone, and with views that are moved by ten and thirty times as much. One in twenty is
 // what users can put up with; ten views moved the most come to 3 %.
 TEST(HeldScores, HardlyEverAccuseTheRightCamera) {
-  const DrawnCamera drawn = ordinaryCamera();
+  const DrawnCamera drawn = distortedCamera();
   constexpr int kSets = 300;
   int num_rows = 0;
   for (const int num_views : {3, 4, 6, 10, 20}) {
@@ -91,7 +91,7 @@ TEST(HeldScores, HardlyEverAccuseTheRightCamera) {
 }
 
 TEST(HeldScores, TellWhichChangeACameraNeeds) {
-  const DrawnCamera drawn = ordinaryCamera();
+  const DrawnCamera drawn = distortedCamera();
   struct Case {
     CameraChangeKind change;
     double amount;
@@ -132,7 +132,7 @@ TEST(HeldScores, TellWhichChangeACameraNeeds) {
 
 // Half a pixel is mostly a turn of the camera; it takes a hundred views to see the rest.
 TEST(HeldScores, SeeTheOtherPixelOrigin) {
-  const DrawnCamera drawn = ordinaryCamera();
+  const DrawnCamera drawn = distortedCamera();
   Random random(4);
   const UserSet set = drawUserViews(drawn, 120, kNoisePx, random);
   const AnyCamera tested = *changed(drawn.camera, CameraChangeKind::kPixelOrigin, 0.5);
@@ -143,7 +143,7 @@ TEST(HeldScores, SeeTheOtherPixelOrigin) {
 }
 
 TEST(HeldScores, AllowForTheCamerasOwnUncertainty) {
-  const DrawnCamera drawn = ordinaryCamera();
+  const DrawnCamera drawn = distortedCamera();
   Random random(5);
   const UserSet set = drawUserViews(drawn, 12, kNoisePx, random);
   const AnyCamera tested = *changed(drawn.camera, CameraChangeKind::kCenterX, 5);
@@ -162,7 +162,7 @@ TEST(HeldScores, AllowForTheCamerasOwnUncertainty) {
 }
 
 TEST(HeldScores, TakeAMatrixThatIsNoCovarianceForNone) {
-  const DrawnCamera drawn = ordinaryCamera();
+  const DrawnCamera drawn = distortedCamera();
   Random random(7);
   const UserSet set = drawUserViews(drawn, 12, kNoisePx, random);
   Eigen::MatrixXd indefinite = Eigen::MatrixXd::Identity(9, 9);
@@ -172,7 +172,7 @@ TEST(HeldScores, TakeAMatrixThatIsNoCovarianceForNone) {
 }
 
 TEST(HeldScores, CountWeightedViewsForLess) {
-  const DrawnCamera drawn = ordinaryCamera();
+  const DrawnCamera drawn = distortedCamera();
   Random random(8);
   UserSet set = drawUserViews(drawn, 20, kNoisePx, random);
   std::vector<View> first(set.views.begin(), set.views.begin() + 5);
@@ -189,7 +189,7 @@ TEST(HeldScores, CountWeightedViewsForLess) {
 }
 
 TEST(HeldScores, NeedThreeViewsAndNoise) {
-  const DrawnCamera drawn = ordinaryCamera();
+  const DrawnCamera drawn = distortedCamera();
   Random random(6);
   const UserSet set = drawUserViews(drawn, 2, kNoisePx, random);
   EXPECT_FALSE(HeldScores::make(drawn.camera, fitHeld(drawn.camera, set), nullptr, 0.01, {}));

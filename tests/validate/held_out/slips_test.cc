@@ -8,27 +8,27 @@
 #include <gmock/gmock.h>
 
 #include "alidade/validate/held_out/held_out_images.h"
+#include "support/image_sizes.h"
 #include "support/lens_draw.h"
 #include "support/user_views.h"
 
 namespace alidade {
 namespace {
 
-constexpr ImageSize kSize{.width = 640, .height = 480};
-constexpr double kNoisePx = 0.1;
+constexpr double kSlipNoisePx = 0.1;
 constexpr int kViews = 30;
 constexpr std::uint64_t kSeeds = 3;
 
 using Params = std::vector<double>;
 
 DrawnCamera narrowCamera() {
-  return {AnyCamera::make("radtan", Params{535, 529, 322.5, 238.1, -0.28, 0.08, 2e-3, -9e-4, -0.01}), kSize,
+  return {AnyCamera::make("radtan", Params{535, 529, 322.5, 238.1, -0.28, 0.08, 2e-3, -9e-4, -0.01}), kVga,
           0.75};
 }
 
 DrawnCamera fisheyeCamera() {
-  return {AnyCamera::make("kannala_brandt", Params{285, 281, 322.5, 238.1, 0.06, -0.02, 0.006, -0.001}),
-          kSize, 1.1};
+  return {AnyCamera::make("kannala_brandt", Params{285, 281, 322.5, 238.1, 0.06, -0.02, 0.006, -0.001}), kVga,
+          1.1};
 }
 
 // By the id of the slip that the file has after it: what was done to the right numbers.
@@ -64,9 +64,9 @@ std::map<std::string, std::function<void(Params&)>> slipsOf(std::string_view mod
   return slips;
 }
 
-UserSet viewsOf(const DrawnCamera& drawn, int count, std::uint64_t seed) {
+UserSet slipViews(const DrawnCamera& drawn, int count, std::uint64_t seed) {
   Random random(seed);
-  return drawUserViews(drawn, count, kNoisePx, random);
+  return drawUserViews(drawn, count, kSlipNoisePx, random);
 }
 
 TEST(Slips, AreNamedWithTheMendedNumbers) {
@@ -79,8 +79,8 @@ TEST(Slips, AreNamedWithTheMendedNumbers) {
       slip(wrong);
       const AnyCamera tested = AnyCamera::make(drawn.camera.modelId(), wrong);
       for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-        const UserSet set = viewsOf(drawn, kViews, seed);
-        const HeldOutJudgement judgement = judgeOnImages({&tested, kSize}, set.board, set.views);
+        const UserSet set = slipViews(drawn, kViews, seed);
+        const HeldOutJudgement judgement = judgeOnImages({&tested, kVga}, set.board, set.views);
         const Slip* const named = namedSlip(judgement, kDefaultTolerancePx);
         ASSERT_NE(named, nullptr) << id << " " << seed;
         EXPECT_EQ(named->id, id);
@@ -101,10 +101,10 @@ TEST(Slips, ThatMoveTheOriginTakeMoreViews) {
   int num_named = 0;
   for (const DrawnCamera& drawn : {narrowCamera(), fisheyeCamera()}) {
     for (std::uint64_t seed = 0; seed < 6; ++seed) {
-      const UserSet set = viewsOf(drawn, kManyViews, seed);
+      const UserSet set = slipViews(drawn, kManyViews, seed);
       const AnyCamera tested =
           *changed(drawn.camera, CameraChangeKind::kPixelOrigin, seed % 2 == 0 ? 0.5 : -0.5);
-      const HeldOutJudgement judgement = judgeOnImages({&tested, kSize}, set.board, set.views);
+      const HeldOutJudgement judgement = judgeOnImages({&tested, kVga}, set.board, set.views);
       const Slip* const named = namedSlip(judgement, kDefaultTolerancePx);
       if (named == nullptr) continue;
       EXPECT_EQ(named->id, "pixel_origin");
@@ -119,8 +119,8 @@ TEST(Slips, AreNotNamedInASoundFile) {
   int num_sets = 0;
   for (const DrawnCamera& drawn : {narrowCamera(), fisheyeCamera()}) {
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
-      const UserSet set = viewsOf(drawn, seed % 2 == 0 ? 12 : kViews, seed);
-      const HeldOutJudgement judgement = judgeOnImages({&drawn.camera, kSize}, set.board, set.views);
+      const UserSet set = slipViews(drawn, seed % 2 == 0 ? 12 : kViews, seed);
+      const HeldOutJudgement judgement = judgeOnImages({&drawn.camera, kVga}, set.board, set.views);
       EXPECT_EQ(namedSlip(judgement, kDefaultTolerancePx), nullptr) << seed;
       EXPECT_GE(judgement.slips.size(), 8u);
       ++num_sets;
