@@ -181,6 +181,15 @@ TEST(Certificate, SeesANarrowDipBetweenSamples) {
   EXPECT_NEAR(camera.cone().max_angle_rad, std::atan(std::sqrt(s0)), kAngleTolerance);
 }
 
+// A lens that folds in a wedge that is narrower than the steps between azimuths, and opens again; elsewhere
+// it folds only at 1.1 rad.
+TEST(Certificate, SeesANarrowWedgeBetweenAzimuths) {
+  const Camera<Radtan> camera({1000, 1000, 500, 500, -1.4974037474203887, 1.1237574303460274,
+                               0.0010062284427863038, 0.0017284398516951205, -0.16735247802128575});
+  EXPECT_TRUE(camera.cone().is_limited_by_fold);
+  EXPECT_NEAR(camera.cone().max_angle_rad, 0.6003, kAngleTolerance);
+}
+
 // A fold that all but happens costs the inverse its digits as a fold does. With one root s0 in s = r^2 and a
 // slope of `slope` left over, g' = (1 - slope) (1 - s / s0)^2 + slope.
 TEST(Certificate, EndsWhereTheInverseWouldLoseItsDigits) {

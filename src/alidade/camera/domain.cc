@@ -17,6 +17,7 @@ constexpr int kNumRimPoints = 256;
 constexpr double kShareOfRest = 0.1;  // largest step, as a share of the remaining way to the limit
 constexpr double kLastStep = 1e-6;    // rad; a shorter remaining way is one step
 constexpr double kSameAngle = 1e-9;
+constexpr double kShareOfWay = 0.8;  // of the way to a neighbouring fold; refined searches begin there
 // Below this firmness, a pixel's own rounding moves its ray by more than 1e-9 rad.
 constexpr double kMinFirmness = 2.2e-7;
 
@@ -99,7 +100,7 @@ class Firmness {
       const double size =
           std::sqrt((along_x * along_x + along_y * along_y) + (across_x * across_x + across_y * across_y));
       const double radius = std::sqrt(block.m[0][i] * block.m[0][i] + block.m[1][i] * block.m[1][i]);
-      const double value = det / size / (axis_scale_ + radius);
+      const double value = det / (size * (axis_scale_ + radius));
       values[i] = std::isfinite(value) ? value : -1.0;
     }
   }
@@ -134,33 +135,71 @@ double goldenMinimum(const F& f, double a, double b, int num_iterations) {
   return 0.5 * (a + b);
 }
 
+// The last place, to 1e-14, before f falls from above zero at `good` to zero or less at `bad`; f may jump.
+// Steps of the secant that are pulled to the middle, where needed, so that they are hardly more than a
+// bisection's: the ITP method of Oliveira and Takahashi (ACM Transactions on Mathematical Software 47, 2020).
+template <class F>
+double lastGood(const F& f, double good, double bad) {
+  constexpr double kTolerance = 0.5e-14;
+  double f_good = f(good);
+  double f_bad = f(bad);
+  const double pull = 0.2 / (bad - good);
+  // Half of the widest bracket from which bisection still ends at most one step late.
+  double allowed = bad - good;
+  while (bad - good > 2 * kTolerance) {
+    const double half = 0.5 * (bad - good);
+    const double middle = good + half;
+    const double secant = (f_good * bad - f_bad * good) / (f_good - f_bad);
+    const double way = middle - secant;
+    const double step = std::min(pull * 4 * half * half, std::abs(way));
+    const double pulled = secant + std::copysign(step, way);
+    const double reach = std::max(0.0, allowed - half);
+    double next = std::abs(pulled - middle) <= reach ? pulled : middle - std::copysign(reach, way);
+    if (!(next > good && next < bad)) next = middle;
+    if (!(next > good && next < bad)) break;  // neighbouring numbers
+    const double value = f(next);
+    if (value > 0) {
+      good = next;
+      f_good = value;
+    } else {
+      bad = next;
+      f_bad = value;
+    }
+    allowed *= 0.5;
+  }
+  return good;
+}
+
 // First of the angles at which the lens folds along one azimuth, or a value above all angles. A near fold
-// counts as kFoldMargin farther out, so that the certified cone ends at the near fold itself.
-double firstFold(const Firmness& firmness, const Angles& angles, double limit, double azimuth) {
+// counts as kFoldMargin farther out, so that the certified cone ends at the near fold itself. The search
+// begins at `start`, or at the axis if the lens has folded at `start` already.
+double firstFold(const Firmness& firmness, const Angles& angles, double limit, double azimuth,
+                 double start = 0) {
   const Eigen::Vector2d direction(std::cos(azimuth), std::sin(azimuth));
   const auto f = [&](double angle) { return firmness(angle, direction); };
-  const auto bisect = [&](double good, double bad, double level) {
-    for (int i = 0; i < 60 && bad - good > 1e-14; ++i) {
-      const double middle = 0.5 * (good + bad);
-      (f(middle) > level ? good : bad) = middle;
-    }
-    return good;
+  const auto lastAbove = [&](double level, double good, double bad) {
+    return lastGood([&](double angle) { return f(angle) - level; }, good, bad);
   };
   const auto foldIn = [&](double good, double bad) {
-    const double weak = bisect(good, bad, kMinFirmness);
+    const double weak = lastAbove(kMinFirmness, good, bad);
     const double beyond = std::min(weak + kFoldMargin, limit);
-    return f(beyond) > 0 ? beyond : bisect(weak, beyond, 0.0);
+    return f(beyond) > 0 ? beyond : lastAbove(0.0, weak, beyond);
   };
   LensBlock::Column values{};
   double before = 0;
   double here = 0;
-  for (std::size_t i = 0; i < angles.angle.size(); ++i) {
-    const std::size_t in_block = i % LensBlock::kMaxRays;
+  const auto first =
+      static_cast<std::size_t>(std::ranges::lower_bound(angles.angle, start) - angles.angle.begin());
+  for (std::size_t i = first; i < angles.angle.size(); ++i) {
+    const std::size_t in_block = (i - first) % LensBlock::kMaxRays;
     if (in_block == 0) firmness(angles, i, direction, values);
     const double next = values[in_block];
-    if (!(next > kMinFirmness)) return i == 0 ? 0.0 : foldIn(angles.angle[i - 1], angles.angle[i]);
+    if (!(next > kMinFirmness)) {
+      if (i == first) return i == 0 ? 0.0 : firstFold(firmness, angles, limit, azimuth);
+      return foldIn(angles.angle[i - 1], angles.angle[i]);
+    }
     // A minimum that touches zero between two samples.
-    if (i >= 2 && here <= before && here <= next && here < 0.5) {
+    if (i >= first + 2 && here <= before && here <= next && here < 0.5) {
       const double earlier = angles.angle[i - 2];
       const double bottom = goldenMinimum(f, earlier, angles.angle[i], 40);
       if (!(f(bottom) > kMinFirmness)) return foldIn(earlier, bottom);
@@ -174,7 +213,9 @@ double firstFold(const Firmness& firmness, const Angles& angles, double limit, d
 // Smallest of the first folds over all azimuths.
 double firstFoldAround(const Firmness& firmness, double limit) {
   const Angles angles(limit, kNumAngles);
-  const auto fold = [&](double azimuth) { return firstFold(firmness, angles, limit, azimuth); };
+  const auto fold = [&](double azimuth, double start = 0) {
+    return firstFold(firmness, angles, limit, azimuth, start);
+  };
   const double step = 2 * std::numbers::pi / kNumAzimuths;
   std::vector<double> folds(kNumAzimuths);
   for (int i = 0; i < kNumAzimuths; ++i) folds[static_cast<std::size_t>(i)] = fold(i * step);
@@ -188,7 +229,10 @@ double firstFoldAround(const Firmness& firmness, double limit) {
     if (here > left || here > right || here > limit) continue;
     // If all azimuths end alike, at the limit of the sphere, there is no minimum to refine.
     if (std::max(left, right) - here < kSameAngle) continue;
-    first = std::min(first, fold(goldenMinimum(fold, (i - 1) * step, (i + 1) * step, 30)));
+    // The refined searches skip most of the way, which is free at the sampled azimuths; the azimuth that they
+    // find is searched from the axis.
+    const auto near = [&](double azimuth) { return fold(azimuth, kShareOfWay * here); };
+    first = std::min(first, fold(goldenMinimum(near, (i - 1) * step, (i + 1) * step, 30)));
   }
   return first;
 }
