@@ -18,10 +18,6 @@ double toSide(const Eigen::AlignedBox2d& box, const Vector2d& p) {
 
 }  // namespace
 
-bool InkPattern::Mark::contains(const Vector2d& p) const {
-  return is_disc ? (p - box.center()).norm() <= 0.5 * box.sizes().x() : box.contains(p);
-}
-
 double InkPattern::Mark::edgeDistance(const Vector2d& p) const {
   return is_disc ? std::abs((p - box.center()).norm() - 0.5 * box.sizes().x()) : toSide(box, p);
 }
@@ -47,21 +43,6 @@ void InkPattern::add(const Mark& mark) {
     for (int x = first.x(); x <= last.x(); ++x)
       cells_[static_cast<std::size_t>(y * num_cells_.x() + x)].push_back(mark);
   }
-}
-
-// The cell of a place, or the nearest one for a place outside.
-Vector2i InkPattern::cellAt(const Vector2d& p) const {
-  const Vector2d at = ((p - extent_.min()) / cell_m_).array().floor();
-  const Vector2d last = (num_cells_.array() - 1).cast<double>();
-  return at.cwiseMax(0.0).cwiseMin(last).cast<int>();
-}
-
-BoardTone InkPattern::tone(const Vector2d& p) const {
-  if (!paper_.contains(p)) return BoardTone::kBackground;  // also for NaN
-  if (!extent_.contains(p)) return BoardTone::kBright;
-  const bool is_dark =
-      std::ranges::any_of(marksIn(cellAt(p)), [&](const Mark& mark) { return mark.contains(p); });
-  return is_dark ? BoardTone::kDark : BoardTone::kBright;
 }
 
 double InkPattern::edgeDistance(const Vector2d& p) const {

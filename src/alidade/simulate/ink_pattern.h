@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include <Eigen/Core>
@@ -24,17 +25,30 @@ class InkPattern {
   explicit InkPattern(const BoardInk& ink);
 
   [[nodiscard]] double unit() const { return 1; }  ///< metres
-  [[nodiscard]] BoardTone tone(const Eigen::Vector2d& p) const;
+  [[nodiscard]] BoardTone tone(const Eigen::Vector2d& p) const {
+    if (!paper_.contains(p)) return BoardTone::kBackground;  // also for NaN
+    if (!extent_.contains(p)) return BoardTone::kBright;
+    const bool is_dark =
+        std::ranges::any_of(marksIn(cellAt(p)), [&](const Mark& mark) { return mark.contains(p); });
+    return is_dark ? BoardTone::kDark : BoardTone::kBright;
+  }
   /// A lower bound of the distance to the nearest place with a different tone, metres.
   [[nodiscard]] double edgeDistance(const Eigen::Vector2d& p) const;
 
  private:
-  [[nodiscard]] Eigen::Vector2i cellAt(const Eigen::Vector2d& p) const;
+  // The cell of a place, or the nearest one for a place outside.
+  [[nodiscard]] Eigen::Vector2i cellAt(const Eigen::Vector2d& p) const {
+    const Eigen::Vector2d at = ((p - extent_.min()) / cell_m_).array().floor();
+    const Eigen::Vector2d last = (num_cells_.array() - 1).cast<double>();
+    return at.cwiseMax(0.0).cwiseMin(last).cast<int>();
+  }
   struct Mark {
     Eigen::AlignedBox2d box;
     bool is_disc = false;  // a disc that fills the box
 
-    [[nodiscard]] bool contains(const Eigen::Vector2d& p) const;
+    [[nodiscard]] bool contains(const Eigen::Vector2d& p) const {
+      return is_disc ? (p - box.center()).norm() <= 0.5 * box.sizes().x() : box.contains(p);
+    }
     [[nodiscard]] double edgeDistance(const Eigen::Vector2d& p) const;
   };
   void add(const Mark& mark);

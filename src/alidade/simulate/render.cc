@@ -163,22 +163,6 @@ GrayImage renderPattern(const RayLattice& lattice, Pattern pattern, const SE3& c
 
 }  // namespace
 
-// Distance by which a place is outside the squares, along both axes; negative if inside.
-Eigen::Array2d SquaresPattern::beyondSquares(const Eigen::Vector2d& p) const {
-  return {std::max(-border_square_ - p.x(), p.x() - (board_.columns - 1 + border_square_)),
-          std::max(-border_square_ - p.y(), p.y() - (board_.rows - 1 + border_square_))};
-}
-
-BoardTone SquaresPattern::tone(const Eigen::Vector2d& p) const {
-  const Eigen::Array2d beyond = beyondSquares(p);
-  // Rejects NaN too, and comes before the conversion to int, for which the value must be in range.
-  if (!(beyond.x() < 1 && beyond.y() < 1)) return BoardTone::kBackground;
-  if (beyond.x() >= 0 || beyond.y() >= 0) return BoardTone::kBright;
-  const int i = static_cast<int>(p.x() + 1);  // from 0 at the outermost square
-  const int j = static_cast<int>(p.y() + 1);
-  return (i + j) % 2 == 0 ? BoardTone::kDark : BoardTone::kBright;
-}
-
 double SquaresPattern::edgeDistance(const Eigen::Vector2d& p) const {
   const Eigen::Array2d beyond = beyondSquares(p);
   const auto distanceToBox = [](double dx, double dy) {

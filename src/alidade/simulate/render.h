@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -29,13 +30,25 @@ class SquaresPattern {
 
   [[nodiscard]] double unit() const { return board_.square_m; }  ///< metres
   /// The tone of a place; anything not finite is background.
-  [[nodiscard]] BoardTone tone(const Eigen::Vector2d& p) const;
+  [[nodiscard]] BoardTone tone(const Eigen::Vector2d& p) const {
+    const Eigen::Array2d beyond = beyondSquares(p);
+    // Rejects NaN too, and comes before the conversion to int, for which the value must be in range.
+    if (!(beyond.x() < 1 && beyond.y() < 1)) return BoardTone::kBackground;
+    if (beyond.x() >= 0 || beyond.y() >= 0) return BoardTone::kBright;
+    const int i = static_cast<int>(p.x() + 1);  // from 0 at the outermost square
+    const int j = static_cast<int>(p.y() + 1);
+    return (i + j) % 2 == 0 ? BoardTone::kDark : BoardTone::kBright;
+  }
   /// Distance in squares to the nearest line across which the tone may change; closer places all have the
   /// same tone. All sides of squares count, also those between a bright square and the margin. NaN for NaN.
   [[nodiscard]] double edgeDistance(const Eigen::Vector2d& p) const;
 
  private:
-  [[nodiscard]] Eigen::Array2d beyondSquares(const Eigen::Vector2d& p) const;
+  // Distance by which a place is outside the squares, along both axes; negative if inside.
+  [[nodiscard]] Eigen::Array2d beyondSquares(const Eigen::Vector2d& p) const {
+    return {std::max(-border_square_ - p.x(), p.x() - (board_.columns - 1 + border_square_)),
+            std::max(-border_square_ - p.y(), p.y() - (board_.rows - 1 + border_square_))};
+  }
 
   Checkerboard board_;
   double border_square_;
