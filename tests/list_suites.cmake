@@ -18,12 +18,14 @@ endforeach()
 foreach(line IN LISTS suites)
   string(REGEX REPLACE "[^A-Za-z0-9_/]" "" suite ${line})
   set(labels ${LABEL})
+  set(cost "")
   if(suite IN_LIST SLOW)
     list(APPEND labels slow)
+    set(cost " COST 30")  # so that they start first
     list(REMOVE_ITEM SLOW ${suite})
   endif()
   string(APPEND text "add_test([[${PREFIX}.${suite}]]${command} [[--gtest_filter=${suite}.*]])\n"
-                     "set_tests_properties([[${PREFIX}.${suite}]] PROPERTIES LABELS \"${labels}\" TIMEOUT 1500\n"
+                     "set_tests_properties([[${PREFIX}.${suite}]] PROPERTIES LABELS \"${labels}\" TIMEOUT 1500${cost}\n"
                      "                     SKIP_REGULAR_EXPRESSION [[${skipped}]])\n")
 endforeach()
 if(SLOW)
