@@ -136,7 +136,7 @@ double goldenMinimum(const F& f, double a, double b, int num_iterations) {
 }
 
 // The last place, to 1e-14, before f falls from above zero at `good` to zero or less at `bad`; f may jump.
-// Steps of the secant that are pulled to the middle, where needed, so that they are hardly more than a
+// Steps of the secant that are pulled to the middle, where needed, so that they are at most two more than a
 // bisection's: the ITP method of Oliveira and Takahashi (ACM Transactions on Mathematical Software 47, 2020).
 template <class F>
 double lastGood(const F& f, double good, double bad) {
