@@ -264,7 +264,8 @@ bool isFocalChange(const ViewVariations& variations) {
 }
 
 void focalChanged(Evidence& of) {
-  constexpr double kSigmas = 5;  // of F's random deviation
+  constexpr double kSigmas = 5;      // of F's random deviation
+  constexpr double kStepSigmas = 4;  // the surest of up to 32 steps
   const ViewVariations& variations = of.uncertainty.variations;
   const double spread = variations.focal_spread;
   // Errors shared by neighbouring corners, due to imperfect boards and lenses, raise F. On good photographs F
@@ -276,14 +277,20 @@ void focalChanged(Evidence& of) {
     return (error.cause == CommonCause::kPupil || error.cause == CommonCause::kFocus) &&
            severityOf(effectOf(of, error), of.tolerance_px) >= Severity::kWarning;
   });
-  if (of.uncertainty.two_cameras || is_by_distance || !isFocalChange(variations) ||
-      !(variations.focal_f > limit * scale))
-    return;
-  of.add({.id = "focal_changed",
-          .cause = "the focal length differs between views: zoom, focus, or several cameras",
-          .evidence = "standard deviation " + percent(spread),
-          .next_step = "fix zoom and focus (no autofocus), and calibrate each camera and setting separately"},
-         kTwoSided95 * spread * halfDiagonal(of));
+  if (of.uncertainty.two_cameras || is_by_distance) return;
+  Diagnosis diagnosis{
+      .id = "focal_changed",
+      .cause = "the focal length differs between views: zoom, focus, or several cameras",
+      .next_step = "fix zoom and focus (no autofocus), and calibrate each camera and setting separately"};
+  if (isFocalChange(variations) && variations.focal_f > limit * scale) {
+    diagnosis.evidence = "standard deviation " + percent(spread);
+    of.add(std::move(diagnosis), kTwoSided95 * spread * halfDiagonal(of));
+  } else if (const auto& step = of.uncertainty.focal_step;
+             step && step->sigmas > kStepSigmas && !(variations.rows_f > limit * scale)) {
+    diagnosis.evidence = "by " + percent(std::abs(step->share)) + " from " +
+                         nameOf(of.fit, of.fit.views[step->first_view]) + " on";
+    of.add(std::move(diagnosis), 0.5 * std::abs(step->share) * halfDiagonal(of));
+  }
 }
 
 // A board that stands still is not sheared. A shift of the principal point by optical stabilisation, or of

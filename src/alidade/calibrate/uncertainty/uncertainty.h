@@ -171,6 +171,15 @@ struct ViewVariations {
   double focal_share = 0;
 };
 
+/// A change of both focal lengths, in proportion, from one view on, in the order of the views: the surest
+/// one.
+struct FocalStep {
+  std::size_t first_view = 0;
+  double share = 0;   ///< of the focal length
+  double sigmas = 0;  ///< its size as a standard normal deviate: by noise, or by the disagreement of views if
+                      ///< that is less certain
+};
+
 /// Views of two cameras, or of two settings of one.
 struct TwoCameras {
   std::vector<std::size_t> minority = {};  ///< indices of the views of the camera with fewer views
@@ -183,6 +192,7 @@ struct ViewEvidence {
       {};  ///< one per view; empty if the views do not determine the camera
   std::vector<CommonError> common_errors = {};  ///< one per cause that the views determine
   ViewVariations variations = {};               ///< variation between views that should not exist
+  std::optional<FocalStep> focal_step = {};     ///< nothing with too few views
   std::optional<TwoCameras> two_cameras = {};   ///< evidence for two cameras among the views
 };
 

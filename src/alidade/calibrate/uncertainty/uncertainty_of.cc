@@ -202,6 +202,7 @@ ViewEvidence viewEvidence(const Fit& fit, const Residuals& residuals, double smo
                                         flexible ? viewScores(*flexible) : std::vector<Reduced>(),
                                         residuals.variance, smoothness),
           .variations = viewVariations(fit),
+          .focal_step = focalStep(scores, residuals.directions, onlyCamera(fit), residuals.variance),
           .two_cameras = twoCameras(fit, sigma_px * sigma_px)};
 }
 

@@ -84,6 +84,14 @@ namespace alidade {
 /// @returns std::nullopt without evidence for two groups of at least three places each
 [[nodiscard]] std::optional<TwoCameras> twoCameras(const Fit& fit, double variance);
 
+/// Looks for a step of the focal length from one view to the next. A common camera would be the mean of both
+/// settings, and poses would hide most of the difference.
+/// @param scores  as for viewInfluences(), in the order in which the views were taken
+/// @returns nothing with fewer than three views on either side
+[[nodiscard]] std::optional<FocalStep> focalStep(std::span<const Reduced> scores,
+                                                 const Eigen::MatrixXd& directions, const FitCamera& camera,
+                                                 double variance);
+
 /// Variation between views that one camera should not show.
 /// @param fit  of one camera, solved
 [[nodiscard]] ViewVariations viewVariations(const Fit& fit);

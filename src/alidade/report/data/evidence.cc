@@ -369,7 +369,12 @@ json documentOf(const Calibration& result, const GivenImages& given, const Guida
         {"focal_spread", known.variations.focal_spread},
         {"rows_f", known.variations.rows_f},
         {"rows_spread", known.variations.rows_spread},
-        {"focal_share", known.variations.focal_share}}},
+        {"focal_share", known.variations.focal_share},
+        {"focal_step", known.focal_step
+                           ? json{{"image", result.fit.views[known.focal_step->first_view].image},
+                                  {"share", known.focal_step->share},
+                                  {"sigmas", known.focal_step->sigmas}}
+                           : json()}}},
       {"views", viewsJson(result)},
       {"notes", given.notes},
       {"coverage", guidance.coverage},
