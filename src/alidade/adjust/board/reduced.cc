@@ -56,28 +56,19 @@ ExtraColumns bendColumns(const Board* board, int first, int num_columns) {
   return columns;
 }
 
-ExtraColumns offsetColumns(const Board& board) {
-  ExtraColumns columns;
-  columns.size = kNumBends + 3 * board.numCorners();
-  columns.addElements = [&board](const CornerRows& rows, int axis, Elements& to) {
-    addBends(board, 0, rows, axis, to);
-    // A shift of the point acts like a translation of the pose.
-    const double* J_px_point = rows.J_px_pose[static_cast<std::size_t>(axis)];
-    for (int i = 0; i < 3; ++i) to.emplace_back(kNumBends + 3 * rows.corner.id + i, J_px_point[i]);
-  };
-  return columns;
-}
-
 detail::ViewGram detail::gramOf(std::string_view model_id, std::span<const double> params,
                                 const SE3& camera_from_board, std::span<const Observation> view,
-                                HuberLoss loss, LossWeights weights, const ExtraColumns& extra) {
+                                HuberLoss loss, LossWeights weights, const ExtraColumns& extra,
+                                PointShifts shifts) {
   const ViewKernel& kernel = viewKernel(model_id);
   const Eigen::Index error = kernel.numParams() + 6;  // in the dense rows: pose, parameters, error
   const Eigen::Index last = error + extra.size;       // among all columns
   ViewFactor dense(2 * static_cast<Eigen::Index>(view.size()), error + 1);
   kernel.rows(params.data(), camera_from_board, groupsOf(view),
               {dense.data(), static_cast<std::size_t>(dense.size())});
-  ViewGram gram{.lower = Eigen::MatrixXd::Zero(last + 1, last + 1)};
+  ViewGram gram{.lower = Eigen::MatrixXd::Zero(last + 1, last + 1), .points = {}};
+  if (shifts == PointShifts::kInclude)
+    gram.points = Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(view.size()), last + 1);
   Eigen::Index num_rows = 0;
   Elements elements;
   for (std::size_t i = 0; i < view.size(); ++i) {
@@ -116,7 +107,14 @@ detail::ViewGram detail::gramOf(std::string_view model_id, std::span<const doubl
           gram.lower(std::max(at, other), std::min(at, other)) += elements[a].second * elements[b].second;
         }
       }
+      if (shifts == PointShifts::kLeaveOut) continue;
+      auto point = gram.points.middleRows<3>(3 * gram.num_corners);
+      const Eigen::Vector3d shift = row.head<3>();  // acts like a translation of the pose
+      point.leftCols(error) += shift * row.head(error);
+      point.col(last) += shift * row(error);
+      for (const auto& [at, value] : elements) point.col(error + at) += shift * value;
     }
+    if (shifts == PointShifts::kInclude) gram.ids.push_back(view[i].id);
     ++gram.num_corners;
   }
   Eigen::MatrixXd products = Eigen::MatrixXd::Zero(error + 1, error + 1);

@@ -78,22 +78,26 @@ inline constexpr int kNumBends = 2;
 /// @param num_columns  of all boards
 [[nodiscard]] ExtraColumns bendColumns(const Board* board, int first = 0, int num_columns = kNumBends);
 
-/// bend_x and bend_y of a board, followed by the offset of each of its points, for the views of this board.
-[[nodiscard]] ExtraColumns offsetColumns(const Board& board);
-
 namespace detail {
 
 /// Sums of products of the columns of a view: pose, parameters, additional ones, error.
 struct ViewGram {
   Eigen::MatrixXd lower;  ///< triangle; zero above the diagonal
+  /// With PointShifts::kInclude, three rows per corner that projects: shifts of its point on the board, with
+  /// all columns. The first three columns are also those with itself.
+  Eigen::MatrixXd points;
+  std::vector<int> ids = {};  ///< of these corners
   double sum_of_rho = 0;
   int num_corners = 0;  ///< number of corners that project
 };
 
+enum class PointShifts { kLeaveOut, kInclude };
+
 /// Corners that do not project are skipped.
 [[nodiscard]] ViewGram gramOf(std::string_view model_id, std::span<const double> params,
                               const SE3& camera_from_board, std::span<const Observation> view, HuberLoss loss,
-                              LossWeights weights, const ExtraColumns& extra = {});
+                              LossWeights weights, const ExtraColumns& extra = {},
+                              PointShifts shifts = PointShifts::kLeaveOut);
 
 }  // namespace detail
 

@@ -19,13 +19,8 @@ constexpr double kLeastScatter = 1e-5;  // smaller offsets count as zero
 constexpr double kFewestOffsets = 3;    // number of coordinates that the corners determine
 
 // The normal equations of the whole fit, including the priors of the lenses.
-Reduced equationsOf(const Fit& fit, const JointColumns& columns, LossWeights weights) {
-  Reduced sum{.information = Eigen::MatrixXd::Zero(columns.count, columns.count),
-              .gradient = Eigen::VectorXd::Zero(columns.count)};
-  forEachFrame(fit, columns, weights, [&](const Reduced& frame) {
-    sum.information += frame.information;
-    sum.gradient += frame.gradient;
-  });
+JointEquations equationsOf(const Fit& fit, const JointColumns& columns, LossWeights weights) {
+  JointEquations sum = jointEquations(fit, columns, weights);
   for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
     const FitCamera& camera = fit.cameras[c];
     camera.weak_prior.prior.addTo(camera.params, sum.information, sum.gradient, columns.params[c]);
@@ -87,29 +82,39 @@ class UnevenBoard {
     }
   }
 
-  // This board's part of a vector or matrix over the offsets of all boards.
+  // This board's part of a vector over the offsets of all boards.
   [[nodiscard]] auto own(Eigen::VectorXd& all) const { return all.segment(first_, count_); }
   [[nodiscard]] auto own(const Eigen::VectorXd& all) const { return all.segment(first_, count_); }
-  [[nodiscard]] auto own(Eigen::MatrixXd& all) const { return all.block(first_, first_, count_, count_); }
-  [[nodiscard]] auto own(const Eigen::MatrixXd& all) const {
-    return all.block(first_, first_, count_, count_);
-  }
 
-  // The information of the prior.
-  [[nodiscard]] Eigen::MatrixXd information() const {
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(count_, count_);
-    for (Eigen::Index i = 0; i < count_; ++i) matrix(i, i) = precision_(axesOf(i));
-    for (const Mode& mode : modes_)
-      matrix += (mode.precision - precision_(mode.axes)) * mode.direction * mode.direction.transpose();
-    return matrix;
+  // The information of the prior: a diagonal, less the product of these rows with themselves.
+  [[nodiscard]] Eigen::VectorXd diagonal() const {
+    Eigen::VectorXd precisions(count_);
+    for (Eigen::Index i = 0; i < count_; ++i) precisions(i) = precision_(axesOf(i));
+    return precisions;
+  }
+  [[nodiscard]] Eigen::MatrixXd roots(Eigen::Index num_all) const {
+    Eigen::MatrixXd rows = modes(num_all).transpose();
+    for (Eigen::Index k = 0; k < rows.rows(); ++k) {
+      const Mode& mode = modes_[static_cast<std::size_t>(k)];
+      rows.row(k) *= std::sqrt(std::max(0.0, precision_(mode.axes) - mode.precision));
+    }
+    return rows;
+  }
+  // Number of offsets that the prior determines.
+  [[nodiscard]] double numHeld(const OffsetMatrix& covariance) const {
+    const Eigen::MatrixXd rows = roots(covariance.diagonal().size());
+    return own(covariance.diagonal()).dot(diagonal()) -
+           rows.transpose().cwiseProduct(covariance.times(rows.transpose())).sum();
   }
 
   // Sets the scatter and the modes; returns the largest relative change of a scatter.
-  double update(const Eigen::VectorXd& offsets, const Eigen::MatrixXd& inverse, double variance) {
+  double update(const Eigen::VectorXd& offsets, const OffsetMatrix& inverse, double variance) {
     double largest = 0;
+    const Eigen::VectorXd diagonal = own(inverse.diagonal());
+    const Eigen::MatrixXd of_modes = ofModes(inverse);
     for (const int axes : {kInPlane, kAcross}) {
       const double least = kLeastScatter * spacing_;
-      const double determined = determinedOf(inverse, axes);
+      const double determined = determinedOf(diagonal, of_modes, axes);
       const double scatter_m =
           std::max(least, determined > 0 ? std::sqrt(squaresOf(offsets, axes) / determined) : 0.0);
       const double precision = variance / (scatter_m * scatter_m);
@@ -117,27 +122,23 @@ class UnevenBoard {
       precision_(axes) = precision;
       if (scatter_m > least) largest = std::max(largest, change);
     }
-    freeModes(offsets, inverse, variance);
+    freeModes(offsets, of_modes, variance);
     return largest;
   }
 
   // Sets the variance of each mode to its most likely value: the square of the amplitude that the corners
   // alone give, minus their own variance. It is at least the variance of the scatter. The result does not
   // depend on the previous variances.
-  // @param inverse  of the sum of the corners' information and this prior; a covariance when multiplied by
-  // `variance`
-  void freeModes(const Eigen::VectorXd& offsets, const Eigen::MatrixXd& inverse, double variance) {
+  // @param of_modes  see ofModes(); a covariance when multiplied by `variance`
+  void freeModes(const Eigen::VectorXd& offsets, const Eigen::MatrixXd& of_modes, double variance) {
     constexpr int kMaxRounds = 100;
     constexpr double kSteady = 1e-9;
     constexpr double kSomething = 0.01;  // least share of the corners in the information on a mode
-    Eigen::MatrixXd U(count_, static_cast<Eigen::Index>(modes_.size()));
-    Eigen::Index column = 0;
-    for (const Mode& mode : modes_) U.col(column++) = mode.direction;
     // Information on the amplitudes with all other offsets eliminated, with and without the modes' own
     // priors.
-    const auto known = scaledInverseSpd(U.transpose() * inverse * U);
+    const auto known = scaledInverseSpd(of_modes);
     if (!known) return;
-    const Eigen::VectorXd gradient = *known * (U.transpose() * offsets);
+    const Eigen::VectorXd gradient = *known * (modes(count_, 0).transpose() * offsets);
     Eigen::MatrixXd by_others = *known;
     by_others.diagonal() -= heldBy();
     for (int round = 0; round < kMaxRounds; ++round) {
@@ -163,6 +164,12 @@ class UnevenBoard {
       }
       if (change < kSteady) return;
     }
+  }
+
+  // The part of the modes in the inverse of the sum of the corners' information and this prior.
+  [[nodiscard]] Eigen::MatrixXd ofModes(const OffsetMatrix& inverse) const {
+    const Eigen::MatrixXd U = modes(inverse.diagonal().size());
+    return U.transpose() * inverse.times(U);
   }
 
   // Writes the offsets and their scatter to the fit; returns the largest step as a share of the points'
@@ -205,18 +212,28 @@ class UnevenBoard {
     return std::max(0.0, squares);
   }
 
+  // The directions of the modes, one per column, among the offsets of all boards.
+  [[nodiscard]] Eigen::MatrixXd modes(Eigen::Index num_all) const { return modes(num_all, first_); }
+  [[nodiscard]] Eigen::MatrixXd modes(Eigen::Index num_all, Eigen::Index first) const {
+    Eigen::MatrixXd U = Eigen::MatrixXd::Zero(num_all, std::ssize(modes_));
+    Eigen::Index column = 0;
+    for (const Mode& mode : modes_) U.col(column++).segment(first, count_) = mode.direction;
+    return U;
+  }
+
   // Number of these coordinates that the corners determine.
-  [[nodiscard]] double determinedOf(const Eigen::MatrixXd& inverse, int axes) const {
+  [[nodiscard]] double determinedOf(const Eigen::VectorXd& diagonal, const Eigen::MatrixXd& of_modes,
+                                    int axes) const {
     double trace = 0;
     double count = 0;
     for (Eigen::Index i = 0; i < count_; ++i) {
       if (axesOf(i) != axes) continue;
-      trace += inverse(i, i);
+      trace += diagonal(i);
       ++count;
     }
-    for (const Mode& mode : modes_) {
-      if (mode.axes != axes) continue;
-      trace -= mode.direction.dot(inverse * mode.direction);
+    for (Eigen::Index k = 0; k < of_modes.cols(); ++k) {
+      if (modes_[static_cast<std::size_t>(k)].axes != axes) continue;
+      trace -= of_modes(k, k);
       --count;
     }
     return count - precision_(axes) * trace;
@@ -243,28 +260,35 @@ class OffsetEquations {
  public:
   // Nothing if the other unknowns are not determined.
   // @param kept  the uneven boards so far; empty: initial ones without freed modes
-  static std::optional<OffsetEquations> make(const Fit& fit, const std::vector<UnevenBoard>& kept = {}) {
+  static std::optional<OffsetEquations> make(const Fit& fit, const std::vector<UnevenBoard>& kept = {},
+                                             LossWeights weights = LossWeights::kUse) {
     const JointColumns columns = jointColumns(fit, Offsets::kInclude);
-    const Reduced all = equationsOf(fit, columns, LossWeights::kUse);
+    const JointEquations all = equationsOf(fit, columns, weights);
     OffsetEquations result;
-    const auto first = std::ranges::find_if(columns.offsets, [](int at) { return at >= 0; });
-    const Eigen::Index num_others = first == columns.offsets.end() ? columns.count : *first;
+    const Eigen::Index num_others = columns.num_others;
     const Eigen::Index num_offsets = columns.count - num_others;
-    const Eigen::MatrixXd directions = jointDirections(fit, columns, all.information);
-    const Eigen::Index num_free = directions.cols() - num_offsets;
     // Plain matrices, because each type of block would need a compiled product of its own.
-    const Eigen::MatrixXd others = directions.topLeftCorner(num_others, num_free);
-    const Eigen::MatrixXd own = all.information.topLeftCorner(num_others, num_others);
-    const Eigen::MatrixXd coupling = all.information.bottomLeftCorner(num_offsets, num_others);
+    const Eigen::MatrixXd own = all.information.topRows(num_others);
+    result.others_ = jointDirections(fit, jointColumns(fit), own);
+    const Eigen::MatrixXd& others = result.others_;
+    const Eigen::MatrixXd coupling = all.information.bottomRows(num_offsets);
     const Eigen::MatrixXd mixed = coupling * others;
     const auto inverse = scaledInverseSpd(others.transpose() * own * others);
     if (!inverse) return std::nullopt;
-    result.information_ =
-        all.information.bottomRightCorner(num_offsets, num_offsets) - mixed * *inverse * mixed.transpose();
-    result.gradient_ = all.gradient.tail(num_offsets) -
-                       mixed * (*inverse * (others.transpose() * all.gradient.head(num_others)));
+    result.gains_ = mixed * *inverse;
+    result.information_ = all.of_offsets;
+    OffsetMatrix& information = result.information_;
+    if (information.full.size() > 0) {
+      information.full -= result.gains_ * mixed.transpose();
+    } else {
+      const Eigen::MatrixXd roots = (mixed * choleskyOf(*inverse)).transpose();
+      information.roots.conservativeResize(information.roots.rows() + roots.rows(), num_offsets);
+      information.roots.bottomRows(roots.rows()) = roots;
+    }
+    result.gradient_ =
+        all.gradient.tail(num_offsets) - result.gains_ * (others.transpose() * all.gradient.head(num_others));
     result.squares_ = 2 * fit.summary.cost;
-    result.freedom_ = 2 * static_cast<double>(numCorners(fit)) - static_cast<double>(num_free) -
+    result.freedom_ = 2 * static_cast<double>(numCorners(fit)) - static_cast<double>(others.cols()) -
                       6 * static_cast<double>(fit.placements.size());
     result.offsets_.resize(num_offsets);
     for (std::size_t b = 0; b < fit.boards.size(); ++b) {
@@ -285,7 +309,7 @@ class OffsetEquations {
       if (!step()) return false;
       double change = 0;
       for (UnevenBoard& board : boards_)
-        change = std::max(change, board.update(board.own(next_), board.own(inverse_), variance_));
+        change = std::max(change, board.update(board.own(next_), inverse_, variance_));
       if (change < kSteady) break;
     }
     return step();
@@ -294,23 +318,26 @@ class OffsetEquations {
   // Estimates the offsets with the present scatter and freed modes; false if there is no solution.
   bool freeModes() {
     if (!step()) return false;
-    for (UnevenBoard& board : boards_) board.freeModes(board.own(next_), board.own(inverse_), variance_);
+    for (UnevenBoard& board : boards_) board.freeModes(board.own(next_), board.ofModes(inverse_), variance_);
     return step();
   }
 
   // Estimates the offsets with the present scatter; false if there is no solution.
   bool step() {
-    prior_ = Eigen::MatrixXd::Zero(information_.rows(), information_.cols());
-    for (const UnevenBoard& board : boards_) board.own(prior_) = board.information();
-    const auto inverse = scaledInverseSpd(information_ + prior_);
-    if (!inverse) return false;
-    inverse_ = *inverse;
-    next_ = inverse_ * (information_ * offsets_ - gradient_);
+    if (!invert()) return false;
+    next_ = inverse_.times(information_.times(offsets_) - gradient_);
     const Eigen::VectorXd step = next_ - offsets_;
-    const double squares = squares_ + 2 * gradient_.dot(step) + step.dot(information_ * step);
-    const double num_determined = static_cast<double>(inverse_.rows()) - prior_.cwiseProduct(inverse_).sum();
+    const double squares = squares_ + 2 * gradient_.dot(step) + step.dot(information_.times(step).col(0));
+    double num_determined = static_cast<double>(next_.size());
+    for (const UnevenBoard& board : boards_) num_determined -= board.numHeld(inverse_);
     variance_ = std::max(squares, 0.0) / std::max(1.0, freedom_ - num_determined);
     return std::isfinite(variance_);
+  }
+
+  // By how much the covariance of the other unknowns grows because the offsets are uncertain, per variance.
+  [[nodiscard]] Eigen::MatrixXd share() const {
+    const Eigen::MatrixXd by_offsets = gains_ * others_.transpose();
+    return by_offsets.transpose() * inverse_.times(by_offsets);
   }
 
   [[nodiscard]] const std::vector<UnevenBoard>& boards() const { return boards_; }
@@ -324,20 +351,55 @@ class OffsetEquations {
     double largest = 0;
     for (const UnevenBoard& board : boards_) {
       const Eigen::VectorXd next = board.own(next_);
-      const double num_held = board.own(prior_).cwiseProduct(board.own(inverse_)).sum();
-      const double num_free = static_cast<double>(next.size()) - num_held;
+      const double num_free = static_cast<double>(next.size()) - board.numHeld(inverse_);
       largest = std::max(largest, board.apply(next - board.own(offsets_), next, num_free, fit));
     }
     return largest;
   }
 
  private:
-  Eigen::MatrixXd information_;
+  // Inverts the sum of the information and the prior; false if it is singular.
+  bool invert() {
+    const Eigen::Index count = offsets_.size();
+    Eigen::VectorXd diagonal(count);
+    Eigen::MatrixXd roots = information_.roots;
+    for (const UnevenBoard& board : boards_) {
+      board.own(diagonal) = board.diagonal();
+      const Eigen::MatrixXd of_board = board.roots(count);
+      roots.conservativeResize(roots.rows() + of_board.rows(), count);
+      roots.bottomRows(of_board.rows()) = of_board;
+    }
+    if (information_.full.size() > 0) {
+      Eigen::MatrixXd sum = information_.full - roots.transpose() * roots;
+      sum.diagonal() += diagonal;
+      const auto inverse = scaledInverseSpd(sum);
+      if (inverse) inverse_ = {.full = *inverse};
+      return inverse.has_value();
+    }
+    // Woodbury 1950, Inverting modified matrices.
+    Eigen::MatrixXd blocks(count, 3);
+    Eigen::MatrixXd solved(count, roots.rows());
+    for (Eigen::Index i = 0; i < count; i += 3) {
+      Eigen::Matrix3d block = information_.blocks.middleRows<3>(i);
+      block.diagonal() += diagonal.segment<3>(i);
+      blocks.middleRows<3>(i) = block.inverse();
+      solved.middleRows<3>(i) = blocks.middleRows<3>(i) * roots.middleCols<3>(i).transpose();
+    }
+    Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(roots.rows(), roots.rows());
+    rest.triangularView<Eigen::Lower>() -= roots * solved;
+    const auto inverse_root = inverseRootOf(rest);
+    if (!inverse_root) return false;
+    inverse_ = {.blocks = std::move(blocks), .roots = (solved * *inverse_root).transpose()};
+    return true;
+  }
+
+  OffsetMatrix information_;  // with all other unknowns eliminated
+  Eigen::MatrixXd others_;    // free directions of the unknowns before the offsets
+  Eigen::MatrixXd gains_;     // of these by the offsets
   Eigen::VectorXd gradient_;
   Eigen::VectorXd offsets_;  // present offsets of the fit
   Eigen::VectorXd next_;     // offsets after the step
-  Eigen::MatrixXd prior_;    // prior of the last step
-  Eigen::MatrixXd inverse_;  // inverse of the sum of `information_` and `prior_`
+  OffsetMatrix inverse_;     // of the sum of the information and the prior
   std::vector<UnevenBoard> boards_;
   double squares_ = 0;
   double freedom_ = 0;  // degrees of freedom without the offsets
@@ -408,25 +470,11 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
 std::optional<Eigen::MatrixXd> offsetShare(const Fit& fit) {
   const Eigen::Index num_columns = jointColumns(fit).count;
   if (!isAnyUneven(fit)) return Eigen::MatrixXd::Zero(num_columns, num_columns);
-  const JointColumns columns = jointColumns(fit, Offsets::kInclude);
-  Eigen::MatrixXd information = equationsOf(fit, columns, LossWeights::kLeaveOut).information;
   auto equations = OffsetEquations::make(fit);
   if (!equations || !equations->freeModes()) return std::nullopt;
-  std::size_t k = 0;
-  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
-    if (columns.offsets[b] < 0) continue;
-    const Eigen::MatrixXd of_board = equations->boards()[k++].information();
-    information.block(columns.offsets[b], columns.offsets[b], of_board.rows(), of_board.cols()) += of_board;
-  }
-  const Eigen::MatrixXd directions = jointDirections(fit, columns, information);
-  const Eigen::Index num_others = directions.cols() - (columns.count - num_columns);
-  const Eigen::MatrixXd free = directions.transpose() * information * directions;
-  const auto whole = scaledInverseSpd(free);
-  const auto given = scaledInverseSpd(free.topLeftCorner(num_others, num_others));
-  if (!whole || !given) return std::nullopt;
-  const Eigen::MatrixXd others = directions.topLeftCorner(num_columns, num_others);
-  const Eigen::MatrixXd difference = whole->topLeftCorner(num_others, num_others) - *given;
-  return Eigen::MatrixXd(others * difference * others.transpose());
+  auto unweighted = OffsetEquations::make(fit, equations->boards(), LossWeights::kLeaveOut);
+  if (!unweighted || !unweighted->step()) return std::nullopt;
+  return unweighted->share();
 }
 
 }  // namespace alidade

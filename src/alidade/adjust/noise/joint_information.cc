@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 
 #include "alidade/geometry/decompositions.h"
 
@@ -18,25 +19,29 @@ int numOwn(const FitBoard& board) {
   return kPoseSize + (board.isFlexible() ? kNumBends : 0);
 }
 
-// Adds a view to the lower triangle of the sums of its placement, whose columns are those of the placement,
-// the unknowns of the fit, and the error.
+// Sums of products over the views of a placement. Their columns are those of the placement, the unknowns of
+// the fit without offsets, and the error.
+struct PlacementSums {
+  Eigen::MatrixXd lower;   // triangle
+  Eigen::MatrixXd points;  // three rows per point of an uneven board, its offset, with these columns
+  Eigen::MatrixXd shifts;  // of each offset with itself
+};
+
 // C Exp(eta) P Exp(zeta) = C P Exp(Ad(P^-1) eta + zeta): the columns of the pose are those of the placement
 // and, through the adjoint, those of the camera.
-// @returns the number of corners
-int add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWeights weights,
-        Eigen::MatrixXd& sums) {
+void add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWeights weights,
+         PlacementSums& sums) {
   const FitCamera& camera = fit.cameras[view.camera];
   const std::size_t b = boardIndex(fit, view);
   const Board& board = fit.boards[b].target;
   const int num_own = numOwn(fit.boards[b]);
   const bool has_flex = num_own > kPoseSize;
   const bool has_bend = columns.bend[b] >= 0;
-  const bool has_offsets = columns.offsets[b] >= 0;
-  const detail::ViewGram gram = detail::gramOf(camera.model, camera.params, cameraFromBoard(fit, view),
-                                               cornersOnShape(fit, view), fit.loss, weights,
-                                               has_offsets            ? offsetColumns(board)
-                                               : has_bend || has_flex ? bendColumns(&board)
-                                                                      : ExtraColumns());
+  const auto shifts =
+      columns.offsets[b] >= 0 ? detail::PointShifts::kInclude : detail::PointShifts::kLeaveOut;
+  const detail::ViewGram gram =
+      detail::gramOf(camera.model, camera.params, cameraFromBoard(fit, view), cornersOnShape(fit, view),
+                     fit.loss, weights, has_bend || has_flex ? bendColumns(&board) : ExtraColumns(), shifts);
   // For each column of the view, the column of the sums; -1 if it is not estimated.
   std::vector<Eigen::Index> to;
   const auto place = [&](int first, Eigen::Index count) {
@@ -46,21 +51,28 @@ int add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWe
   for (Eigen::Index i = 0; i < kPoseSize; ++i) to.push_back(i);
   place(columns.params[view.camera], num_params);
   if (has_flex) to.insert(to.end(), {kPoseSize, kPoseSize + 1});
-  if (!has_flex && (has_bend || has_offsets)) place(columns.bend[b], kNumBends);
-  if (has_offsets) place(columns.offsets[b], 3 * board.numCorners());
-  place(columns.count, 1);
+  if (!has_flex && has_bend) place(columns.bend[b], kNumBends);
+  place(columns.num_others, 1);
   const auto at = [&](Eigen::Index i, Eigen::Index j) -> double& {
-    return sums(std::max(i, j), std::min(i, j));
+    return sums.lower(std::max(i, j), std::min(i, j));
   };
   const Eigen::Index size = gram.lower.rows();
   for (Eigen::Index j = 0; j < size; ++j) {
+    const Eigen::Index column = to[static_cast<std::size_t>(j)];
+    if (column < 0) continue;
     for (Eigen::Index i = j; i < size; ++i) {
       const Eigen::Index row = to[static_cast<std::size_t>(i)];
-      const Eigen::Index column = to[static_cast<std::size_t>(j)];
-      if (row >= 0 && column >= 0) at(row, column) += gram.lower(i, j);
+      if (row >= 0) at(row, column) += gram.lower(i, j);
+    }
+    for (std::size_t k = 0; k < gram.ids.size(); ++k) {
+      sums.points.col(column).segment<3>(3 * gram.ids[k]) +=
+          gram.points.col(j).segment<3>(3 * static_cast<Eigen::Index>(k));
     }
   }
-  if (columns.pose[view.camera] < 0) return gram.num_corners;
+  for (std::size_t k = 0; k < gram.ids.size(); ++k)
+    sums.shifts.middleRows<3>(3 * gram.ids[k]) +=
+        gram.points.block<3, 3>(3 * static_cast<Eigen::Index>(k), 0);
+  if (columns.pose[view.camera] < 0) return;
   const Eigen::Index first = num_own + columns.pose[view.camera];
   const Matrix6d pose = gram.lower.topLeftCorner<kPoseSize, kPoseSize>().selfadjointView<Eigen::Lower>();
   const Matrix6d to_camera = fit.placements[view.placement].rig_from_board.inverse().adjoint();
@@ -76,7 +88,86 @@ int add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWe
       if (column >= 0) at(first + i, column) += with_rest(i, j);
     }
   }
-  return gram.num_corners;
+  for (std::size_t k = 0; k < gram.ids.size(); ++k) {
+    sums.points.block<3, kPoseSize>(3 * gram.ids[k], first) +=
+        gram.points.block<3, kPoseSize>(3 * static_cast<Eigen::Index>(k), 0) * to_camera;
+  }
+}
+
+// The equations of a placement and those of its own columns, which are eliminated from them.
+struct PlacementEquations {
+  PlacementSums sums;
+  Eigen::MatrixXd own;
+  Eigen::VectorXd own_error;
+  Eigen::MatrixXd mixed;      // own columns with the unknowns of the fit
+  Eigen::Index first_offset;  // of its board; -1 for an even one
+};
+
+PlacementEquations equationsOf(const Fit& fit, std::span<const FitView* const> views,
+                               const JointColumns& columns, LossWeights weights) {
+  const std::size_t b = boardIndex(fit, *views.front());
+  const FitBoard& board = fit.boards[b];
+  const Eigen::Index num_own = numOwn(board);
+  const Eigen::Index error = num_own + columns.num_others;
+  const Eigen::Index num_offsets = columns.offsets[b] < 0 ? 0 : 3 * board.target.numCorners();
+  PlacementEquations equations{.sums = {.lower = Eigen::MatrixXd::Zero(error + 1, error + 1),
+                                        .points = Eigen::MatrixXd::Zero(num_offsets, error + 1),
+                                        .shifts = Eigen::MatrixXd::Zero(num_offsets, 3)},
+                               .own = {},
+                               .own_error = {},
+                               .mixed = Eigen::MatrixXd::Zero(num_own, columns.count),
+                               .first_offset = columns.offsets[b]};
+  PlacementSums& sums = equations.sums;
+  for (const FitView* view : views) add(fit, *view, columns, weights, sums);
+  for (Eigen::Index i = kPoseSize; i < num_own; ++i) {
+    sums.lower(i, i) += board.flex.precision;
+    sums.lower(error, i) += board.flex.precision * views.front()->flex_m(i - kPoseSize);
+  }
+  equations.own = sums.lower.topLeftCorner(num_own, num_own).selfadjointView<Eigen::Lower>();
+  equations.own_error = sums.lower.row(error).head(num_own).transpose();
+  equations.mixed.leftCols(columns.num_others) =
+      sums.lower.block(num_own, 0, columns.num_others, num_own).transpose();
+  if (num_offsets > 0)
+    equations.mixed.middleCols(columns.offsets[b], num_offsets) = sums.points.leftCols(num_own).transpose();
+  return equations;
+}
+
+// Adds the equations of a placement, without its own columns: the information of all unknowns with those
+// before the offsets, whose upper triangle is left out.
+void add(const PlacementEquations& equations, const JointColumns& columns, Eigen::MatrixXd& information,
+         Eigen::VectorXd& gradient) {
+  const PlacementSums& sums = equations.sums;
+  const Eigen::Index num_own = equations.own.rows();
+  const Eigen::Index num_others = columns.num_others;
+  const Eigen::Index num_offsets = sums.points.rows();
+  const Eigen::MatrixXd mixed = equations.mixed.leftCols(num_others);
+  const Eigen::MatrixXd solved = solveSpd(equations.own, mixed);
+  auto others = information.topRows(num_others);
+  others.triangularView<Eigen::Lower>() += sums.lower.block(num_own, num_own, num_others, num_others);
+  others.triangularView<Eigen::Lower>() -= mixed.transpose() * solved;
+  gradient.head(num_others) += sums.lower.bottomRows<1>().segment(num_own, num_others).transpose();
+  gradient -= equations.mixed.transpose() * solveSpd(equations.own, equations.own_error);
+  if (num_offsets == 0) return;
+  const Eigen::Index first = equations.first_offset;
+  information.middleRows(first, num_offsets) += sums.points.middleCols(num_own, num_others);
+  information.middleRows(first, num_offsets) -=
+      equations.mixed.middleCols(first, num_offsets).transpose() * solved;
+  gradient.segment(first, num_offsets) += sums.points.rightCols<1>();
+}
+
+// Frames, their placements, and the views of these.
+using Frames = std::map<std::size_t, std::map<std::size_t, std::vector<const FitView*>>>;
+
+Frames framesOf(const Fit& fit) {
+  Frames frames;
+  for (const FitView& view : fit.views)
+    frames[fit.placements[view.placement].frame][view.placement].push_back(&view);
+  return frames;
+}
+
+void completeUpper(Eigen::MatrixXd& information) {
+  auto others = information.topRows(information.cols());
+  others.triangularView<Eigen::StrictlyUpper>() = others.transpose();
 }
 
 // Combines the directions of a lens so that its corners determine each equally well.
@@ -103,6 +194,7 @@ JointColumns jointColumns(const Fit& fit, Offsets offsets) {
   for (const FitCamera& camera : fit.cameras)
     columns.pose.push_back(take(!camera.is_rig_pose_fixed, kPoseSize));
   for (const FitBoard& board : fit.boards) columns.bend.push_back(take(!board.is_shape_fixed, kNumBends));
+  columns.num_others = columns.count;
   for (const FitBoard& board : fit.boards) {
     const bool is_free = offsets == Offsets::kInclude && board.isUneven();
     columns.offsets.push_back(take(is_free, 3 * board.target.numCorners()));
@@ -110,42 +202,72 @@ JointColumns jointColumns(const Fit& fit, Offsets offsets) {
   return columns;
 }
 
-void forEachFrame(const Fit& fit, const JointColumns& columns, LossWeights weights,
-                  const std::function<void(const Reduced&)>& visit) {
-  // Frames, their placements, and the views of the placements.
-  std::map<std::size_t, std::map<std::size_t, std::vector<const FitView*>>> frames;
-  for (const FitView& view : fit.views)
-    frames[fit.placements[view.placement].frame][view.placement].push_back(&view);
-  for (const auto& [index, placements] : frames) {
-    Reduced frame{.information = Eigen::MatrixXd::Zero(columns.count, columns.count),
-                  .gradient = Eigen::VectorXd::Zero(columns.count)};
-    for (const auto& [placement, views] : placements) {
-      const FitBoard& board = fit.boards[fit.placements[placement].board];
-      const Eigen::Index num_own = numOwn(board);
-      const Eigen::Index error = num_own + columns.count;
-      Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(error + 1, error + 1);
-      for (const FitView* view : views) frame.num_corners += add(fit, *view, columns, weights, sums);
-      for (Eigen::Index i = kPoseSize; i < num_own; ++i) {
-        sums(i, i) += board.flex.precision;
-        sums(error, i) += board.flex.precision * views.front()->flex_m(i - kPoseSize);
-      }
-      const Eigen::MatrixXd own = sums.topLeftCorner(num_own, num_own).selfadjointView<Eigen::Lower>();
-      const Eigen::MatrixXd mixed = sums.block(num_own, 0, columns.count, num_own).transpose();
-      const Eigen::VectorXd own_error = sums.row(error).head(num_own).transpose();
-      frame.information.triangularView<Eigen::Lower>() +=
-          sums.block(num_own, num_own, columns.count, columns.count);
-      frame.information.triangularView<Eigen::Lower>() -= mixed.transpose() * solveSpd(own, mixed);
-      frame.gradient += sums.row(error).segment(num_own, columns.count).transpose() -
-                        mixed.transpose() * solveSpd(own, own_error);
-    }
-    frame.information.triangularView<Eigen::StrictlyUpper>() = frame.information.transpose();
-    visit(frame);
-  }
-}
-
 std::vector<Reduced> jointInformation(const Fit& fit, const JointColumns& columns) {
   std::vector<Reduced> all;
-  forEachFrame(fit, columns, LossWeights::kLeaveOut, [&](const Reduced& frame) { all.push_back(frame); });
+  for (const auto& [index, placements] : framesOf(fit)) {
+    Reduced& frame =
+        all.emplace_back(Reduced{.information = Eigen::MatrixXd::Zero(columns.count, columns.count),
+                                 .gradient = Eigen::VectorXd::Zero(columns.count)});
+    for (const auto& [placement, views] : placements)
+      add(equationsOf(fit, views, columns, LossWeights::kLeaveOut), columns, frame.information,
+          frame.gradient);
+    completeUpper(frame.information);
+  }
+  return all;
+}
+
+Eigen::MatrixXd OffsetMatrix::times(const Eigen::MatrixXd& X) const {
+  if (full.size() > 0) return full * X;
+  Eigen::MatrixXd product = sign * (roots.transpose() * (roots * X).eval());
+  for (Eigen::Index i = 0; i < blocks.rows(); i += 3)
+    product.middleRows<3>(i) += blocks.middleRows<3>(i) * X.middleRows<3>(i);
+  return product;
+}
+
+Eigen::VectorXd OffsetMatrix::diagonal() const {
+  if (full.size() > 0) return full.diagonal();
+  Eigen::VectorXd values = sign * roots.colwise().squaredNorm().transpose();
+  for (Eigen::Index i = 0; i < values.size(); ++i) values(i) += blocks(i, i % 3);
+  return values;
+}
+
+JointEquations jointEquations(const Fit& fit, const JointColumns& columns, LossWeights weights) {
+  const Eigen::Index num_offsets = columns.count - columns.num_others;
+  const Eigen::Index most_roots = (kPoseSize + kNumBends) * std::ssize(fit.placements);
+  const bool are_few = most_roots < num_offsets;
+  JointEquations all{.information = Eigen::MatrixXd::Zero(columns.count, columns.num_others),
+                     .of_offsets = {.blocks = Eigen::MatrixXd::Zero(num_offsets, 3), .sign = -1},
+                     .gradient = Eigen::VectorXd::Zero(columns.count)};
+  OffsetMatrix& offsets = all.of_offsets;
+  if (are_few)
+    offsets.roots = Eigen::MatrixXd::Zero(most_roots, num_offsets);
+  else
+    offsets.full = Eigen::MatrixXd::Zero(num_offsets, num_offsets);
+  Eigen::Index num_roots = 0;
+  for (const auto& [index, placements] : framesOf(fit)) {
+    for (const auto& [placement, views] : placements) {
+      const PlacementEquations equations = equationsOf(fit, views, columns, weights);
+      add(equations, columns, all.information, all.gradient);
+      if (equations.first_offset < 0) continue;
+      const Eigen::MatrixXd& shifts = equations.sums.shifts;
+      const Eigen::Index first = equations.first_offset - columns.num_others;
+      offsets.blocks.middleRows(first, shifts.rows()) += shifts;
+      const Eigen::MatrixXd roots = solveLower(
+          choleskyOf(equations.own), equations.mixed.middleCols(first + columns.num_others, shifts.rows()));
+      if (are_few)
+        offsets.roots.block(num_roots, first, roots.rows(), roots.cols()) = roots;
+      else
+        offsets.full.block(first, first, shifts.rows(), shifts.rows()).triangularView<Eigen::Lower>() -=
+            roots.transpose() * roots;
+      num_roots += roots.rows();
+    }
+  }
+  if (!are_few) {
+    for (Eigen::Index i = 0; i < num_offsets; i += 3)
+      offsets.full.block<3, 3>(i, i) += offsets.blocks.middleRows<3>(i);
+    completeUpper(offsets.full);
+  }
+  completeUpper(all.information);
   return all;
 }
 

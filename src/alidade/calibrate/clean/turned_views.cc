@@ -21,12 +21,15 @@ Eigen::VectorXd scoresOf(const Fit& fit, const View& view) {
   if (!alone) return {};
   const FitCamera& camera = onlyCamera(fit);
   const FitBoard& board = fit.boards[view.board];
-  const Eigen::MatrixXd gram = detail::gramOf(camera.model, camera.params, alone->camera_from_board,
-                                              onShape(board.target, board.shape, alone->corners), fit.loss,
-                                              LossWeights::kUse, offsetColumns(board.target))
-                                   .lower;
-  const Eigen::Index count = 3 * board.target.numCorners();
-  return gram.row(gram.rows() - 1).segment(gram.rows() - 1 - count, count).transpose().normalized();
+  const detail::ViewGram gram = detail::gramOf(camera.model, camera.params, alone->camera_from_board,
+                                               onShape(board.target, board.shape, alone->corners), fit.loss,
+                                               LossWeights::kUse, {}, detail::PointShifts::kInclude);
+  Eigen::VectorXd scores = Eigen::VectorXd::Zero(3 * board.target.numCorners());
+  for (std::size_t k = 0; k < gram.ids.size(); ++k) {
+    scores.segment<3>(3 * gram.ids[k]) =
+        gram.points.col(gram.points.cols() - 1).segment<3>(3 * static_cast<Eigen::Index>(k));
+  }
+  return scores.normalized();
 }
 
 // For each turn of the board, the scores of its points after the turn.
