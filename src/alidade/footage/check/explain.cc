@@ -68,6 +68,10 @@ bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& chang
   std::vector<std::size_t> candidates;
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const ChangeFit& change = *changes[i];
+    if (change.score > kEvidence && change.score < change.needed_score) {
+      if (isWrong(i)) outcome.gap = FootageGap::kWeak;
+      continue;
+    }
     if (!isSeveral(i) && change.score > kEvidence && change.blind_px <= outcome.blindLimitPx() &&
         change.prior_cost < kUnusual)
       candidates.push_back(i);

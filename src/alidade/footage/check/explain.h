@@ -56,6 +56,7 @@ struct ChangeFit {
   double gain = 0;                   ///< part of the drop that counts in the choice between changes
   double prior_cost = 0;             ///< half the squared amounts in units of their usual size
   double score = 0;                  ///< half the drop in units of its variance, less kPenalty per unknown
+  double needed_score = 0;           ///< with a smaller score, beyond chance, it is undecided
   /// 95th percentile of the displacement by the change, where points were seen; and its value after reducing
   /// the change by 1.645 standard deviations.
   double effect_px = 0;
