@@ -41,8 +41,9 @@ Verdict verdictOf(const std::vector<Diagnosis>& diagnoses) {
 }
 
 void sortDiagnoses(std::vector<Diagnosis>& diagnoses) {
-  std::ranges::stable_sort(diagnoses, [](const Diagnosis& a, const Diagnosis& b) {
-    return a.severity != b.severity ? a.severity > b.severity : a.id.kind().rank < b.id.kind().rank;
+  const auto rankOf = [](const Diagnosis& d) { return d.is_cause ? Rank::kCause : d.id.kind().rank; };
+  std::ranges::stable_sort(diagnoses, [&](const Diagnosis& a, const Diagnosis& b) {
+    return a.severity != b.severity ? a.severity > b.severity : rankOf(a) < rankOf(b);
   });
 }
 

@@ -219,6 +219,7 @@ struct Diagnosis {
   /// Not decided by these data, but more views could decide it. The covariance includes the information in
   /// the data.
   bool is_undecided = false;
+  bool is_cause = false;  ///< here, although its kind usually follows from another diagnosis
 
   /// Cause and evidence in one sentence.
   [[nodiscard]] std::string message() const { return evidence.empty() ? cause : cause + ": " + evidence; }

@@ -57,12 +57,17 @@ void parameterAtLimit(Evidence& of) {
 
 void misfit(Evidence& of) {
   if (!isMisfit(of)) return;
+  constexpr double kGross = 0.0015;  // of the image diagonal: a loose sheet, or another board
   const double rms_px = weightedRms(of.fit);
-  of.add({.id = "misfit",
-          .cause = "the errors are far larger than corner noise: wrong board, wrong model, blur or motion",
-          .evidence = "RMS " + numberText("%.3g", rms_px) + " px",
-          .next_step = "check the board's size and flatness, and the images with the largest errors"},
-         1.73 * rms_px);  // 95 % of the errors of two coordinates
+  of.add(
+      {.id = "misfit",
+       .cause = "the errors are far larger than corner noise: wrong board, loose sheet, wrong model, blur "
+                "or motion",
+       .evidence = "RMS " + numberText("%.3g", rms_px) + " px",
+       .next_step = "check that the board is as stated and mounted on something rigid, and the images with "
+                    "the largest errors",
+       .is_cause = rms_px > kGross * 2 * halfDiagonal(of)},
+      1.73 * rms_px);  // 95 % of the errors of two coordinates
 }
 
 void modelTooLean(Evidence& of) {

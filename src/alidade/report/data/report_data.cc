@@ -213,7 +213,6 @@ CalibrationEvidence readCalibration(const nlohmann::json& evidence, const std::s
   data.views = readViews(root, data.boards);
   addOutliers(root, data, data.views);
   data.findings = readFindings(root["findings"]);
-  sortDiagnoses(data.findings);
   data.accuracy = readAccuracy(root["accuracy"]);
   addCoverage(root, data);
   data.rms_px = root["rms_px"].number();
