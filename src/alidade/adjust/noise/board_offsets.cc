@@ -86,7 +86,7 @@ class UnevenBoard {
   [[nodiscard]] auto own(Eigen::VectorXd& all) const { return all.segment(first_, count_); }
   [[nodiscard]] auto own(const Eigen::VectorXd& all) const { return all.segment(first_, count_); }
 
-  // The information of the prior: a diagonal, less the product of these rows with themselves.
+  // The information of the prior: a diagonal, less the product of the roots with themselves.
   [[nodiscard]] Eigen::VectorXd diagonal() const {
     Eigen::VectorXd precisions(count_);
     for (Eigen::Index i = 0; i < count_; ++i) precisions(i) = precision_(axesOf(i));
@@ -101,20 +101,21 @@ class UnevenBoard {
     return rows;
   }
   // Number of offsets that the prior determines.
-  [[nodiscard]] double numHeld(const OffsetMatrix& covariance) const {
-    const Eigen::MatrixXd rows = roots(covariance.diagonal().size());
-    return own(covariance.diagonal()).dot(diagonal()) -
-           rows.transpose().cwiseProduct(covariance.times(rows.transpose())).sum();
+  [[nodiscard]] double numHeld(const OffsetMatrix& inverse) const {
+    const Eigen::VectorXd of_points = inverse.diagonal();
+    const Eigen::MatrixXd columns = roots(of_points.size()).transpose();
+    return own(of_points).dot(diagonal()) - columns.cwiseProduct(inverse.times(columns)).sum();
   }
 
   // Sets the scatter and the modes; returns the largest relative change of a scatter.
   double update(const Eigen::VectorXd& offsets, const OffsetMatrix& inverse, double variance) {
     double largest = 0;
-    const Eigen::VectorXd diagonal = own(inverse.diagonal());
+    const Eigen::VectorXd all_points = inverse.diagonal();
+    const Eigen::VectorXd of_points = own(all_points);
     const Eigen::MatrixXd of_modes = ofModes(inverse);
     for (const int axes : {kInPlane, kAcross}) {
       const double least = kLeastScatter * spacing_;
-      const double determined = determinedOf(diagonal, of_modes, axes);
+      const double determined = determinedOf(of_points, of_modes, axes);
       const double scatter_m =
           std::max(least, determined > 0 ? std::sqrt(squaresOf(offsets, axes) / determined) : 0.0);
       const double precision = variance / (scatter_m * scatter_m);
@@ -122,6 +123,7 @@ class UnevenBoard {
       precision_(axes) = precision;
       if (scatter_m > least) largest = std::max(largest, change);
     }
+    for (Mode& mode : modes_) mode.precision = std::min(mode.precision, precision_(mode.axes));
     freeModes(offsets, of_modes, variance);
     return largest;
   }
@@ -222,13 +224,13 @@ class UnevenBoard {
   }
 
   // Number of these coordinates that the corners determine.
-  [[nodiscard]] double determinedOf(const Eigen::VectorXd& diagonal, const Eigen::MatrixXd& of_modes,
+  [[nodiscard]] double determinedOf(const Eigen::VectorXd& of_points, const Eigen::MatrixXd& of_modes,
                                     int axes) const {
     double trace = 0;
     double count = 0;
     for (Eigen::Index i = 0; i < count_; ++i) {
       if (axesOf(i) != axes) continue;
-      trace += diagonal(i);
+      trace += of_points(i);
       ++count;
     }
     for (Eigen::Index k = 0; k < of_modes.cols(); ++k) {
@@ -263,7 +265,7 @@ class OffsetEquations {
   static std::optional<OffsetEquations> make(const Fit& fit, const std::vector<UnevenBoard>& kept = {},
                                              LossWeights weights = LossWeights::kUse) {
     const JointColumns columns = jointColumns(fit, Offsets::kInclude);
-    const JointEquations all = equationsOf(fit, columns, weights);
+    JointEquations all = equationsOf(fit, columns, weights);
     OffsetEquations result;
     const Eigen::Index num_others = columns.num_others;
     const Eigen::Index num_offsets = columns.count - num_others;
@@ -276,7 +278,7 @@ class OffsetEquations {
     const auto inverse = scaledInverseSpd(others.transpose() * own * others);
     if (!inverse) return std::nullopt;
     result.gains_ = mixed * *inverse;
-    result.information_ = all.of_offsets;
+    result.information_ = std::move(all.of_offsets);
     OffsetMatrix& information = result.information_;
     if (information.full.size() > 0) {
       information.full -= result.gains_ * mixed.transpose();
@@ -382,7 +384,7 @@ class OffsetEquations {
     for (Eigen::Index i = 0; i < count; i += 3) {
       Eigen::Matrix3d block = information_.blocks.middleRows<3>(i);
       block.diagonal() += diagonal.segment<3>(i);
-      blocks.middleRows<3>(i) = block.inverse();
+      blocks.middleRows<3>(i) = inverseSpd(block);
       solved.middleRows<3>(i) = blocks.middleRows<3>(i) * roots.middleCols<3>(i).transpose();
     }
     Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(roots.rows(), roots.rows());

@@ -2,9 +2,12 @@
 #include "alidade/adjust/noise/joint_information.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <map>
 #include <span>
+#include <vector>
 
+#include "alidade/core/error.h"
 #include "alidade/geometry/decompositions.h"
 
 namespace alidade {
@@ -24,7 +27,7 @@ int numOwn(const FitBoard& board) {
 struct PlacementSums {
   Eigen::MatrixXd lower;   // triangle
   Eigen::MatrixXd points;  // three rows per point of an uneven board, its offset, with these columns
-  Eigen::MatrixXd shifts;  // of each offset with itself
+  Eigen::MatrixXd shifts;  // of each point's offset with itself, 3 x 3
 };
 
 // C Exp(eta) P Exp(zeta) = C P Exp(Ad(P^-1) eta + zeta): the columns of the pose are those of the placement
@@ -203,6 +206,7 @@ JointColumns jointColumns(const Fit& fit, Offsets offsets) {
 }
 
 std::vector<Reduced> jointInformation(const Fit& fit, const JointColumns& columns) {
+  expect(columns.count == columns.num_others, "columns without offsets");
   std::vector<Reduced> all;
   for (const auto& [index, placements] : framesOf(fit)) {
     Reduced& frame =
@@ -233,16 +237,20 @@ Eigen::VectorXd OffsetMatrix::diagonal() const {
 
 JointEquations jointEquations(const Fit& fit, const JointColumns& columns, LossWeights weights) {
   const Eigen::Index num_offsets = columns.count - columns.num_others;
-  const Eigen::Index most_roots = (kPoseSize + kNumBends) * std::ssize(fit.placements);
+  Eigen::Index most_roots = 0;
+  for (const FitPlacement& placement : fit.placements)
+    most_roots += columns.offsets[placement.board] < 0 ? 0 : numOwn(fit.boards[placement.board]);
   const bool are_few = most_roots < num_offsets;
   JointEquations all{.information = Eigen::MatrixXd::Zero(columns.count, columns.num_others),
-                     .of_offsets = {.blocks = Eigen::MatrixXd::Zero(num_offsets, 3), .sign = -1},
+                     .of_offsets = {.sign = -1},
                      .gradient = Eigen::VectorXd::Zero(columns.count)};
   OffsetMatrix& offsets = all.of_offsets;
-  if (are_few)
+  if (are_few) {
+    offsets.blocks = Eigen::MatrixXd::Zero(num_offsets, 3);
     offsets.roots = Eigen::MatrixXd::Zero(most_roots, num_offsets);
-  else
+  } else {
     offsets.full = Eigen::MatrixXd::Zero(num_offsets, num_offsets);
+  }
   Eigen::Index num_roots = 0;
   for (const auto& [index, placements] : framesOf(fit)) {
     for (const auto& [placement, views] : placements) {
@@ -251,22 +259,22 @@ JointEquations jointEquations(const Fit& fit, const JointColumns& columns, LossW
       if (equations.first_offset < 0) continue;
       const Eigen::MatrixXd& shifts = equations.sums.shifts;
       const Eigen::Index first = equations.first_offset - columns.num_others;
-      offsets.blocks.middleRows(first, shifts.rows()) += shifts;
-      const Eigen::MatrixXd roots = solveLower(
-          choleskyOf(equations.own), equations.mixed.middleCols(first + columns.num_others, shifts.rows()));
-      if (are_few)
-        offsets.roots.block(num_roots, first, roots.rows(), roots.cols()) = roots;
-      else
-        offsets.full.block(first, first, shifts.rows(), shifts.rows()).triangularView<Eigen::Lower>() -=
+      const Eigen::Index count = shifts.rows();
+      const Eigen::MatrixXd roots = semidefiniteRootOf(inverseSpd(equations.own)) *
+                                    equations.mixed.middleCols(equations.first_offset, count);
+      if (are_few) {
+        offsets.blocks.middleRows(first, count) += shifts;
+        offsets.roots.block(num_roots, first, roots.rows(), count) = roots;
+        num_roots += roots.rows();
+      } else {
+        for (Eigen::Index i = 0; i < count; i += 3)
+          offsets.full.block<3, 3>(first + i, first + i) += shifts.middleRows<3>(i);
+        offsets.full.block(first, first, count, count).triangularView<Eigen::Lower>() -=
             roots.transpose() * roots;
-      num_roots += roots.rows();
+      }
     }
   }
-  if (!are_few) {
-    for (Eigen::Index i = 0; i < num_offsets; i += 3)
-      offsets.full.block<3, 3>(i, i) += offsets.blocks.middleRows<3>(i);
-    completeUpper(offsets.full);
-  }
+  if (!are_few) completeUpper(offsets.full);
   completeUpper(all.information);
   return all;
 }

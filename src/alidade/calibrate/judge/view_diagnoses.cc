@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "alidade/calibrate/judge/judge.h"
@@ -286,7 +287,8 @@ void focalChanged(Evidence& of) {
     diagnosis.evidence = "standard deviation " + percent(spread);
     of.add(std::move(diagnosis), kTwoSided95 * spread * halfDiagonal(of));
   } else if (const auto& step = of.uncertainty.focal_step;
-             step && step->sigmas > kStepSigmas && !(variations.rows_f > limit * scale)) {
+             step && step->sigmas > kStepSigmas * of.uncertainty.smoothness && !of.choice.better_model &&
+             !(variations.rows_f > limit * scale)) {
     diagnosis.evidence = "by " + percent(std::abs(step->share)) + " from " +
                          nameOf(of.fit, of.fit.views[step->first_view]) + " on";
     of.add(std::move(diagnosis), 0.5 * std::abs(step->share) * halfDiagonal(of));

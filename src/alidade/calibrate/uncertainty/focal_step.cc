@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "alidade/adjust/noise/view_shares.h"
@@ -11,8 +15,9 @@
 namespace alidade {
 namespace {
 
-constexpr std::size_t kFewestViews = 3;  // on each side
-constexpr std::size_t kMostPlaces = 32;  // where a step is looked for
+constexpr std::size_t kFewestViews = 10;
+constexpr std::size_t kFewestBeside = 3;  // on each side
+constexpr std::size_t kMostPlaces = 32;   // where a step is looked for
 
 // Estimates steps of the focal length with the intrinsics free.
 class StepEstimate {
@@ -46,22 +51,23 @@ class StepEstimate {
     // The intrinsics follow the step.
     const Eigen::VectorXd follows = -(*inverse_ * after.information.col(m).head(m));
     const double information = after.information(m, m) + follows.dot(after.information.col(m).head(m));
+    constexpr double kSingular = 1e-9;
+    if (!(information > kSingular * after.information(m, m))) return std::nullopt;
     const double share = -after.gradient(m) / information;  // the gradient of the intrinsics is zero
-    if (!(information > 0)) return std::nullopt;
     Eigen::RowVectorXd pulls(std::ssize(views_));
-    double shares = 0;  // of the information, and their squares
-    double squares_of_shares = 0;
+    double own = 0;  // information of the views, and its squares
+    double squares_of_own = 0;
     for (Eigen::Index v = 0; v < pulls.size(); ++v) {
       Eigen::VectorXd along(m + 1);
       along << follows, (v >= static_cast<Eigen::Index>(first) ? 1.0 : 0.0);
       const Reduced& view = views_[static_cast<std::size_t>(v)];
       const Eigen::VectorXd pull = view.information * along;
       pulls(v) = along.dot(view.gradient) + along.dot(pull) * share;
-      shares += along.dot(pull);
-      squares_of_shares += along.dot(pull) * along.dot(pull);
+      own += along.dot(pull);
+      squares_of_own += along.dot(pull) * along.dot(pull);
     }
     const double serial_factor = serialFactor(pulls);
-    const double freedom = shares * shares / squares_of_shares / serial_factor - 1;
+    const double freedom = own * own / squares_of_own / serial_factor - 1;
     const double size = std::abs(share) * information;
     const double by_views = size / std::sqrt(serial_factor * pulls.squaredNorm());
     return FocalStep{.first_view = first,
@@ -83,10 +89,12 @@ class StepEstimate {
 std::optional<FocalStep> focalStep(std::span<const Reduced> scores, const Eigen::MatrixXd& directions,
                                    const FitCamera& camera, double variance) {
   std::optional<FocalStep> surest;
-  if (directions.cols() == 0 || scores.size() < 2 * kFewestViews) return surest;
+  const ParamConstraint& constraint = camera.constraint;
+  const bool is_focal_free = directions.cols() > 0 && !constraint.holds(0) && !constraint.holds(1);
+  if (!is_focal_free || !camera.weak_prior.isNone() || scores.size() < kFewestViews) return surest;
   const StepEstimate estimate(scores, directions, camera, variance);
   const std::size_t stride = (scores.size() + kMostPlaces - 1) / kMostPlaces;
-  for (std::size_t first = kFewestViews; first + kFewestViews <= scores.size(); first += stride) {
+  for (std::size_t first = kFewestBeside; first + kFewestBeside <= scores.size(); first += stride) {
     const auto step = estimate.at(first);
     if (step && (!surest || step->sigmas > surest->sigmas)) surest = step;
   }

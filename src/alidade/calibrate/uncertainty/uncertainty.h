@@ -192,7 +192,7 @@ struct ViewEvidence {
       {};  ///< one per view; empty if the views do not determine the camera
   std::vector<CommonError> common_errors = {};  ///< one per cause that the views determine
   ViewVariations variations = {};               ///< variation between views that should not exist
-  std::optional<FocalStep> focal_step = {};     ///< nothing with too few views
+  std::optional<FocalStep> focal_step = {};     ///< nothing with few views or several boards
   std::optional<TwoCameras> two_cameras = {};   ///< evidence for two cameras among the views
 };
 

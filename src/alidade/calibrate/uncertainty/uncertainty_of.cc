@@ -202,7 +202,10 @@ ViewEvidence viewEvidence(const Fit& fit, const Residuals& residuals, double smo
                                         flexible ? viewScores(*flexible) : std::vector<Reduced>(),
                                         residuals.variance, smoothness),
           .variations = viewVariations(fit),
-          .focal_step = focalStep(scores, residuals.directions, onlyCamera(fit), residuals.variance),
+          // Views of several boards in one image are not in succession.
+          .focal_step = fit.boards.size() == 1
+                            ? focalStep(scores, residuals.directions, onlyCamera(fit), residuals.variance)
+                            : std::nullopt,
           .two_cameras = twoCameras(fit, sigma_px * sigma_px)};
 }
 

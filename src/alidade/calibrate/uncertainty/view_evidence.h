@@ -87,7 +87,7 @@ namespace alidade {
 /// Looks for a step of the focal length from one view to the next. A common camera would be the mean of both
 /// settings, and poses would hide most of the difference.
 /// @param scores  as for viewInfluences(), in the order in which the views were taken
-/// @returns nothing with fewer than three views on either side
+/// @returns nothing with fewer than ten views, with a held focal length, or with a weak prior
 [[nodiscard]] std::optional<FocalStep> focalStep(std::span<const Reduced> scores,
                                                  const Eigen::MatrixXd& directions, const FitCamera& camera,
                                                  double variance);
