@@ -115,6 +115,26 @@ TEST(CameraCheck, PointsFixedToTheImageDoNotCount) {
   EXPECT_EQ(num_checked, 4);
 }
 
+TEST(CameraCheck, AnUndecidedChangeIsNoGapBesideACertainOne) {
+  const ChangeFit undecided{.kind = CameraChangeKind::kAspect,
+                            .cost_drop = 0.3,
+                            .score = 20,
+                            .needed_score = 25,
+                            .effect_px = 9,
+                            .sure_px = 8};
+  ChangeFit certain = undecided;
+  certain.kind = CameraChangeKind::kFocalLength;
+  certain.needed_score = 0;
+  certain.gain = certain.cost_drop;
+  FootageOutcome alone{.tolerance_px = 1};
+  EXPECT_FALSE(explain(alone, {&undecided}, false));
+  EXPECT_EQ(alone.gap, FootageGap::kWeak);
+  FootageOutcome both{.tolerance_px = 1};
+  EXPECT_TRUE(explain(both, {&undecided, &certain}, false));
+  EXPECT_EQ(both.gap, FootageGap::kNone);
+  EXPECT_EQ(both.explanation, 1U);
+}
+
 TEST(CameraCheck, FootageThatCannotTellSaysWhy) {
   struct Case {
     FootageGap gap;

@@ -108,6 +108,7 @@ bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& chang
     outcome.alternatives.clear();
     is_wrong = true;
   }
+  if (is_wrong) outcome.gap = FootageGap::kNone;  // another change may still be undecided
   return is_wrong;
 }
 
