@@ -16,7 +16,6 @@
 #include <Eigen/LU>
 #include <opencv2/imgproc.hpp>
 
-#include "alidade/core/mapped.h"
 #include "alidade/detect/corner/corner_fit.h"
 #include "alidade/imagery/gray_image.h"
 
@@ -26,18 +25,77 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-// Moments of the pixels of one spot.
-struct Moments {
-  double count = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+template <class T>
+T powerOf(T x, std::size_t n) {
+  T product = 1;
+  for (std::size_t i = 0; i < n; ++i) product *= x;
+  return product;
+}
+
+// Sums of x^p y^q over the pixels of one spot, for p + q <= 4, relative to its first pixel.
+class Moments {
+ public:
+  static constexpr std::size_t kMost = 4;
+
+  // Adds the pixels from column `first` to `last` of a row.
+  void addRun(int row, int first, int last) {
+    if (count() == 0) origin_ = {first, row};
+    // The sums of k^0 to k^4 for k up to n, which hold for negative n as well (Faulhaber's polynomials).
+    const auto powerSums = [](double n) {
+      const double m = n * (n + 1);
+      return std::array{n, m / 2, m * (2 * n + 1) / 6, m * m / 4, m * (2 * n + 1) * (3 * m - 1) / 30};
+    };
+    const auto upto = powerSums(last - origin_.x());
+    const auto before = powerSums(first - 1 - origin_.x());
+    const double y = row - origin_.y();
+    double power = 1;
+    for (std::size_t q = 0; q <= kMost; ++q) {
+      for (std::size_t p = 0; p + q <= kMost; ++p) sums_[kFirst[q] + p] += power * (upto[p] - before[p]);
+      power *= y;
+    }
+  }
+
+  [[nodiscard]] double count() const { return sums_[0]; }
+  // Relative to the origin of central().
+  [[nodiscard]] Vector2d offset() const { return Vector2d(sums_[1], sums_[kFirst[1]]) / count(); }
+  [[nodiscard]] Vector2d mean() const { return origin_.cast<double>() + offset(); }
+  // Mean of (x - mean)^p (y - mean)^q.
+  [[nodiscard]] double central(std::size_t p, std::size_t q) const {
+    const Vector2d back = -offset();
+    double sum = 0;
+    for (std::size_t i = 0; i <= p; ++i) {
+      for (std::size_t j = 0; j <= q; ++j) {
+        sum += kBinomials[p][i] * kBinomials[q][j] * powerOf(back.x(), p - i) * powerOf(back.y(), q - j) *
+               sums_[kFirst[j] + i];
+      }
+    }
+    return sum / count();
+  }
+  // Mean of z^power, where z = from_x (x - mean) + from_y (y - mean).
+  [[nodiscard]] std::complex<double> meanPower(std::complex<double> from_x, std::complex<double> from_y,
+                                               std::size_t power) const {
+    std::complex<double> sum = 0;
+    for (std::size_t k = 0; k <= power; ++k)
+      sum += kBinomials[power][k] * powerOf(from_x, power - k) * powerOf(from_y, k) * central(power - k, k);
+    return sum;
+  }
+
+ private:
+  static constexpr double kBinomials[kMost + 1][kMost + 1] = {
+      {1}, {1, 1}, {1, 2, 1}, {1, 3, 3, 1}, {1, 4, 6, 4, 1}};
+
+  static constexpr std::array<std::size_t, kMost + 1> kFirst = {0, 5, 9, 12, 14};  // with p = 0, by q
+
+  Eigen::Vector2i origin_ = Eigen::Vector2i::Zero();
+  std::array<double, 15> sums_{};
 };
 
+// The ellipse with a spot's area and second moments; nothing if the spot has another shape.
 std::optional<Blob> blobOf(const Moments& of) {
   constexpr double kMinAreaPx = 12;
-  if (of.count < kMinAreaPx) return std::nullopt;
-  const Vector2d mean(of.x / of.count, of.y / of.count);
+  if (of.count() < kMinAreaPx) return std::nullopt;
   Matrix2d covariance;
-  covariance << of.xx / of.count - mean.x() * mean.x(), of.xy / of.count - mean.x() * mean.y(),
-      of.xy / of.count - mean.x() * mean.y(), of.yy / of.count - mean.y() * mean.y();
+  covariance << of.central(2, 0), of.central(1, 1), of.central(1, 1), of.central(0, 2);
   const double det = covariance.determinant();
   const double trace = covariance.trace();
   constexpr double kMinRatio = 0.02;  // of the variances: ellipses up to seven times as long as wide
@@ -46,18 +104,24 @@ std::optional<Blob> blobOf(const Moments& of) {
   constexpr double kMostOff = 0.12;
   constexpr double kMostOffSmall = 0.25;
   constexpr double kSmallPx = 80;
-  const double off = of.count / (4 * std::numbers::pi * std::sqrt(det)) - 1;
-  if (std::abs(off) > (of.count < kSmallPx ? kMostOffSmall : kMostOff)) return std::nullopt;
-  return Blob{.pixel = mean, .shape = 0.25 * covariance.inverse(), .area_px = of.count};
+  const double off = of.count() / (4 * std::numbers::pi * std::sqrt(det)) - 1;
+  if (std::abs(off) > (of.count() < kSmallPx ? kMostOffSmall : kMostOff)) return std::nullopt;
+  const Matrix2d shape = 0.25 * covariance.inverse();
+  // Corners of a polygon: in coordinates z = x + iy in which a spot's second moments are those of a disc of
+  // radius 1, the means of z^3 and z^4 vanish for an ellipse. For a square of a checkerboard, |z^4| is 0.15,
+  // and for a triangle, |z^3| is 0.2.
+  constexpr double kMostAngular = 0.07;
+  const Matrix2d root = shape.llt().matrixU();
+  const std::complex<double> from_x(root(0, 0), 0);
+  const std::complex<double> from_y(root(0, 1), root(1, 1));
+  for (const std::size_t power : {3U, 4U}) {
+    if (!(std::abs(of.meanPower(from_x, from_y, power)) < kMostAngular)) return std::nullopt;
+  }
+  return Blob{.pixel = of.mean(), .shape = shape, .area_px = of.count()};
 }
 
-// Labels of the pixels that differ from the mean of their neighbourhood, 0 for the others.
-struct Spots {
-  cv::Mat labels;
-  std::vector<Moments> moments;  // of each label; zero if the border cuts the spot
-};
-
-Spots findSpots(const GrayImage& image, bool is_bright, double window_share) {
+// The spots that differ from the mean of their neighbourhood, without those that the image's border cuts.
+std::vector<Moments> findSpots(const GrayImage& image, bool is_bright, double window_share) {
   const cv::Mat grey = detail::matOf(image);
   constexpr int kLeastWindow = 15;
   constexpr double kMinStep = 4;
@@ -72,58 +136,24 @@ Spots findSpots(const GrayImage& image, bool is_bright, double window_share) {
   cv::threshold(mask, mask, kMinStep, 255, cv::THRESH_BINARY);
   cv::Mat labels;
   const int num_labels = cv::connectedComponents(mask, labels, 4, CV_32S);
-  std::vector<Moments> moments(static_cast<std::size_t>(num_labels));
-  std::vector<char> is_cut(moments.size());
+  std::vector<Moments> spots(static_cast<std::size_t>(num_labels));
+  std::vector<char> is_cut(spots.size());
+  is_cut[0] = 1;  // what is no spot
   for (int y = 0; y < labels.rows; ++y) {
     const int* row = labels.ptr<int>(y);
-    const bool is_border_row = y == 0 || y == labels.rows - 1;
-    for (int x = 0; x < labels.cols; ++x) {
-      if (row[x] == 0) continue;
-      Moments& of = moments[static_cast<std::size_t>(row[x])];
-      of.count += 1;
-      of.x += x;
-      of.y += y;
-      of.xx += static_cast<double>(x) * x;
-      of.xy += static_cast<double>(x) * y;
-      of.yy += static_cast<double>(y) * y;
-      if (is_border_row || x == 0 || x == labels.cols - 1) is_cut[static_cast<std::size_t>(row[x])] = 1;
+    for (int first = 0, end = 0; first < labels.cols; first = end) {
+      while (end < labels.cols && row[end] == row[first]) ++end;
+      const auto label = static_cast<std::size_t>(row[first]);
+      if (is_cut[label] != 0) continue;
+      if (y == 0 || y == labels.rows - 1 || first == 0 || end == labels.cols) {
+        is_cut[label] = 1;
+        spots[label] = {};
+      } else {
+        spots[label].addRun(y, first, end - 1);
+      }
     }
   }
-  for (std::size_t i = 0; i < moments.size(); ++i) {
-    if (i == 0 || is_cut[i] != 0) moments[i] = {};
-  }
-  return {.labels = labels, .moments = std::move(moments)};
-}
-
-// True for spots without the corners of a polygon: in coordinates z = x + iy in which a spot's second moments
-// are those of a disc of radius 1, the means of z^3 and z^4 vanish for an ellipse. For a square of a
-// checkerboard, |z^4| is 0.15, and for a triangle, |z^3| is 0.2.
-std::vector<char> areRound(const Spots& spots, const std::vector<std::optional<Blob>>& blobs) {
-  using Complex = std::complex<double>;
-  std::vector<Matrix2d> roots(blobs.size());
-  for (std::size_t i = 0; i < blobs.size(); ++i) {
-    if (blobs[i]) roots[i] = blobs[i]->shape.llt().matrixU();
-  }
-  std::vector<std::array<Complex, 2>> sums(blobs.size());
-  for (int y = 0; y < spots.labels.rows; ++y) {
-    const int* row = spots.labels.ptr<int>(y);
-    for (int x = 0; x < spots.labels.cols; ++x) {
-      const auto label = static_cast<std::size_t>(row[x]);
-      if (label == 0 || !blobs[label]) continue;
-      const Vector2d p = roots[label] * (Vector2d(x, y) - blobs[label]->pixel);
-      const Complex z(p.x(), p.y());
-      const Complex zzz = z * z * z;
-      sums[label][0] += zzz;
-      sums[label][1] += zzz * z;
-    }
-  }
-  constexpr double kMost = 0.07;
-  std::vector<char> are_round(blobs.size());
-  for (std::size_t i = 0; i < blobs.size(); ++i) {
-    are_round[i] =
-        blobs[i] && std::max(std::abs(sums[i][0]), std::abs(sums[i][1])) < kMost * blobs[i]->area_px;
-  }
-  return are_round;
+  return spots;
 }
 
 // Large images are searched at a whole fraction of their size.
@@ -132,18 +162,15 @@ std::vector<Blob> findBlobs(const GrayImage& image, bool is_bright, double windo
   constexpr int kLeastSide = 12;
   const int fraction = (std::max(image.size.width, image.size.height) + kLargeSide - 1) / kLargeSide;
   if (std::min(image.size.width, image.size.height) / fraction < kLeastSide) return {};
-  const Spots spots = fraction > 1 ? findSpots(detail::shrunk(image, fraction), is_bright, window_share)
-                                   : findSpots(image, is_bright, window_share);
-  const std::vector<std::optional<Blob>> ellipses = mapped(spots.moments, blobOf);
-  const std::vector<char> are_round = areRound(spots, ellipses);
   std::vector<Blob> blobs;
-  for (std::size_t i = 0; i < ellipses.size(); ++i) {
-    if (are_round[i] == 0) continue;
-    Blob blob = *ellipses[i];
-    blob.pixel = fraction * (blob.pixel + Vector2d(0.5, 0.5)) - Vector2d(0.5, 0.5);
-    blob.shape /= fraction * fraction;
-    blob.area_px *= fraction * fraction;
-    blobs.push_back(blob);
+  for (const Moments& spot :
+       findSpots(fraction > 1 ? detail::shrunk(image, fraction) : image, is_bright, window_share)) {
+    std::optional<Blob> blob = blobOf(spot);
+    if (!blob) continue;
+    blob->pixel = fraction * (blob->pixel + Vector2d(0.5, 0.5)) - Vector2d(0.5, 0.5);
+    blob->shape /= fraction * fraction;
+    blob->area_px *= fraction * fraction;
+    blobs.push_back(*blob);
   }
   return blobs;
 }

@@ -26,12 +26,10 @@ struct DiscFit {
   double contrast = 0;    ///< grey levels outside minus inside
 };
 
-/// Fits I(X, Y) = (1 + sx X + sy Y) (a + b erf(d / (sqrt2 s))) to the pixels around the rim, where d is the
-/// signed distance to an ellipse to first order (Sampson 1982, Fitting conic sections to very scattered
-/// data): ten parameters, by Levenberg and Marquardt's method. The image of a disc is an ellipse through a
-/// pinhole and nearly one through any lens. Blur and contrast move its rim equally on both sides, so its
-/// centre is the centroid of the disc's image. The covariance follows from the scatter of sections of the rim
-/// around the ellipse, so it includes noise that is correlated over a few pixels.
+/// Fits DiscModel to the pixels around the rim, by Levenberg and Marquardt's method. The image of a disc is
+/// an ellipse through a pinhole and nearly one through any lens. Blur and contrast move its rim equally on
+/// both sides, so its centre is the centroid of the disc's image. The covariance follows from the scatter of
+/// sections of the rim around the ellipse, so it includes noise that is correlated over a few pixels.
 ///
 /// Nothing if there is no disc: the contrast is lost in the noise or missing on a part of the rim, the fit
 /// moves away from the guess, or too few pixels remain.
