@@ -275,8 +275,11 @@ void MarkerGuess::look(const GrayImage& image) {
     if (is_inverted) shown = negativeOf(std::move(shown));
     MarkedImage best;
     std::size_t most_seen = kEnoughMarkers - 1;
+    bool are_framed = false;
     for (const MarkerLook& look : markerLooks(image.size)) {
-      auto markers = seeMarkers(shown, allPrints(), look);
+      if (look.scale > 1 && !are_framed) break;
+      auto [markers, are_framed_now] = seeMarkers(shown, allPrints(), look);
+      are_framed = are_framed_now;
       if (most(markers) <= most_seen) continue;
       most_seen = most(markers);
       // Outlines run through the centres of the outermost dark pixels.

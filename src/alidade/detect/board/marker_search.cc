@@ -138,13 +138,16 @@ ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPatt
     if (std::ranges::count(prints, pattern.print) == 0) prints.push_back(pattern.print);
   }
   ChosenPattern chosen{.pattern = &patterns.front()};
+  bool are_framed = false;
   for (const MarkerLook& look : markerLooks(image.size)) {
+    if (look.scale > 1 && !are_framed) break;
     const double enough =
         (look.is_quick ? 0.75 : 0.25) * static_cast<double>(patterns.front().markers.size());
-    const auto seen = seeMarkers(image, prints, look, static_cast<std::size_t>(std::ceil(enough)));
+    const SeenMarkers seen = seeMarkers(image, prints, look, static_cast<std::size_t>(std::ceil(enough)));
+    are_framed = seen.are_framed;
     for (const MarkerPattern& pattern : patterns) {
       const auto print = static_cast<std::size_t>(std::ranges::find(prints, pattern.print) - prints.begin());
-      ChosenPattern candidate{.pattern = &pattern, .seen = seen[print]};
+      ChosenPattern candidate{.pattern = &pattern, .seen = seen.of_prints[print]};
       pairMarkers(candidate);
       const bool is_better = candidate.agreeing.size() > chosen.agreeing.size();
       if (is_better || (chosen.seen.empty() && chosen.agreeing.empty())) chosen = std::move(candidate);
@@ -165,7 +168,7 @@ class CornerSearch {
  public:
   CornerSearch(const GrayImage& image, const Board& board, const ChosenPattern& chosen)
       : image_(image), board_(board), pattern_(*chosen.pattern) {
-    // OpenCV's corners are whole pixels, and those of tags extend into the adjacent small squares.
+    // Corners of outlines are whole pixels, and those of tags extend into the adjacent small squares.
     constexpr double kMarkerWeight = 0.02;
     for (const MarkerPair& pair : chosen.agreeing) {
       for (std::size_t k = 0; k < 4; ++k) {
@@ -177,8 +180,7 @@ class CornerSearch {
   }
 
   // Continues from known corners until nothing is added, then repeats once, because positions are then better
-  // known. In the end, the corners hardly depend on those of the markers, which differ between versions of
-  // OpenCV.
+  // known. In the end, the corners hardly depend on those of the markers.
   void run() {
     constexpr int kPasses = 2;
     gatherSightings();

@@ -26,7 +26,7 @@ struct MarkerPattern {
 /// An upright marker whose top left corner is at `low`.
 [[nodiscard]] Marker squareMarker(int id, const Eigen::Vector2d& low, double side);
 
-/// Finds a board by its markers. OpenCV's markers give ids and first guesses. The pattern on which
+/// Finds a board by its markers, which give ids and first guesses. The pattern on which
 /// neighbouring markers agree best is chosen. Corners are predicted from known ones around them, even next to
 /// undetected markers, and fitted by CornerFitter.
 /// @param patterns  possible prints of the board: at least one, all with the same corners

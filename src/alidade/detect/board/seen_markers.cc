@@ -20,7 +20,15 @@ namespace {
 
 using Quad = std::vector<cv::Point2f>;
 
-// A print and OpenCV's settings for it.
+float areaOf(const Quad& q) {
+  return 0.5F * std::abs((q[2] - q[0]).cross(q[3] - q[1]));
+}
+
+cv::Point2f middleOf(const Quad& q) {
+  return 0.25F * (q[0] + q[1] + q[2] + q[3]);
+}
+
+// A print, and what its markers are compared with.
 struct PrintReader {
   explicit PrintReader(const MarkerPrint& print)
       : known(findMarkerDictionary(print.dictionary).value()),
@@ -40,8 +48,6 @@ struct PrintReader {
   double correction_rate = 0.6;
 };
 
-constexpr int kCellPx = 8;
-constexpr double kCellMargin = 0.2;  // share of a cell, on each side
 constexpr double kMostBorderErrors = 0.35;
 
 // A quadrilateral of the image whose sides are divided into cells.
@@ -55,10 +61,13 @@ class CellFrame {
 
   // Grey value at a place in cells; places outside the image have the value of its border.
   [[nodiscard]] double levelAt(double across, double down) const {
-    const cv::Vec3d p = image_from_cells_ * cv::Vec3d(across, down, 1);
-    const double x = std::clamp(p[0] / p[2], 0.0, image_.size.width - 1.0);
-    const double y = std::clamp(p[1] / p[2], 0.0, image_.size.height - 1.0);
-    return greyAt(image_, {x, y}).value_or(0);
+    const cv::Matx33d& h = image_from_cells_;
+    const double by_depth = 1 / (h(2, 0) * across + h(2, 1) * down + h(2, 2));
+    const double x = (h(0, 0) * across + h(0, 1) * down + h(0, 2)) * by_depth;
+    const double y = (h(1, 0) * across + h(1, 1) * down + h(1, 2)) * by_depth;
+    // NaN becomes 0.
+    const auto inside = [](double at, int size) { return at > 0 ? std::min(at, size - 1.0) : 0.0; };
+    return greyInside(image_, {inside(x, image_.size.width), inside(y, image_.size.height)});
   }
 
  private:
@@ -87,64 +96,188 @@ bool hasEdges(const GrayImage& image, const Quad& corners, int num_cells) {
   return std::abs(sum) >= kLeastContrast * count;
 }
 
-// Mean grey value of each cell of a quadrilateral in the image, including the cells of the border.
-cv::Mat cellLevels(const GrayImage& image, const Quad& corners, int num_cells) {
-  const CellFrame frame(image, corners, num_cells);
-  constexpr std::array kPlaces = {0.27, 0.42, 0.58, 0.73};  // positions in a cell
-  cv::Mat levels(num_cells, num_cells, CV_64FC1);
-  for (int row = 0; row < num_cells; ++row) {
-    for (int column = 0; column < num_cells; ++column) {
-      double sum = 0;
-      for (const double down : kPlaces) {
-        for (const double across : kPlaces) sum += frame.levelAt(column + across, row + down);
+// Mean grey values of the cells of a quadrilateral in the image, including those of the border.
+class CellLevels {
+ public:
+  // Samples each cell at the given positions along both sides, from 0 to 1.
+  CellLevels(const GrayImage& image, const Quad& corners, int num_cells, std::span<const double> positions)
+      : num_cells_(num_cells) {
+    const CellFrame frame(image, corners, num_cells);
+    levels_.reserve(static_cast<std::size_t>(num_cells * num_cells));
+    for (int row = 0; row < num_cells; ++row) {
+      for (int column = 0; column < num_cells; ++column) {
+        double sum = 0;
+        for (const double down : positions) {
+          for (const double across : positions) sum += frame.levelAt(column + across, row + down);
+        }
+        levels_.push_back(sum / static_cast<double>(positions.size() * positions.size()));
       }
-      levels.at<double>(row, column) = sum / (kPlaces.size() * kPlaces.size());
     }
   }
-  return levels;
-}
 
-// Midway between dark and bright cells; nothing without contrast.
-std::optional<double> midLevel(const cv::Mat& levels) {
-  constexpr double kLeastDeviation = 5;
-  cv::Scalar mean;
-  cv::Scalar deviation;
-  cv::meanStdDev(levels, mean, deviation);
-  if (deviation[0] < kLeastDeviation) return std::nullopt;
-  double mid = mean[0];
-  constexpr int kRounds = 5;
-  for (int round = 0; round < kRounds; ++round) {
-    const cv::Mat is_bright = levels > mid;
-    const cv::Mat is_dark = levels <= mid;
-    mid = 0.5 * (cv::mean(levels, is_bright)[0] + cv::mean(levels, is_dark)[0]);
+  // Calls `f` with the level of each cell that is at least `margin` cells from the sides.
+  template <class F>
+  void forEachInside(int margin, const F& f) const {
+    for (int row = margin; row < num_cells_ - margin; ++row) {
+      for (int column = margin; column < num_cells_ - margin; ++column)
+        f(levels_[static_cast<std::size_t>(row * num_cells_ + column)]);
+    }
   }
-  return mid;
-}
+  [[nodiscard]] int numAbove(double level, int margin) const {
+    int num = 0;
+    forEachInside(margin, [&](double of_cell) { num += of_cell > level ? 1 : 0; });
+    return num;
+  }
+  // Share of the cells in the outermost ring that have not the colour of most of them.
+  [[nodiscard]] double oddShare(double mid) const {
+    const int odd = std::min(borderErrors(mid, 1, false), borderErrors(mid, 1, true));
+    return odd / (4.0 * (num_cells_ - 1));
+  }
+  // Number of cells in the outer rings whose colour differs from that of a dark, or of a bright border.
+  [[nodiscard]] int borderErrors(double mid, int border, bool is_inverted) const {
+    const int inside = num_cells_ - 2 * border;
+    const int num_bright = numAbove(mid, 0) - numAbove(mid, border);
+    return is_inverted ? num_cells_ * num_cells_ - inside * inside - num_bright : num_bright;
+  }
+  // Midway between dark and bright cells; nothing without contrast.
+  [[nodiscard]] std::optional<double> midLevel(int margin) const {
+    constexpr double kLeastDeviation = 5;
+    double count = 0;
+    double sum = 0;
+    double squares = 0;
+    forEachInside(margin, [&](double level) {
+      count += 1;
+      sum += level;
+      squares += level * level;
+    });
+    double mid = sum / count;
+    if (squares / count - mid * mid < kLeastDeviation * kLeastDeviation) return std::nullopt;
+    constexpr int kRounds = 5;
+    for (int round = 0; round < kRounds; ++round) {
+      double num_bright = 0;
+      double bright = 0;
+      forEachInside(margin, [&](double level) {
+        if (level > mid) {
+          num_bright += 1;
+          bright += level;
+        }
+      });
+      mid = 0.5 * (bright / num_bright + (sum - bright) / (count - num_bright));
+    }
+    return mid;
+  }
 
-// The marker in a quadrilateral, with its corners in the order of the marker's; pixels of the searched image.
-std::optional<std::pair<int, Quad>> readMarker(const cv::Mat& levels, const Quad& corners,
-                                               const PrintReader& reader) {
-  const int num_bits = reader.known.num_bits;
-  const cv::Rect inner(reader.border, reader.border, num_bits, num_bits);
-  const auto most = static_cast<int>(kMostBorderErrors * num_bits * num_bits);
+ private:
+  int num_cells_;
+  std::vector<double> levels_;  // row by row
+};
+
+// The marker with these cells, and the number of quarter turns to it; nothing if there is none.
+std::optional<std::pair<int, int>> readMarker(const CellLevels& levels, const PrintReader& reader) {
   // Blur raises dark bits between bright ones as much as it lowers the bright ones. The outer cells of a wide
   // border stay dark and would lower the threshold, so only the innermost ring of the border counts.
-  const cv::Rect around(reader.border - 1, reader.border - 1, num_bits + 2, num_bits + 2);
-  const auto mid = midLevel(levels(around));
+  const auto mid = levels.midLevel(reader.border - 1);
   if (!mid) return std::nullopt;
-  const cv::Mat cells = (levels > *mid) / 255;
+  const int num_bits = reader.known.num_bits;
   for (const bool is_inverted : {false, true}) {
-    const cv::Mat seen = is_inverted ? cv::Mat(1 - cells) : cells;
-    const cv::Mat bits = seen(inner).clone();
-    if (cv::countNonZero(seen) - cv::countNonZero(bits) > most) continue;
+    if (levels.borderErrors(*mid, reader.border, is_inverted) > kMostBorderErrors * num_bits * num_bits)
+      continue;
+    cv::Mat bits(num_bits, num_bits, CV_8UC1);
+    auto* bit = bits.ptr<std::uint8_t>();
+    levels.forEachInside(reader.border,
+                         [&](double level) { *bit++ = (level > *mid) != is_inverted ? 1 : 0; });
     int id = 0;
     int turns = 0;
     if (!reader.dictionary.identify(bits, id, turns, reader.correction_rate)) return std::nullopt;
-    Quad turned = corners;
-    std::rotate(turned.begin(), turned.end() - turns, turned.end());
-    return std::pair(id, turned);
+    return std::pair(id, turns);
   }
   return std::nullopt;
+}
+
+// One quadrilateral of the image, whose cells are sampled once for all prints with the same number.
+class QuadReader {
+ public:
+  QuadReader(const GrayImage& image, const Quad& corners) : image_(image), corners_(corners) {}
+
+  // The id, and the number of quarter turns to the marker's first corner.
+  [[nodiscard]] std::optional<std::pair<int, int>> read(const PrintReader& reader) {
+    const int num_cells = reader.known.num_bits + 2 * reader.border;
+    const auto [at, is_new] = levels_.try_emplace(num_cells);
+    if (is_new) at->second = sample(num_cells);
+    const auto read = at->second ? readMarker(*at->second, reader) : std::nullopt;
+    return read && reader.is_apart && !hasEdges(image_, corners_, num_cells) ? std::nullopt : read;
+  }
+  // True if the outer ring of cells has one colour, as far as prints were tried.
+  [[nodiscard]] bool isFramed() const { return is_framed_; }
+
+ private:
+  // Nothing if this is no marker by the outer ring of cells.
+  [[nodiscard]] std::optional<CellLevels> sample(int num_cells) {
+    constexpr std::array kCoarse = {0.5};  // positions in a cell
+    constexpr std::array kFine = {0.27, 0.42, 0.58, 0.73};
+    constexpr double kMostOdd = 0.45;  // share of the ring's cells with another colour
+    constexpr double kFewOdd = 0.05;
+    const CellLevels coarse(image_, corners_, num_cells, kCoarse);
+    const auto mid = coarse.midLevel(0);
+    const double odd_share = mid ? coarse.oddShare(*mid) : 1;
+    is_framed_ = is_framed_ || odd_share <= kFewOdd;
+    if (odd_share > kMostOdd) return std::nullopt;
+    return CellLevels(image_, corners_, num_cells, kFine);
+  }
+
+  const GrayImage& image_;
+  const Quad& corners_;
+  std::map<int, std::optional<CellLevels>> levels_;  // by the number of cells along a side
+  bool is_framed_ = false;
+};
+
+// Quadrilaterals among the outlines of what is darker than its neighbourhood, largest first, clockwise in the
+// image. Most are found more than once.
+std::vector<Quad> findQuads(const cv::Mat& grey) {
+  struct Comparison {
+    int window;  // side of the neighbourhood, pixels
+    int darker;  // grey levels
+  };
+  // Small windows keep outlines apart in blur and in shadows, and large ones see large markers whole. The
+  // last one separates tags from the squares that touch their corners.
+  constexpr std::array kComparisons = {Comparison{5, 7}, Comparison{15, 7}, Comparison{63, 7},
+                                       Comparison{63, 30}};
+  constexpr std::size_t kLeastOutline = 20;  // pixels
+  constexpr double kLeastFilled = 0.012;  // area over the square of the outline's length; a square has 0.06
+  constexpr double kMostOff = 0.03;       // of the outline's length, between outline and quadrilateral
+  constexpr double kLeastSide = 0.05;     // of the outline's length
+  constexpr float kMarginPx = 3;
+  std::vector<Quad> quads;
+  cv::Mat mean;
+  cv::Mat mask;
+  std::vector<std::vector<cv::Point>> outlines;
+  std::vector<cv::Point> polygon;
+  for (const auto& [window, darker] : kComparisons) {
+    cv::boxFilter(grey, mean, CV_8U, {window, window}, {-1, -1}, true, cv::BORDER_REPLICATE);
+    cv::subtract(mean, grey, mask);
+    cv::threshold(mask, mask, darker - 1, 255, cv::THRESH_BINARY);
+    cv::findContours(mask, outlines, cv::RETR_LIST, cv::CHAIN_APPROX_NONE);
+    for (const auto& outline : outlines) {
+      const auto length = static_cast<double>(outline.size());
+      if (outline.size() < kLeastOutline || cv::contourArea(outline) < kLeastFilled * length * length)
+        continue;
+      cv::approxPolyDP(outline, polygon, kMostOff * length, true);
+      if (polygon.size() != 4 || !cv::isContourConvex(polygon)) continue;
+      Quad quad(polygon.begin(), polygon.end());
+      if ((quad[1] - quad[0]).cross(quad[2] - quad[0]) < 0) std::swap(quad[1], quad[3]);
+      bool is_inside = true;
+      bool is_wide = true;
+      for (std::size_t k = 0; k < 4; ++k) {
+        is_wide = is_wide && cv::norm(quad[k] - quad[(k + 1) % 4]) >= kLeastSide * length;
+        is_inside = is_inside && quad[k].x >= kMarginPx && quad[k].y >= kMarginPx &&
+                    quad[k].x < static_cast<float>(grey.cols) - kMarginPx &&
+                    quad[k].y < static_cast<float>(grey.rows) - kMarginPx;
+      }
+      if (is_wide && is_inside) quads.push_back(std::move(quad));
+    }
+  }
+  std::ranges::stable_sort(quads, std::greater(), areaOf);
+  return quads;
 }
 
 SeenMarker inImage(int id, const Quad& corners, double scale) {
@@ -154,19 +287,6 @@ SeenMarker inImage(int id, const Quad& corners, double scale) {
     marker.corners[k] = (at + Eigen::Vector2d(0.5, 0.5)) / scale - Eigen::Vector2d(0.5, 0.5);
   }
   return marker;
-}
-
-cv::aruco::DetectorParameters searchParameters(const PrintReader& reader) {
-  cv::aruco::DetectorParameters parameters;
-  parameters.markerBorderBits = reader.border;
-  parameters.detectInvertedMarker = true;
-  parameters.minMarkerPerimeterRate = 0.02;
-  parameters.adaptiveThreshWinSizeMax = 43;
-  parameters.perspectiveRemovePixelPerCell = kCellPx;
-  parameters.perspectiveRemoveIgnoredMarginPerCell = kCellMargin;
-  parameters.maxErroneousBitsInBorderRate = kMostBorderErrors;
-  parameters.errorCorrectionRate = reader.correction_rate;
-  return parameters;
 }
 
 }  // namespace
@@ -193,8 +313,8 @@ std::vector<MarkerLook> markerLooks(ImageSize size) {
   return looks;
 }
 
-std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image, std::span<const MarkerPrint> prints,
-                                                MarkerLook look, std::size_t enough) {
+SeenMarkers seeMarkers(const GrayImage& image, std::span<const MarkerPrint> prints, MarkerLook look,
+                       std::size_t enough) {
   GrayImage scaled;
   if (look.scale < 1) scaled = detail::shrunk(image, static_cast<int>(std::lround(1 / look.scale)));
   if (look.scale > 1) {
@@ -206,34 +326,35 @@ std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image, std::spa
     cv::resize(detail::matOf(image), out, out.size(), 0, 0, cv::INTER_CUBIC);
   }
   const GrayImage& searched = look.scale == 1 ? image : scaled;
-  std::vector<std::vector<SeenMarker>> markers(prints.size());
-  std::vector<Quad> rest;
-  if (!prints.empty()) {
-    const PrintReader reader(prints[0]);
-    std::vector<Quad> found;
-    std::vector<int> ids;
-    detail::findMarkers(detail::matOf(searched), reader.dictionary, searchParameters(reader), found, ids,
-                        rest);
-    const int num_cells = prints[0].numCells();
-    for (std::size_t i = 0; i < ids.size(); ++i) {
-      if (reader.is_apart && !hasEdges(searched, found[i], num_cells)) continue;
-      markers[0].push_back(inImage(ids[i], found[i], look.scale));
+  const std::vector<PrintReader> readers(prints.begin(), prints.end());
+  SeenMarkers seen{.of_prints = std::vector<std::vector<SeenMarker>>(prints.size())};
+  std::size_t num_prints = prints.size();
+  int num_framed = 0;
+  const std::vector<Quad> quads = findQuads(detail::matOf(searched));
+  std::vector<char> is_taken(quads.size());
+  for (std::size_t i = 0; i < quads.size(); ++i) {
+    if (is_taken[i] != 0) continue;
+    QuadReader quad(searched, quads[i]);
+    for (std::size_t p = 0; p < num_prints; ++p) {
+      const auto read = quad.read(readers[p]);
+      if (!read) continue;
+      Quad turned = quads[i];
+      std::rotate(turned.begin(), turned.end() - read->second, turned.end());
+      seen.of_prints[p].push_back(inImage(read->first, turned, look.scale));
+      if (seen.of_prints[p].size() >= enough) num_prints = p + 1;
+      // The other outlines of the same marker are not larger.
+      constexpr float kSamePlace = 1.0F / 64;  // squared distance of the middles, as a share of the area
+      for (std::size_t k = i; k < quads.size(); ++k) {
+        const cv::Point2f apart = middleOf(quads[k]) - middleOf(quads[i]);
+        if (apart.dot(apart) < kSamePlace * areaOf(quads[i])) is_taken[k] = 1;
+      }
+      break;
     }
+    num_framed += quad.isFramed() ? 1 : 0;
   }
-  std::map<int, std::vector<cv::Mat>> levels_of;  // by the number of cells along a side
-  for (std::size_t p = 1; p < prints.size() && markers[p - 1].size() < enough; ++p) {
-    const PrintReader reader(prints[p]);
-    const int num_cells = prints[p].numCells();
-    std::vector<cv::Mat>& levels = levels_of[num_cells];
-    for (std::size_t i = levels.size(); i < rest.size(); ++i)
-      levels.push_back(cellLevels(searched, rest[i], num_cells));
-    for (std::size_t i = 0; i < rest.size(); ++i) {
-      const auto read = readMarker(levels[i], rest[i], reader);
-      if (read && (!reader.is_apart || hasEdges(searched, rest[i], num_cells)))
-        markers[p].push_back(inImage(read->first, read->second, look.scale));
-    }
-  }
-  return markers;
+  constexpr int kFewest = 3;
+  seen.are_framed = num_framed >= kFewest;
+  return seen;
 }
 
 }  // namespace alidade

@@ -44,10 +44,17 @@ struct MarkerLook {
 };
 [[nodiscard]] std::vector<MarkerLook> markerLooks(ImageSize size);
 
-/// The markers of each print, dark on white or white on dark; an id may occur more than once. The outlines
-/// are searched only once for all prints, and prints after one that has `enough` markers are skipped.
-[[nodiscard]] std::vector<std::vector<SeenMarker>> seeMarkers(const GrayImage& image,
-                                                              std::span<const MarkerPrint> prints,
-                                                              MarkerLook look, std::size_t enough = SIZE_MAX);
+/// The markers of each print; an id may occur more than once.
+struct SeenMarkers {
+  std::vector<std::vector<SeenMarker>> of_prints;
+  /// Outlines have a frame of one colour, as those of markers. Where none has, a look at a larger scale would
+  /// reveal no marker.
+  bool are_framed = false;
+};
+
+/// Searches markers, dark on white or white on dark. The outlines are searched only once for all prints, and
+/// prints after one that has `enough` markers are skipped.
+[[nodiscard]] SeenMarkers seeMarkers(const GrayImage& image, std::span<const MarkerPrint> prints,
+                                     MarkerLook look, std::size_t enough = SIZE_MAX);
 
 }  // namespace alidade
