@@ -12,9 +12,9 @@
 namespace alidade {
 namespace {
 
-constexpr double kRayTolerance = 1e-9;     // rad, the project's promise
-constexpr double kPixelTolerance = 1e-7;   // px, for an iterative inverse
-constexpr int kNumRoundTripRays = 100000;  // of each set of parameters; all passes with 1 000 000 too
+constexpr double kRayTolerance = 1e-9;    // rad, the project's promise
+constexpr double kPixelTolerance = 1e-7;  // px, for an iterative inverse
+constexpr int kNumRays = 100000;          // of each set of parameters; all passes with 1 000 000 too
 constexpr int kNumPixels = 50000;
 constexpr int kNumRandomSets = 100;
 constexpr int kNumRaysOfRandomSet = 1000;
@@ -83,8 +83,8 @@ TYPED_TEST(ModelRoundTrip, EveryRayThatProjectsComesBack) {
   for (const auto& params : ModelFixture<M>::paramSets()) {
     SCOPED_TRACE("set " + std::to_string(set++));
     Worst worst;
-    checkRays(Camera<M>(params), kNumRoundTripRays, 1, worst);
-    EXPECT_GE(worst.num_ok, kNumRoundTripRays / 2 - kNumRoundTripRays / 100);
+    checkRays(Camera<M>(params), kNumRays, 1, worst);
+    EXPECT_GE(worst.num_ok, kNumRays / 2 - kNumRays / 100);
     all.ray_rad = std::max(all.ray_rad, worst.ray_rad);
     if (testing::Test::HasFatalFailure()) return;
   }

@@ -16,10 +16,9 @@ extern "C" {
 namespace alidade {
 namespace {
 
-constexpr double kMrcalTolerance = 1e-9;  // px; both evaluate the same formula in double
-constexpr int kNumMrcalPoints = 2000;     // of each set
-constexpr double kMrcalFar =
-    1e4;  // px; farther out, towards a pole, rounding alone is more than kMrcalTolerance
+constexpr double kTolerance = 1e-9;  // px; both evaluate the same formula in double
+constexpr int kNumPoints = 2000;     // of each set
+constexpr double kFar = 1e4;  // px; farther out, towards a pole, rounding alone is more than kTolerance
 // mrcal's inverse is an optimisation that stops early where the image hardly moves, so that its rays may miss
 // their own pixel by more than ours do; px.
 constexpr double kTheirInverse = 1e-4;
@@ -65,14 +64,14 @@ void compare(mrcal_lensmodel_type_t type, int num_sets) {
     ASSERT_EQ(mrcal_lensmodel_num_params(&theirs.model), kNumParams<M>);
     const double max_angle = std::min(camera.cone().max_angle_rad, 1.4);
     Random random(3);
-    for (int i = 0; i < kNumMrcalPoints; ++i) {
+    for (int i = 0; i < kNumPoints; ++i) {
       const Eigen::Vector3d point =
           random.uniform(0.5, 20.0) *
           rayAt(max_angle * random.uniform(), random.uniform(0, 2 * std::numbers::pi));
       const Projection ours = camera.project(point);
       ASSERT_TRUE(ours.ok());
       const mrcal_point2_t pixel = theirs.project(point);
-      if (std::max(std::abs(pixel.x), std::abs(pixel.y)) > kMrcalFar) continue;
+      if (std::max(std::abs(pixel.x), std::abs(pixel.y)) > kFar) continue;
       worst_px = std::max(worst_px, distance(ours.pixel, pixel));
       const Eigen::Vector2d same_pixel(pixel.x, pixel.y);
       const auto ray = camera.unproject(same_pixel);
@@ -86,10 +85,10 @@ void compare(mrcal_lensmodel_type_t type, int num_sets) {
   std::printf(
       "%-12s %d points: projections differ by %.1e px at most, inverses by %.1e px; %d of their inverses\n",
       std::string(M::kId).c_str(), num_checked, worst_px, worst_inverse_px, num_inverted);
-  EXPECT_LE(worst_px, kMrcalTolerance);
-  EXPECT_LE(worst_inverse_px, kMrcalTolerance);
-  EXPECT_GE(num_checked, num_sets * kNumMrcalPoints * 4 / 5);
-  EXPECT_LE(num_checked, num_sets * kNumMrcalPoints);
+  EXPECT_LE(worst_px, kTolerance);
+  EXPECT_LE(worst_inverse_px, kTolerance);
+  EXPECT_GE(num_checked, num_sets * kNumPoints * 4 / 5);
+  EXPECT_LE(num_checked, num_sets * kNumPoints);
   EXPECT_GE(num_inverted, num_checked * 95 / 100);
 }
 

@@ -9,8 +9,8 @@
 namespace alidade {
 namespace {
 
-constexpr double kOmnidirTolerance = 1e-9;  // px; both evaluate the same formula in double
-constexpr int kNumOmnidirPoints = 2000;     // of each set
+constexpr double kTolerance = 1e-9;  // px; both evaluate the same formula in double
+constexpr int kNumPoints = 2000;     // of each set
 // Farther out, towards a pole behind the camera, theirs subtracts nearly equal numbers; px.
 constexpr double kFar = 1e4;
 
@@ -23,7 +23,7 @@ TEST(OmnidirAgreement, OmniProjectsAlikeInsideTheDomain) {
     const Camera<Omni> camera(p);
     Random random(3);
     std::vector<cv::Vec3d> points;
-    for (int i = 0; i < kNumOmnidirPoints; ++i) {
+    for (int i = 0; i < kNumPoints; ++i) {
       const Eigen::Vector3d ray =
           random.uniform(0.5, 20.0) *
           rayAt(camera.cone().max_angle_rad * random.uniform(), random.uniform(0, 2 * std::numbers::pi));
@@ -39,15 +39,15 @@ TEST(OmnidirAgreement, OmniProjectsAlikeInsideTheDomain) {
       const Projection projection = camera.project({points[i][0], points[i][1], points[i][2]});
       ASSERT_TRUE(projection.ok());
       if (std::max(std::abs(pixels[i][0]), std::abs(pixels[i][1])) > kFar) continue;
-      ASSERT_NEAR(projection.pixel.x(), pixels[i][0], kOmnidirTolerance);
-      ASSERT_NEAR(projection.pixel.y(), pixels[i][1], kOmnidirTolerance);
+      ASSERT_NEAR(projection.pixel.x(), pixels[i][0], kTolerance);
+      ASSERT_NEAR(projection.pixel.y(), pixels[i][1], kTolerance);
       num_behind += points[i][2] < 0 ? 1 : 0;
       ++num_checked;
     }
     num_with_large_xi += p[4] > 1 ? 1 : 0;
   }
-  EXPECT_GE(num_checked, 6 * kNumOmnidirPoints * 9 / 10);
-  EXPECT_GE(num_behind, kNumOmnidirPoints / 2);
+  EXPECT_GE(num_checked, 6 * kNumPoints * 9 / 10);
+  EXPECT_GE(num_behind, kNumPoints / 2);
   EXPECT_EQ(num_with_large_xi, 2);
 }
 

@@ -16,7 +16,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kSo3Tolerance = 1e-15;  // two or three roundings of numbers up to 1
+constexpr double kTolerance = 1e-15;  // two or three roundings of numbers up to 1
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -25,16 +25,15 @@ TEST(Hat, IsTheCrossProduct) {
   for (int i = 0; i < 100; ++i) {
     const Eigen::Vector3d a = randomVector(random, -1.0, 1.0);
     const Eigen::Vector3d b = randomVector(random, -1.0, 1.0);
-    ASSERT_TRUE(isNear(hat(a) * b, a.cross(b), kSo3Tolerance));
+    ASSERT_TRUE(isNear(hat(a) * b, a.cross(b), kTolerance));
   }
 }
 
 TEST(So3Quaternion, IsNormalised) {
   const SO3 rotation = SO3::fromQuaternion(Eigen::Quaterniond(-3.0, 0.5, 2.0, -7.0));
-  EXPECT_NEAR(rotation.quaternion().norm(), 1.0, kSo3Tolerance);
+  EXPECT_NEAR(rotation.quaternion().norm(), 1.0, kTolerance);
   EXPECT_TRUE(isNear(rotation.matrix(),
-                     Eigen::Quaterniond(-3.0, 0.5, 2.0, -7.0).normalized().toRotationMatrix(),
-                     kSo3Tolerance));
+                     Eigen::Quaterniond(-3.0, 0.5, 2.0, -7.0).normalized().toRotationMatrix(), kTolerance));
 }
 
 TEST(So3Quaternion, OppositeSignIsTheSameRotation) {
@@ -68,7 +67,7 @@ TEST(So3Quaternion, WithoutADirectionIsNaNAmongAutomaticDerivatives) {
 
 TEST(So3Exp, TurnsRightHanded) {
   const SO3 quarter = SO3::exp(Eigen::Vector3d(0.0, 0.0, kPi / 2));
-  EXPECT_TRUE(isNear(quarter * Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), kSo3Tolerance));
+  EXPECT_TRUE(isNear(quarter * Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), kTolerance));
 }
 
 TEST(So3Exp, AgreesWithAngleAxisBeyondOneTurn) {
@@ -108,8 +107,7 @@ TEST(So3Log, OfAnExactHalfTurnStartsWithAPositiveComponent) {
                                     Case{general, general}, Case{-general, general}}) {
     for (const double zero : {0.0, -0.0}) {
       const Eigen::Quaterniond half_turn(zero, given.x(), given.y(), given.z());
-      EXPECT_TRUE(isNear(SO3::fromQuaternion(half_turn).log(), kPi * axis, kSo3Tolerance))
-          << given.transpose();
+      EXPECT_TRUE(isNear(SO3::fromQuaternion(half_turn).log(), kPi * axis, kTolerance)) << given.transpose();
     }
   }
 }
@@ -123,7 +121,7 @@ TEST(So3Jets, ProductOfConstantsHasNoDerivative) {
   const auto a = SO3::exp(Eigen::Vector3d(0.1, 0.2, 0.3)).cast<Jet>();
   const Eigen::Matrix<Jet, 3, 1> w = (a * a.inverse()).log();
   for (int i = 0; i < 3; ++i) {
-    EXPECT_NEAR(w[i].a, 0.0, kSo3Tolerance);
+    EXPECT_NEAR(w[i].a, 0.0, kTolerance);
     EXPECT_TRUE(isNear(w[i].v, Eigen::Vector3d::Zero(), 0.0));
   }
 }

@@ -21,8 +21,8 @@
 namespace alidade {
 namespace {
 
-constexpr std::array kRemapProjections = {ViewProjection::kRectilinear, ViewProjection::kCylindrical,
-                                          ViewProjection::kEquirectangular};
+constexpr std::array kProjections = {ViewProjection::kRectilinear, ViewProjection::kCylindrical,
+                                     ViewProjection::kEquirectangular};
 
 class RemapTableOfModel : public OfModel {};
 INSTANTIATE_TEST_SUITE_P(, RemapTableOfModel, testing::ValuesIn(modelIds()), nameOfModel);
@@ -87,7 +87,7 @@ TEST_P(RemapTableOfModel, AgreesWithTheProjectionOfEveryRay) {
   std::size_t num_views = 0;
   Difference sum;
   for (const AnyCamera& camera : cameras()) {
-    for (const ViewProjection projection : kRemapProjections) {
+    for (const ViewProjection projection : kProjections) {
       for (const OutputView& view : viewsOf(camera, projection)) {
         const RemapTable table = makeRemapTable(camera, kTestImage, view, 2);
         const Difference d = differenceFromProjection(camera, view, table);

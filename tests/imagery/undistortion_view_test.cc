@@ -24,8 +24,8 @@ using testing::HasSubstr;
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr ImageSize kOutput{160, 100};  // of the tests over all models
-constexpr std::array kViewProjections = {ViewProjection::kRectilinear, ViewProjection::kCylindrical,
-                                         ViewProjection::kEquirectangular};
+constexpr std::array kProjections = {ViewProjection::kRectilinear, ViewProjection::kCylindrical,
+                                     ViewProjection::kEquirectangular};
 
 AnyCamera lens() {
   return AnyCamera::make("radtan", std::vector<double>{533, 535, 342, 234, -0.28, 0.08, 1e-3, -5e-4, 0});
@@ -67,7 +67,7 @@ TEST(UndistortionView, HasSquarePixelsWhereAnglesAreShown) {
 
 TEST(UndistortionView, ShowsTheFieldThatIsAskedFor) {
   int num_checked = 0;
-  for (const ViewProjection projection : kViewProjections) {
+  for (const ViewProjection projection : kProjections) {
     const OutputView view = choose(lens(), kVga, ViewExtent::kFieldOfView, projection).view;
     EXPECT_NEAR(view.horizontalFieldRad(), 90 * kDegree, 1e-12);
     EXPECT_EQ(view.axis_px, Eigen::Vector2d(319.5, 239.5));
@@ -212,7 +212,7 @@ TEST_P(UndistortionViewOfModel, ValidIsTheLargestWindowWithoutABlackPixel) {
   std::size_t num_checked = 0;
   std::size_t num_enlarged = 0;
   for (const AnyCamera& camera : cameras()) {
-    for (const ViewProjection projection : kViewProjections) {
+    for (const ViewProjection projection : kProjections) {
       const ViewChoice choice = choose(camera, kTestImage, ViewExtent::kValid, projection, kOutput);
       EXPECT_EQ(makeRemapTable(camera, kTestImage, choice.view).num_without_source, 0u)
           << projectionName(projection);
@@ -259,7 +259,7 @@ TEST_P(UndistortionViewOfModel, AllHoldsEverySourcePixelAndHardlyMore) {
     const auto rays = raysAllOver(camera);
     const bool is_all_forward =
         std::all_of(rays.begin(), rays.end(), [](const auto& ray) { return ray && ray->z() > 0; });
-    for (const ViewProjection projection : kViewProjections) {
+    for (const ViewProjection projection : kProjections) {
       const ViewChoice choice = choose(camera, kTestImage, ViewExtent::kAll, projection, kOutput);
       const OutputView& view = choice.view;
       const Eigen::Array2d last(view.size.width - 1, view.size.height - 1);

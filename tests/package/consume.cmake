@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Run by ctest: configures, builds and runs the projects beside this file and the example of the documentation against
-# what install.cmake installed. Any step that fails ends the test with that step's output.
+# what install.cmake installed; the examples of headers and of README.md only in one way. Any step that fails ends the test
+# with that step's output.
 #
 # WAY says how the projects are compiled:
 #   plain      like the library

@@ -15,7 +15,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kCoverageNoisePx = 0.1;
+constexpr double kNoisePx = 0.1;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Eigen::Vector2d randomDirection(Random& random) {
@@ -156,7 +156,7 @@ TroubledSet drawTroubledSet(std::string_view model, Trouble trouble, std::uint64
   TroubledSet set{.drawn = drawn, .views = drawUserViews(drawn, num_views, 0, random)};
   if (trouble == Trouble::kBentBoard) bendBoard(set, random);
   if (trouble == Trouble::kMotion) moveViews(set, random);
-  for (View& view : set.views.views) addCornerNoise(view, kCoverageNoisePx, random);
+  for (View& view : set.views.views) addCornerNoise(view, kNoisePx, random);
   if (trouble == Trouble::kOutliers) moveCorners(set, random);
   return set;
 }

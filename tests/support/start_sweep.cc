@@ -15,7 +15,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kStartNoisePx = 0.1;
+constexpr double kNoisePx = 0.1;
 
 double cpuSeconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
@@ -68,7 +68,7 @@ SweepOutcome runSweepSet(const SweepCell& cell, std::uint64_t number) {
   Random random(seed);
   const DrawnCamera drawn = drawCamera(cell.model, cell.fov_deg, random);
   const int num_views = 8 + static_cast<int>(random.index(33));
-  UserSet set = drawUserViews(drawn, num_views, kStartNoisePx, random);
+  UserSet set = drawUserViews(drawn, num_views, kNoisePx, random);
   SweepOutcome outcome{.drawn = drawn, .set = std::move(set), .result = {}, .error = {}};
   const double before = cpuSeconds();
   try {

@@ -10,7 +10,7 @@
 namespace alidade {
 namespace {
 
-constexpr double kVerdictNoisePx = 0.1;
+constexpr double kNoisePx = 0.1;
 
 // The views again, each corner where `pixel_of(view, corner's point on the board)` sees it.
 template <class PixelOf>
@@ -18,7 +18,7 @@ void photographAgain(SimulatedSet& set, Random& random, const PixelOf& pixel_of)
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     for (Corner& corner : set.views[v].corners) {
       const Eigen::Vector2d noise(random.normal(), random.normal());
-      corner.pixel = pixel_of(v, set.board.corner(corner.id)) + kVerdictNoisePx * noise;
+      corner.pixel = pixel_of(v, set.board.corner(corner.id)) + kNoisePx * noise;
     }
   }
 }
@@ -207,7 +207,7 @@ VerdictCase makeVerdictCase(Flaw flaw, std::string_view model, std::uint64_t num
   int num_views = 15;
   AnyCamera camera = spoiledCamera(model);
   RandomViewOptions views;
-  double noise = kVerdictNoisePx;
+  double noise = kNoisePx;
   std::string used(model);
   if (flaw == Flaw::kNone) num_views = 30;
   if (flaw == Flaw::kThreeViews) num_views = 3;

@@ -19,8 +19,8 @@
 
 namespace alidade::detail {
 
-// What differs between OpenCV 4.5 and 5: the functions for markers, and the headers for key points and
-// homographies.
+// What differs between OpenCV 4.5 and 5: the functions for markers, and the headers for key points,
+// homographies and polygons.
 
 /// The dictionary `id` of cv::aruco::PREDEFINED_DICTIONARY_NAME (PredefinedDictionaryType from 4.7 on).
 inline cv::aruco::Dictionary markerDictionary(int id) {

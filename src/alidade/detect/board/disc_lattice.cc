@@ -40,7 +40,7 @@ class Moments {
   // Adds the pixels from column `first` to `last` of a row.
   void addRun(int row, int first, int last) {
     if (count() == 0) origin_ = {first, row};
-    // The sums of k^0 to k^4 for k up to n, which hold for negative n as well (Faulhaber's polynomials).
+    // The sums of k^0 to k^4 for k up to n; the formulas also hold for negative n (Faulhaber's polynomials).
     const auto powerSums = [](double n) {
       const double m = n * (n + 1);
       return std::array{n, m / 2, m * (2 * n + 1) / 6, m * m / 4, m * (2 * n + 1) * (3 * m - 1) / 30};
@@ -84,7 +84,8 @@ class Moments {
   static constexpr double kBinomials[kMost + 1][kMost + 1] = {
       {1}, {1, 1}, {1, 2, 1}, {1, 3, 3, 1}, {1, 4, 6, 4, 1}};
 
-  static constexpr std::array<std::size_t, kMost + 1> kFirst = {0, 5, 9, 12, 14};  // with p = 0, by q
+  static constexpr std::array<std::size_t, kMost + 1> kFirst = {
+      0, 5, 9, 12, 14};  // index of the sum with p = 0, for each q
 
   Eigen::Vector2i origin_ = Eigen::Vector2i::Zero();
   std::array<double, 15> sums_{};
@@ -138,7 +139,7 @@ std::vector<Moments> findSpots(const GrayImage& image, bool is_bright, double wi
   const int num_labels = cv::connectedComponents(mask, labels, 4, CV_32S);
   std::vector<Moments> spots(static_cast<std::size_t>(num_labels));
   std::vector<char> is_cut(spots.size());
-  is_cut[0] = 1;  // what is no spot
+  is_cut[0] = 1;  // the background
   for (int y = 0; y < labels.rows; ++y) {
     const int* row = labels.ptr<int>(y);
     for (int first = 0, end = 0; first < labels.cols; first = end) {
@@ -163,8 +164,8 @@ std::vector<Blob> findBlobs(const GrayImage& image, bool is_bright, double windo
   const int fraction = (std::max(image.size.width, image.size.height) + kLargeSide - 1) / kLargeSide;
   if (std::min(image.size.width, image.size.height) / fraction < kLeastSide) return {};
   std::vector<Blob> blobs;
-  for (const Moments& spot :
-       findSpots(fraction > 1 ? detail::shrunk(image, fraction) : image, is_bright, window_share)) {
+  const GrayImage small = fraction > 1 ? detail::shrunk(image, fraction) : GrayImage{};
+  for (const Moments& spot : findSpots(fraction > 1 ? small : image, is_bright, window_share)) {
     std::optional<Blob> blob = blobOf(spot);
     if (!blob) continue;
     blob->pixel = fraction * (blob->pixel + Vector2d(0.5, 0.5)) - Vector2d(0.5, 0.5);

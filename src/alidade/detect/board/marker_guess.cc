@@ -124,7 +124,7 @@ double diagonalsOf(const std::array<Vector2d, 4>& corners) {
 }
 
 // The ratio of a marker to its square, where all four corners of the square were found: from the marker's
-// edges if they are clear, otherwise from OpenCV's corners.
+// edges if they are clear, otherwise from the corners of outlines.
 std::optional<double> markerShare(const std::vector<Detection>& detections, const Images& images,
                                   std::size_t print, int columns) {
   std::vector<double> coarse;

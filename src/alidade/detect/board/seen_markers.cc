@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <optional>
 #include <utility>
@@ -128,7 +129,7 @@ class CellLevels {
     forEachInside(margin, [&](double of_cell) { num += of_cell > level ? 1 : 0; });
     return num;
   }
-  // Share of the cells in the outermost ring that have not the colour of most of them.
+  // Share of the cells in the outermost ring whose colour differs from that of most.
   [[nodiscard]] double oddShare(double mid) const {
     const int odd = std::min(borderErrors(mid, 1, false), borderErrors(mid, 1, true));
     return odd / (4.0 * (num_cells_ - 1));
@@ -139,9 +140,24 @@ class CellLevels {
     const int num_bright = numAbove(mid, 0) - numAbove(mid, border);
     return is_inverted ? num_cells_ * num_cells_ - inside * inside - num_bright : num_bright;
   }
+  // Variance within dark and within bright cells as a share of the squared contrast. It is small if the cells
+  // are those of the print.
+  [[nodiscard]] double spread(double mid) const {
+    std::array<double, 2> count{};
+    std::array<double, 2> sum{};
+    double squares = 0;
+    forEachInside(0, [&](double level) {
+      const std::size_t side = level > mid ? 1 : 0;
+      count[side] += 1;
+      sum[side] += level;
+      squares += level * level;
+    });
+    const std::array<double, 2> mean = {sum[0] / count[0], sum[1] / count[1]};
+    const double within = (squares - sum[0] * mean[0] - sum[1] * mean[1]) / (count[0] + count[1]);
+    return within / ((mean[1] - mean[0]) * (mean[1] - mean[0]));
+  }
   // Midway between dark and bright cells; nothing without contrast.
-  [[nodiscard]] std::optional<double> midLevel(int margin) const {
-    constexpr double kLeastDeviation = 5;
+  [[nodiscard]] std::optional<double> midLevel(int margin, double least_deviation) const {
     double count = 0;
     double sum = 0;
     double squares = 0;
@@ -151,7 +167,7 @@ class CellLevels {
       squares += level * level;
     });
     double mid = sum / count;
-    if (squares / count - mid * mid < kLeastDeviation * kLeastDeviation) return std::nullopt;
+    if (!(squares / count - mid * mid > least_deviation * least_deviation)) return std::nullopt;
     constexpr int kRounds = 5;
     for (int round = 0; round < kRounds; ++round) {
       double num_bright = 0;
@@ -172,11 +188,18 @@ class CellLevels {
   std::vector<double> levels_;  // row by row
 };
 
-// The marker with these cells, and the number of quarter turns to it; nothing if there is none.
-std::optional<std::pair<int, int>> readMarker(const CellLevels& levels, const PrintReader& reader) {
+struct Reading {
+  int id = 0;
+  int turns = 0;             // by a quarter, to the marker's first corner
+  double spread = HUGE_VAL;  // see CellLevels
+};
+
+// The marker with these cells; nothing if there is none.
+std::optional<Reading> readMarker(const CellLevels& levels, const PrintReader& reader) {
   // Blur raises dark bits between bright ones as much as it lowers the bright ones. The outer cells of a wide
   // border stay dark and would lower the threshold, so only the innermost ring of the border counts.
-  const auto mid = levels.midLevel(reader.border - 1);
+  constexpr double kLeastDeviation = 5;  // grey levels
+  const auto mid = levels.midLevel(reader.border - 1, kLeastDeviation);
   if (!mid) return std::nullopt;
   const int num_bits = reader.known.num_bits;
   for (const bool is_inverted : {false, true}) {
@@ -189,18 +212,17 @@ std::optional<std::pair<int, int>> readMarker(const CellLevels& levels, const Pr
     int id = 0;
     int turns = 0;
     if (!reader.dictionary.identify(bits, id, turns, reader.correction_rate)) return std::nullopt;
-    return std::pair(id, turns);
+    return Reading{.id = id, .turns = turns, .spread = levels.spread(*mid)};
   }
   return std::nullopt;
 }
 
-// One quadrilateral of the image, whose cells are sampled once for all prints with the same number.
+// One quadrilateral of the image, whose cells are sampled once for all prints with the same number of cells.
 class QuadReader {
  public:
   QuadReader(const GrayImage& image, const Quad& corners) : image_(image), corners_(corners) {}
 
-  // The id, and the number of quarter turns to the marker's first corner.
-  [[nodiscard]] std::optional<std::pair<int, int>> read(const PrintReader& reader) {
+  [[nodiscard]] std::optional<Reading> read(const PrintReader& reader) {
     const int num_cells = reader.known.num_bits + 2 * reader.border;
     const auto [at, is_new] = levels_.try_emplace(num_cells);
     if (is_new) at->second = sample(num_cells);
@@ -211,14 +233,15 @@ class QuadReader {
   [[nodiscard]] bool isFramed() const { return is_framed_; }
 
  private:
-  // Nothing if this is no marker by the outer ring of cells.
+  // Nothing if the outer ring of cells cannot be that of a marker.
   [[nodiscard]] std::optional<CellLevels> sample(int num_cells) {
     constexpr std::array kCoarse = {0.5};  // positions in a cell
     constexpr std::array kFine = {0.27, 0.42, 0.58, 0.73};
     constexpr double kMostOdd = 0.45;  // share of the ring's cells with another colour
     constexpr double kFewOdd = 0.05;
     const CellLevels coarse(image_, corners_, num_cells, kCoarse);
-    const auto mid = coarse.midLevel(0);
+    constexpr double kNoise = 1;  // grey levels; the fine samples decide on the contrast
+    const auto mid = coarse.midLevel(0, kNoise);
     const double odd_share = mid ? coarse.oddShare(*mid) : 1;
     is_framed_ = is_framed_ || odd_share <= kFewOdd;
     if (odd_share > kMostOdd) return std::nullopt;
@@ -229,6 +252,21 @@ class QuadReader {
   const Quad& corners_;
   std::map<int, std::optional<CellLevels>> levels_;  // by the number of cells along a side
   bool is_framed_ = false;
+};
+
+// A marker by the outline and the dictionary that fit best. A square around a marker may be read as another
+// marker by chance.
+struct FoundMarker {
+  Quad corners;
+  std::size_t print = 0;
+  Reading reading = {};
+
+  // True for a quadrilateral with nearly the same middle.
+  [[nodiscard]] bool isAround(const Quad& quad) const {
+    constexpr float kNear = 1.0F / 64;  // squared distance, as a share of the area
+    const cv::Point2f apart = middleOf(quad) - middleOf(corners);
+    return apart.dot(apart) < kNear * areaOf(corners);
+  }
 };
 
 // Quadrilaterals among the outlines of what is darker than its neighbourhood, largest first, clockwise in the
@@ -243,20 +281,23 @@ std::vector<Quad> findQuads(const cv::Mat& grey) {
   constexpr std::array kComparisons = {Comparison{5, 7}, Comparison{15, 7}, Comparison{63, 7},
                                        Comparison{63, 30}};
   constexpr std::size_t kLeastOutline = 20;  // pixels
-  constexpr double kLeastFilled = 0.012;  // area over the square of the outline's length; a square has 0.06
-  constexpr double kMostOff = 0.03;       // of the outline's length, between outline and quadrilateral
-  constexpr double kLeastSide = 0.05;     // of the outline's length
+  constexpr double kLeastFilled =
+      0.012;  // area over the square of the outline's length; an upright square has 0.06
+  constexpr double kMostOff = 0.03;    // of the outline's length, between outline and quadrilateral
+  constexpr double kLeastSide = 0.05;  // of the outline's length
   constexpr float kMarginPx = 3;
   std::vector<Quad> quads;
   cv::Mat mean;
   cv::Mat mask;
   std::vector<std::vector<cv::Point>> outlines;
+  std::vector<cv::Vec4i> hierarchy;
   std::vector<cv::Point> polygon;
   for (const auto& [window, darker] : kComparisons) {
     cv::boxFilter(grey, mean, CV_8U, {window, window}, {-1, -1}, true, cv::BORDER_REPLICATE);
     cv::subtract(mean, grey, mask);
     cv::threshold(mask, mask, darker - 1, 255, cv::THRESH_BINARY);
-    cv::findContours(mask, outlines, cv::RETR_LIST, cv::CHAIN_APPROX_NONE);
+    // With a hierarchy, all versions use one algorithm, in one thread.
+    cv::findContours(mask, outlines, hierarchy, cv::RETR_LIST, cv::CHAIN_APPROX_NONE);
     for (const auto& outline : outlines) {
       const auto length = static_cast<double>(outline.size());
       if (outline.size() < kLeastOutline || cv::contourArea(outline) < kLeastFilled * length * length)
@@ -327,30 +368,43 @@ SeenMarkers seeMarkers(const GrayImage& image, std::span<const MarkerPrint> prin
   }
   const GrayImage& searched = look.scale == 1 ? image : scaled;
   const std::vector<PrintReader> readers(prints.begin(), prints.end());
-  SeenMarkers seen{.of_prints = std::vector<std::vector<SeenMarker>>(prints.size())};
+  std::vector<FoundMarker> found;
+  std::vector<std::size_t> num_found(prints.size());
   std::size_t num_prints = prints.size();
   int num_framed = 0;
-  const std::vector<Quad> quads = findQuads(detail::matOf(searched));
-  std::vector<char> is_taken(quads.size());
-  for (std::size_t i = 0; i < quads.size(); ++i) {
-    if (is_taken[i] != 0) continue;
-    QuadReader quad(searched, quads[i]);
+  for (const Quad& quad : findQuads(detail::matOf(searched))) {
+    const auto other = std::ranges::find_if(found, [&](const FoundMarker& of) { return of.isAround(quad); });
+    constexpr float kSameSize = 0.9F;  // of the areas
+    if (other != found.end() && areaOf(quad) > kSameSize * areaOf(other->corners)) continue;
+    QuadReader reader(searched, quad);
+    FoundMarker marker{.corners = quad};
     for (std::size_t p = 0; p < num_prints; ++p) {
-      const auto read = quad.read(readers[p]);
-      if (!read) continue;
-      Quad turned = quads[i];
-      std::rotate(turned.begin(), turned.end() - read->second, turned.end());
-      seen.of_prints[p].push_back(inImage(read->first, turned, look.scale));
-      if (seen.of_prints[p].size() >= enough) num_prints = p + 1;
-      // The other outlines of the same marker are not larger.
-      constexpr float kSamePlace = 1.0F / 64;  // squared distance of the middles, as a share of the area
-      for (std::size_t k = i; k < quads.size(); ++k) {
-        const cv::Point2f apart = middleOf(quads[k]) - middleOf(quads[i]);
-        if (apart.dot(apart) < kSamePlace * areaOf(quads[i])) is_taken[k] = 1;
-      }
-      break;
+      // An outline inside a wide border can be read with a narrower one: the order of prints decides.
+      const bool is_read = !std::isinf(marker.reading.spread);
+      if (is_read && prints[p].dictionary == prints[marker.print].dictionary) continue;
+      const auto reading = reader.read(readers[p]);
+      if (!reading || reading->spread >= marker.reading.spread) continue;
+      marker.print = p;
+      marker.reading = *reading;
     }
-    num_framed += quad.isFramed() ? 1 : 0;
+    num_framed += reader.isFramed() ? 1 : 0;
+    if (std::isinf(marker.reading.spread)) continue;
+    // Where the same marker is read again, the larger outline is its own.
+    if (other != found.end() &&
+        (marker.reading.id == other->reading.id || marker.reading.spread >= other->reading.spread))
+      continue;
+    if (++num_found[marker.print] >= enough) num_prints = std::min(num_prints, marker.print + 1);
+    if (other == found.end()) {
+      found.push_back(std::move(marker));
+    } else {
+      --num_found[other->print];
+      *other = std::move(marker);
+    }
+  }
+  SeenMarkers seen{.of_prints = std::vector<std::vector<SeenMarker>>(prints.size())};
+  for (FoundMarker& marker : found) {
+    std::rotate(marker.corners.begin(), marker.corners.end() - marker.reading.turns, marker.corners.end());
+    seen.of_prints[marker.print].push_back(inImage(marker.reading.id, marker.corners, look.scale));
   }
   constexpr int kFewest = 3;
   seen.are_framed = num_framed >= kFewest;

@@ -47,13 +47,13 @@ struct MarkerLook {
 /// The markers of each print; an id may occur more than once.
 struct SeenMarkers {
   std::vector<std::vector<SeenMarker>> of_prints;
-  /// Outlines have a frame of one colour, as those of markers. Where none has, a look at a larger scale would
-  /// reveal no marker.
+  /// True if at least three outlines have a frame of one colour, as markers do. Otherwise a look at a larger
+  /// scale is not worth its time.
   bool are_framed = false;
 };
 
-/// Searches markers, dark on white or white on dark. The outlines are searched only once for all prints, and
-/// prints after one that has `enough` markers are skipped.
+/// Searches for markers, dark on white or white on dark. The outlines are searched only once for all prints;
+/// as soon as a print has `enough` markers, those after it are not tried any more.
 [[nodiscard]] SeenMarkers seeMarkers(const GrayImage& image, std::span<const MarkerPrint> prints,
                                      MarkerLook look, std::size_t enough = SIZE_MAX);
 

@@ -207,6 +207,7 @@ class DiscTask {
   DiscResiduals residuals_;
   static constexpr std::size_t kNumSections = 24;
   static constexpr std::size_t kNumParts = 8;
+  static_assert(kNumSections % kNumParts == 0);
   std::array<EdgeSection, kNumSections> sections_;
   std::array<EdgeContrast, kNumParts> parts_;
 };

@@ -52,7 +52,7 @@ ALIDADE_ALWAYS_INLINE void evaluateRim(const FloatDisc& m, const Lanes& x, const
   at.normal_x = at.dx * m.xx + at.dy * m.xy;
   at.normal_y = at.dx * m.xy + at.dy * m.yy;
   const Lanes square = at.dx * at.normal_x + at.dy * at.normal_y;
-  at.by_norm = 1.0F / squareRoot(at.normal_x * at.normal_x + at.normal_y * at.normal_y);
+  at.by_norm = 1.0F / (squareRoot(at.normal_x * at.normal_x + at.normal_y * at.normal_y) + 1e-12F);
   at.z = (square - squareRoot(square)) * at.by_norm * m.sharp;
   Lanes steep;
   lanes::edgeProfile(at.z, at.pattern, steep);

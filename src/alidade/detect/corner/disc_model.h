@@ -63,7 +63,7 @@ struct DiscResiduals {
   std::vector<float> pattern;   ///< -1 inside, 1 outside
 };
 
-/// Accuracy as of sumNormalEquations() for EdgeModel.
+/// The accuracy is that of sumNormalEquations() for EdgeModel.
 void sumNormalEquations(const EdgePixels& pixels, const DiscModel& model, DiscSums& sums);
 
 /// Fills columns of at least pixels.size() values.

@@ -12,7 +12,7 @@ namespace alidade {
 /// Pixels that enter a fit, as columns for vector instructions.
 class EdgePixels {
  public:
-  /// Columns are whole chunks of so many pixels; their derivatives stay in the L1 cache.
+  /// Columns are whole chunks of this many pixels; their derivatives stay in the L1 cache.
   static constexpr std::size_t kChunk = 128;
 
   void clear() { size_ = 0; }

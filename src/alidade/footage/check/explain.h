@@ -91,8 +91,8 @@ struct FootageOutcome {
 inline constexpr double kPenalty = 6;
 
 /// Sets the explanation: the significant change of one kind that explains most, or all unknowns together if
-/// they explain clearly more, find a relevant error and are determined; if they are not, and nothing
-/// else shows the file to be wrong, the gap is kWeak.
+/// they explain clearly more, find a relevant error and are determined; if they are not, or a change
+/// has less than its needed score, and nothing else shows the file to be wrong, the gap is kWeak.
 /// For rigs, changes that show the file to be wrong take precedence, and the alternatives are set.
 /// @returns true if the explanation shows the file to be wrong
 bool explain(FootageOutcome& outcome, const std::vector<const ChangeFit*>& changes, bool is_rig);
