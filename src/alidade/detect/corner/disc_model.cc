@@ -85,20 +85,15 @@ ALIDADE_ALWAYS_INLINE void fillRimColumns(const FloatDisc& m, const Lanes& x, co
 
 void sumNormalEquations(const EdgePixels& pixels, const DiscModel& model, DiscSums& sums) {
   const FloatDisc m(model);
-  double totals[kNumColumns * (kNumColumns + 1) / 2];
-  callVectorised([&]() ALIDADE_INLINE_LAMBDA {
-    lanes::sumProducts<kNumColumns>(
-        pixels,
-        [&](const Lanes& x, const Lanes& y, const Lanes& grey, lanes::Columns<kNumColumns>& columns,
-            std::size_t vector) ALIDADE_INLINE_LAMBDA { fillRimColumns(m, x, y, grey, columns, vector); },
-        totals);
-  });
-  lanes::unpackSums(totals, sums);
+  lanes::sumEquations(
+      pixels,
+      [&](const Lanes& x, const Lanes& y, const Lanes& grey, lanes::Columns<kNumColumns>& columns,
+          std::size_t vector) ALIDADE_INLINE_LAMBDA { fillRimColumns(m, x, y, grey, columns, vector); },
+      sums);
 }
 
 void evaluateResiduals(const EdgePixels& pixels, const DiscModel& model, DiscResiduals& residuals) {
-  const std::size_t size = (pixels.size() + kNumLanes - 1) / kNumLanes * kNumLanes;
-  for (auto* column : {&residuals.residual, &residuals.slope, &residuals.pattern}) column->resize(size);
+  lanes::holdPixels(pixels, residuals.residual, residuals.slope, residuals.pattern);
   const FloatDisc m(model);
   callVectorised([&]() ALIDADE_INLINE_LAMBDA {
     for (std::size_t i = 0; i < pixels.size(); i += kNumLanes) {

@@ -130,14 +130,26 @@ ALIDADE_ALWAYS_INLINE void sumProducts(const EdgePixels& pixels, const Fill& fil
   }
 }
 
-/// The normal equations for the sums of sumProducts().
-template <int kSize>
-void unpackSums(const double* totals, NormalEquations<kSize>& sums) {
+/// The normal equations of a model, by sumProducts() with the best instructions of the processor. `fill` must
+/// be inlined (ALIDADE_INLINE_LAMBDA).
+template <int kSize, class Fill>
+void sumEquations(const EdgePixels& pixels, const Fill& fill, NormalEquations<kSize>& sums) {
+  constexpr std::size_t kNumColumns = kSize + 1;
+  double totals[kNumColumns * (kNumColumns + 1) / 2];
+  callVectorised([&]() ALIDADE_INLINE_LAMBDA { sumProducts<kNumColumns>(pixels, fill, totals); });
+  const double* total = totals;
   for (int i = 0; i < kSize; ++i) {
-    for (int j = 0; j <= i; ++j) sums.hessian(i, j) = sums.hessian(j, i) = *totals++;
+    for (int j = 0; j <= i; ++j) sums.hessian(i, j) = sums.hessian(j, i) = *total++;
   }
-  for (int i = 0; i < kSize; ++i) sums.gradient(i) = *totals++;
-  sums.cost = *totals;
+  for (int i = 0; i < kSize; ++i) sums.gradient(i) = *total++;
+  sums.cost = *total;
+}
+
+/// Makes columns hold whole vectors of pixels.
+template <class... Column>
+void holdPixels(const EdgePixels& pixels, Column&... columns) {
+  const std::size_t size = (pixels.size() + kNumLanes - 1) / kNumLanes * kNumLanes;
+  (columns.resize(std::max(columns.size(), size)), ...);
 }
 
 }  // namespace alidade::lanes

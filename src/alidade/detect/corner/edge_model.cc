@@ -106,23 +106,15 @@ ALIDADE_ALWAYS_INLINE void evaluateAll(const EdgePixels& pixels, const EdgeModel
 
 void sumNormalEquations(const EdgePixels& pixels, const EdgeModel& model, EdgeSums& sums) {
   const FloatModel m(model);
-  double totals[kNumColumns * (kNumColumns + 1) / 2];
-  callVectorised([&]() ALIDADE_INLINE_LAMBDA {
-    lanes::sumProducts<kNumColumns>(
-        pixels,
-        [&](const Lanes& x, const Lanes& y, const Lanes& grey, lanes::Columns<kNumColumns>& columns,
-            std::size_t vector) ALIDADE_INLINE_LAMBDA { fillColumns(m, x, y, grey, columns, vector); },
-        totals);
-  });
-  lanes::unpackSums(totals, sums);
+  lanes::sumEquations(
+      pixels,
+      [&](const Lanes& x, const Lanes& y, const Lanes& grey, lanes::Columns<kNumColumns>& columns,
+          std::size_t vector) ALIDADE_INLINE_LAMBDA { fillColumns(m, x, y, grey, columns, vector); },
+      sums);
 }
 
 void evaluateResiduals(const EdgePixels& pixels, const EdgeModel& model, EdgeResiduals& residuals) {
-  const std::size_t size = (pixels.size() + kNumLanes - 1) / kNumLanes * kNumLanes;
-  if (residuals.residual.size() < size) {
-    for (auto* column : {&residuals.residual, &residuals.slope1, &residuals.slope2, &residuals.pattern})
-      column->resize(size);
-  }
+  lanes::holdPixels(pixels, residuals.residual, residuals.slope1, residuals.slope2, residuals.pattern);
   callVectorised([&]() ALIDADE_INLINE_LAMBDA { evaluateAll(pixels, model, residuals); });
 }
 
