@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Run by ctest: configures, builds and runs the projects beside this file and the example of the documentation against
-# what install.cmake installed; the examples of headers and of README.md only in one way. Any step that fails ends the test
-# with that step's output.
+# what install.cmake installed. Any step that fails ends the test with that step's output.
 #
 # WAY says how the projects are compiled:
 #   plain      like the library
@@ -45,10 +44,23 @@ if(SANITIZE)
 endif()
 # A list as one argument: its semicolons must survive the list of arguments that it becomes a part of.
 string(JOIN "\\;" prefix_path ${prefix} ${PREFIX_PATH})
-set(sources ${CMAKE_CURRENT_LIST_DIR}/camera_only ${CMAKE_CURRENT_LIST_DIR}/files_only
-            ${CMAKE_CURRENT_LIST_DIR}/everything ${SOURCE_DIR}/docs/examples/test_harness ${SOURCE_DIR}/docs/examples/rig)
-if(WAY STREQUAL "plain")  # whether the examples of headers and pages compile
-  list(APPEND sources ${CMAKE_CURRENT_LIST_DIR}/front_doors ${CMAKE_CURRENT_LIST_DIR}/readme)
+# All projects are compiled like the library. Those that hold values of Eigen are also compiled in one of the other two
+# ways, and the one that calibrates in both.
+set(projects_plain camera_only files_only everything front_doors readme)
+set(projects_haswell everything)
+set(projects_sanitized camera_only files_only everything)
+set(examples_plain test_harness rig)
+set(examples_haswell test_harness rig)
+set(examples_sanitized)
+set(sources)
+foreach(project IN LISTS projects_${WAY})
+  list(APPEND sources ${CMAKE_CURRENT_LIST_DIR}/${project})
+endforeach()
+foreach(example IN LISTS examples_${WAY})
+  list(APPEND sources ${SOURCE_DIR}/docs/examples/${example})
+endforeach()
+if(NOT sources)
+  message(FATAL_ERROR "WAY is '${WAY}'; expected plain, haswell or sanitized")
 endif()
 foreach(source IN LISTS sources)
   get_filename_component(project ${source} NAME)
