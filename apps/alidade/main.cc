@@ -5,6 +5,9 @@
 #include <new>
 
 #include <fcntl.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -44,6 +47,16 @@ void handleTermination(int, char**, char**) {
   return ::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur < kLeastBytes;
 }
 
+// Memory that was returned to the kernel must be faulted in and zeroed again: a quarter of the time of
+// calibrating an uneven board from 13 views.
+void keepMemory() {
+#ifdef __GLIBC__
+  constexpr int kBytes = 32 << 20;  // the largest threshold that glibc accepts on 64 bits
+  ::mallopt(M_MMAP_THRESHOLD, kBytes);
+  ::mallopt(M_TRIM_THRESHOLD, 8 * kBytes);
+#endif
+}
+
 }  // namespace
 }  // namespace alidade
 
@@ -56,6 +69,7 @@ int main(int argc, char** argv) {
       static_cast<void>(::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
   }
   silenceLibraries();
+  keepMemory();
   std::signal(SIGXFSZ, SIG_IGN);  // the write fails and reports an error
   if (isMemoryTooSmall()) {
     printMessage(

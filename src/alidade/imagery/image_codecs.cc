@@ -5,6 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "alidade/core/error.h"
+#include "alidade/imagery/gray_jpeg.h"
 
 namespace alidade {
 namespace {
@@ -56,11 +57,17 @@ const Codecs& codecs() {
 }  // namespace
 
 cv::Mat decodeImage(const cv::Mat& encoded, int flags) {
+  if (flags == kGrayFlags) {
+    if (cv::Mat image = decodeGrayJpeg(encoded); !image.empty()) return image;
+  }
   return codecs().decode(encoded, flags);
 }
 
 bool encodeImage(const std::string& extension, const cv::Mat& image, std::vector<std::uint8_t>& encoded,
                  const std::vector<int>& options) {
+  if (extension == ".jpg" && image.type() == CV_8UC1 && options.size() == 2 &&
+      options[0] == cv::IMWRITE_JPEG_QUALITY && encodeGrayJpeg(image, options[1], encoded))
+    return true;
   return codecs().encode(extension, image, encoded, options);
 }
 

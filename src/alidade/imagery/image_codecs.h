@@ -6,11 +6,15 @@
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 namespace alidade {
 
 // OpenCV's image codecs. Their library depends on GDAL and a hundred others, which take longer to load than
-// the rest of the program, so it is loaded when the first image is read or written.
+// the rest of the program, so it is loaded with the first image that gray_jpeg.h cannot read or write.
+
+/// Flags of cv::imdecode(): one channel, converted to grey if necessary, as deep as stored, and not turned.
+inline constexpr int kGrayFlags = cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION;
 
 /// cv::imdecode(). @throws cv::Exception; Error (kInput) if the library cannot be loaded
 [[nodiscard]] cv::Mat decodeImage(const cv::Mat& encoded, int flags);

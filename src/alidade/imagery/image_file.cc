@@ -179,8 +179,7 @@ std::string readImageBytes(const std::string& path) {
 }
 
 LoadedImage decodeGrayImage(const std::string& path, std::string bytes) {
-  const Loaded<cv::Mat> file = decodeBytes(
-      path, std::move(bytes), cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
+  const Loaded<cv::Mat> file = decodeBytes(path, std::move(bytes), kGrayFlags);
   if (file.image.channels() != 1 || file.image.depth() > CV_64F)
     throw imageError(path, "samples that cannot be converted to grey", "convert the image to an 8-bit PNG");
   return {.image = detail::grayFromSamples(file.image), .exif_orientation = file.exif_orientation};

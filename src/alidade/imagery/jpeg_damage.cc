@@ -1,62 +1,24 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/imagery/image_damage.h"
 
-#include <array>
-#include <csetjmp>
-#include <cstdio>
 #include <optional>
 #include <vector>
 
-#include <jerror.h>
-#include <jpeglib.h>
+#include "alidade/imagery/jpeg_complaints.h"
 
 namespace alidade {
 namespace {
 
-// No member has a destructor, because libjpeg leaves by longjmp.
-struct Complaints {
-  jpeg_error_mgr base{};  // first member, so that libjpeg's pointer to it is a pointer to this struct
-  std::jmp_buf end{};
-  std::array<char, JMSG_LENGTH_MAX> first{};
-
-  [[nodiscard]] bool isEmpty() const { return first[0] == '\0'; }
-};
-
-Complaints& complaintsOf(j_common_ptr jpeg) {
-  return *reinterpret_cast<Complaints*>(jpeg->err);
-}
-
-void onWarning(j_common_ptr jpeg, int level) {
-  constexpr int kPaddingBytes = 2;
-  Complaints& complaints = complaintsOf(jpeg);
-  const int code = complaints.base.msg_code;
-  if (level >= 0 || !complaints.isEmpty()) return;
-  const auto* const parameters = complaints.base.msg_parm.i;
-  if (code == JWRN_EXTRANEOUS_DATA && parameters[0] <= kPaddingBytes && parameters[1] == JPEG_EOI) return;
-  if (code == JWRN_ADOBE_XFORM || code == JWRN_JFIF_MAJOR) return;  // warnings about headers
-  complaints.base.format_message(jpeg, complaints.first.data());
-}
-
-[[noreturn]] void onError(j_common_ptr jpeg) {
-  Complaints& complaints = complaintsOf(jpeg);
-  if (complaints.isEmpty()) complaints.base.format_message(jpeg, complaints.first.data());
-  std::longjmp(complaints.end, 1);
-}
-
 struct Transcoder {
-  Complaints complaints;
+  detail::JpegComplaints complaints;
   jpeg_decompress_struct in{};
   jpeg_compress_struct out{};
-  // An own destination: libjpeg's destination in memory frees the buffer that it returned if an error
-  // interrupts it.
   jpeg_destination_mgr destination{};
   std::vector<JOCTET> encoded;
   bool is_encoded = false;
 
   explicit Transcoder(std::size_t num_bytes) : encoded(num_bytes + kHeaderBytes) {
-    in.err = out.err = jpeg_std_error(&complaints.base);
-    complaints.base.emit_message = onWarning;
-    complaints.base.error_exit = onError;
+    in.err = out.err = complaints.install();
   }
   ~Transcoder() {
     jpeg_destroy_decompress(&in);
@@ -68,13 +30,6 @@ struct Transcoder {
  private:
   static constexpr std::size_t kHeaderBytes = 8192;  // more than the size of all tables
 };
-
-// Fails, because the same coefficients never need more space than before.
-boolean refuseMore(j_compress_ptr jpeg) {
-  jpeg->err->msg_code = JERR_BUFFER_SIZE;
-  jpeg->err->error_exit(reinterpret_cast<j_common_ptr>(jpeg));
-  return FALSE;
-}
 
 void copyTable(const JHUFF_TBL* from, JHUFF_TBL*& to, j_common_ptr owner) {
   if (from == nullptr) return;
@@ -96,11 +51,8 @@ bool hasOneCoding(const jpeg_decompress_struct& jpeg) {
 // Encodes the coefficients again with the same codes and restarts, in one scan.
 void encodeAgain(Transcoder& jpeg, jvirt_barray_ptr* coefficients) {
   jpeg_create_compress(&jpeg.out);
-  jpeg.destination = {.next_output_byte = jpeg.encoded.data(),
-                      .free_in_buffer = jpeg.encoded.size(),
-                      .init_destination = [](j_compress_ptr) {},
-                      .empty_output_buffer = refuseMore,
-                      .term_destination = [](j_compress_ptr) {}};
+  // The same coefficients never need more space than before.
+  jpeg.destination = detail::fixedDestination(jpeg.encoded);
   jpeg.out.dest = &jpeg.destination;
   jpeg_copy_critical_parameters(&jpeg.in, &jpeg.out);
   jpeg.out.optimize_coding = FALSE;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "alidade/core/error.h"
@@ -59,6 +60,26 @@ std::optional<Eigen::Vector3d> rayFromPlane(ViewProjection projection, const Eig
   if (projection == ViewProjection::kCylindrical) return Eigen::Vector3d(std::sin(x), y, std::cos(x));
   if (!(std::abs(y) <= kPole)) return std::nullopt;
   return Eigen::Vector3d(std::sin(x) * std::cos(y), std::sin(y), std::cos(x) * std::cos(y));
+}
+
+void RayColumns::set(std::size_t column, const std::optional<Eigen::Vector3d>& ray) const {
+  constexpr double kNoRay = std::numeric_limits<double>::quiet_NaN();
+  const Eigen::Vector3d r = ray.value_or(Eigen::Vector3d::Constant(kNoRay));
+  x[column] = r.x();
+  y[column] = r.y();
+  z[column] = r.z();
+}
+
+void OutputView::raysOfRow(std::size_t row, const RayColumns& rays) const {
+  const std::size_t width = rays.x.size();
+  if (projection == ViewProjection::kRectilinear) {
+    const double step = 1 / scale_px.x();
+    for (std::size_t u = 0; u < width; ++u) rays.x[u] = step * (static_cast<double>(u) - axis_px.x());
+    std::ranges::fill(rays.y, planeFromPixel(Eigen::Vector2d(0, row)).y());
+    std::ranges::fill(rays.z, 1);
+    return;
+  }
+  for (std::size_t u = 0; u < width; ++u) rays.set(u, rayFromPixel(Eigen::Vector2d(u, row)));
 }
 
 double OutputView::horizontalFieldRad() const {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,6 +44,13 @@ enum class ViewProjection {
 [[nodiscard]] std::optional<Eigen::Vector3d> rayFromPlane(ViewProjection projection,
                                                           const Eigen::Vector2d& plane);
 
+/// Rays of a row of pixels, one element for each; NaN where there is none.
+struct RayColumns {
+  std::span<double> x, y, z;
+
+  void set(std::size_t column, const std::optional<Eigen::Vector3d>& ray) const;
+};
+
 /// An image without distortion, with the ray of each pixel. A pixel is scale_px * plane + axis_px, by
 /// coordinates; pixel (0, 0) is the centre of the top left pixel.
 struct OutputView {
@@ -57,6 +66,8 @@ struct OutputView {
   [[nodiscard]] std::optional<Eigen::Vector3d> rayFromPixel(const Eigen::Vector2d& pixel) const {
     return rayFromPlane(projection, planeFromPixel(pixel));
   }
+  /// The rays of all pixels of a row; they differ from rayFromPixel() by rounding.
+  void raysOfRow(std::size_t row, const RayColumns& rays) const;
 
   /// Angle between the leftmost and the rightmost edge of the pixels in the row of the axis, radians; at most
   /// a full turn.

@@ -309,12 +309,14 @@ Rectification rectify(const AnyRig& rig, std::size_t first, std::size_t second, 
 RemapTable makeRemapTable(const Rectification& rectification, std::size_t i, const MountedCamera& camera,
                           int num_jobs, const CancelFlag* cancel) {
   const SO3 camera_from_rectified = rectification.views.at(i).rectified_from_camera.inverse();
-  const auto ray_of = [&](const Vector2d& pixel) -> std::optional<Vector3d> {
-    const auto ray = rectification.rayFromPixel(i, pixel);
-    if (!ray) return std::nullopt;
-    return camera_from_rectified * *ray;
+  const auto rays_of = [&](std::size_t row, const RayColumns& rays) {
+    for (std::size_t u = 0; u < rays.x.size(); ++u) {
+      auto ray = rectification.rayFromPixel(i, Vector2d(u, row));
+      if (ray) ray = camera_from_rectified * *ray;
+      rays.set(u, ray);
+    }
   };
-  return makeRemapTable(camera.camera, camera.image_size, rectification.size, ray_of, num_jobs, cancel);
+  return makeRemapTable(camera.camera, camera.image_size, rectification.size, rays_of, num_jobs, cancel);
 }
 
 EpipolarErrors epipolarErrors(const Rectification& rectification, const MountedCamera& first,

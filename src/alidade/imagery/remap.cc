@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "alidade/camera/batch.h"
@@ -15,40 +16,45 @@ namespace alidade {
 
 RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size, const OutputView& view,
                           int num_jobs, const CancelFlag* cancel) {
-  return makeRemapTable(
-      camera, source_size, view.size, [&](const Eigen::Vector2d& pixel) { return view.rayFromPixel(pixel); },
-      num_jobs, cancel);
+  const auto rays_of = [&](std::size_t row, const RayColumns& rays) { view.raysOfRow(row, rays); };
+  return makeRemapTable(camera, source_size, view.size, rays_of, num_jobs, cancel);
 }
 
 RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size, ImageSize size,
-                          const RayOfPixel& ray_of, int num_jobs, const CancelFlag* cancel) {
+                          const RaysOfRow& rays_of, int num_jobs, const CancelFlag* cancel) {
   expect(size.width > 0 && size.height > 0, "an output image has pixels");
   const auto width = static_cast<std::size_t>(size.width);
   const auto height = static_cast<std::size_t>(size.height);
-  constexpr float kNoSource = std::numeric_limits<float>::quiet_NaN();
-  RemapTable table{.source_size = source_size,
-                   .size = size,
-                   .pixels = std::vector<SourcePixel>(width * height, {kNoSource, kNoSource})};
-  const Eigen::Array2d low(-0.5, -0.5);
-  const Eigen::Array2d high(source_size.width - 0.5, source_size.height - 0.5);
+  RemapTable table{
+      .source_size = source_size, .size = size, .pixels = std::vector<SourcePixel>(width * height)};
+  const double right = source_size.width - 0.5;
+  const double bottom = source_size.height - 0.5;
+  std::vector<std::size_t> num_without(height);
   parallelFor(
       height, num_jobs,
-      [&](std::size_t y) {
-        constexpr double kNoRay = std::numeric_limits<double>::quiet_NaN();  // is not projected
-        std::vector<Eigen::Vector3d> rays(width);
-        for (std::size_t x = 0; x < width; ++x)
-          rays[x] = ray_of({x, y}).value_or(Eigen::Vector3d::Constant(kNoRay));
-        std::vector<Projection> sources(width);
-        projectBatch(camera, rays, sources);
-        for (std::size_t x = 0; x < width; ++x) {
-          const Eigen::Array2d place = sources[x].pixel.array();
-          if (!sources[x].ok() || !(place >= low && place < high).all()) continue;
-          table.pixels[y * width + x] = {static_cast<float>(place.x()), static_cast<float>(place.y())};
+      [&](std::size_t row) {
+        std::vector<double> numbers(3 * width);
+        const std::span all(numbers);
+        const RayColumns rays{all.first(width), all.subspan(width, width), all.last(width)};
+        rays_of(row, rays);
+        // Pixels take the place of the rays.
+        std::vector<ProjectStatus> status(width);
+        projectBatch(camera, {rays.x, rays.y, rays.z}, {rays.x, rays.y, status});
+        std::size_t num_missing = 0;
+        SourcePixel* const pixels = table.pixels.data() + row * width;
+        for (std::size_t column = 0; column < width; ++column) {
+          const double u = rays.x[column];
+          const double v = rays.y[column];
+          constexpr float kNoSource = std::numeric_limits<float>::quiet_NaN();
+          const bool is_inside = u >= -0.5 && v >= -0.5 && u < right && v < bottom;  // false for NaN
+          pixels[column] = is_inside ? SourcePixel{static_cast<float>(u), static_cast<float>(v)}
+                                     : SourcePixel{kNoSource, kNoSource};
+          num_missing += is_inside ? 0 : 1;
         }
+        num_without[row] = num_missing;
       },
       cancel);
-  table.num_without_source = static_cast<std::size_t>(std::count_if(
-      table.pixels.begin(), table.pixels.end(), [](const SourcePixel& pixel) { return !pixel.exists(); }));
+  table.num_without_source = std::accumulate(num_without.begin(), num_without.end(), std::size_t{0});
   return table;
 }
 

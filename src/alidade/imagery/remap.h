@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include "alidade/camera/any_camera.h"
@@ -44,11 +43,11 @@ struct RemapTable {
                                         const OutputView& view, int num_jobs = 1,
                                         const CancelFlag* cancel = nullptr);
 
-/// The same for any layout of an output image: `ray_of` gives the ray of a pixel in the camera frame, or
-/// nothing, and is called from several threads.
-using RayOfPixel = std::function<std::optional<Eigen::Vector3d>(const Eigen::Vector2d&)>;
+/// The same for any layout of an output image: `rays_of` sets the rays of the pixels of a row, in the camera
+/// frame, and is called from several threads.
+using RaysOfRow = std::function<void(std::size_t row, const RayColumns& rays)>;
 [[nodiscard]] RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size, ImageSize size,
-                                        const RayOfPixel& ray_of, int num_jobs = 1,
+                                        const RaysOfRow& rays_of, int num_jobs = 1,
                                         const CancelFlag* cancel = nullptr);
 
 enum class Interpolation {
