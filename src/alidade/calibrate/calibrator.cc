@@ -50,7 +50,7 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
   // Restore the caller's view indices.
   for (FitView& view : fit.views) view.source = given.sources[view.source];
   for (Outlier& outlier : dropped.outliers) outlier.source = given.sources[outlier.source];
-  const AnyCamera camera = AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
+  const AnyCamera camera = cameraOf(fit);
   DomainCertificate domain = certifyDomain(camera, onlyCamera(fit).size);
   Calibration result{.fit = std::move(fit),
                      .dropped = std::move(dropped),
@@ -239,7 +239,7 @@ Calibration calibrate(const Board& board, std::vector<View> views, const Calibra
 }
 
 AnyCamera Calibration::camera() const {
-  return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
+  return cameraOf(fit);
 }
 
 std::vector<ViewSummary> viewSummaries(const Calibration& calibration) {

@@ -90,7 +90,7 @@ HoldoutReport rigHoldout(const Fit& fit, const CancelFlag* cancel) {
     Fit others = solve(withoutViews(whole, is_out),
                        {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
     if (!isSolved(others)) return {};
-    auto uneven = withOffsets(std::move(others), OffsetScatter::kKeep, cancel);
+    auto uneven = withOffsets(std::move(others), OffsetScatter::kKeep, cancel, kHeldOutAtRest);
     if (!uneven) return {};
     others = *std::move(uneven);
     is_out.flip();

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numeric>
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/noise/board_offsets.h"
+#include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/calibrate/calibrator.h"
 #include "support/image_sizes.h"
 #include "support/simulated_set.h"
@@ -191,6 +193,48 @@ TEST(UnevenBoard, ComesToTheSameAnswerFromAnyStart) {
   for (std::size_t i = 0; i < onlyBoard(fit).shape.offsets_m.size(); ++i) {
     EXPECT_NEAR((onlyBoard(*again).shape.offsets_m[i] - onlyBoard(fit).shape.offsets_m[i]).norm(), 0, 1e-8);
   }
+}
+
+// Held-out errors end the search for the offsets early, and share the folds out to threads.
+TEST(UnevenBoard, HasTheSameHeldOutErrorsForAnyNumberOfThreads) {
+  const UnevenSet set = unevenSet(1, 20, 6);
+  const Fit fit = calibrate(kBoard, set.views, {.model = "radtan"}).fit;
+  ASSERT_TRUE(onlyBoard(fit).isUneven());
+  const auto one = heldOutErrors(fit, 1);
+  const auto five = heldOutErrors(fit, 5);
+  ASSERT_TRUE(one && five);
+  EXPECT_EQ(one->px, five->px);
+  Fit moved = fit;
+  for (Eigen::Vector3d& offset : onlyBoard(moved).shape.offsets_m) offset *= 0.9;
+  const auto early = withOffsets(moved, OffsetScatter::kKeep, nullptr, kHeldOutAtRest);
+  ASSERT_TRUE(early);
+  for (std::size_t i = 0; i < onlyBoard(fit).shape.offsets_m.size(); ++i) {
+    const double off = (onlyBoard(*early).shape.offsets_m[i] - onlyBoard(fit).shape.offsets_m[i]).norm();
+    EXPECT_LT(off, 0.1 * kHeldOutAtRest * kBoard.square_m);  // 0.3 um, less than 0.001 px
+  }
+}
+
+// The share that the first scatter leaves lies on the side of the limit that the best scatter's does.
+TEST(UnevenBoard, IsRecognisedAsFlatFromTheFirstScatter) {
+  constexpr double kLimit = 0.9;
+  constexpr std::array<std::size_t, 1> kOnlyBoard = {0};
+  int num_early = 0;
+  int num_sets = 0;
+  for (const double share : {0.0, 0.05, 0.1, 0.2, 1.0}) {
+    for (const int num_views : {8, 20}) {
+      const UnevenSet set = unevenSet(share, num_views, static_cast<std::uint64_t>(100 + num_sets));
+      const Fit flat =
+          calibrate(kBoard, set.views, {.model = "radtan", .board_shape = BoardShapeMode::kFlat}).fit;
+      const Fit started = startedUneven(flat, kOnlyBoard);
+      const double whole = varianceLeftByOffsets(started);
+      const double with_limit = varianceLeftByOffsets(started, kLimit);
+      EXPECT_EQ(with_limit > kLimit, whole > kLimit) << share << ' ' << num_views;
+      num_early += with_limit != whole ? 1 : 0;
+      ++num_sets;
+    }
+  }
+  EXPECT_EQ(num_sets, 10);
+  EXPECT_GE(num_early, 1);
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ TEST(TurnedViews, AreNumberedAlikeWhereTheBoardIsUneven) {
   int num_same = 0;
   for (const Board& board : boards) {
     for (const double scatter_m : {1e-4, 4e-4}) {
-      for (const int num_views : {10, 25}) {
+      for (const int num_views : {10, 40}) {
         const auto seed = static_cast<std::uint64_t>(60 + num_sets);
         const std::vector<View> alike = viewsOf(board, scatter_m, num_views, seed);
         const Calibration right = calibrate(board, alike, {.model = "radtan"});

@@ -6,7 +6,13 @@
 #include <cmath>
 #include <utility>
 
+#include "alidade/camera/any_camera.h"
+
 namespace alidade {
+
+AnyCamera cameraOf(const Fit& fit) {
+  return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
+}
 
 Eigen::MatrixXd freeDirections(int num_params, const ParamConstraint& constraint) {
   std::vector<Eigen::VectorXd> columns;

@@ -24,6 +24,8 @@
 
 namespace alidade {
 
+class AnyCamera;
+
 /// The intrinsics that a solve must not change.
 struct ParamConstraint {
   std::vector<int> held = {};  ///< indices of fixed parameters
@@ -140,6 +142,8 @@ requires std::is_same_v<const AnyFit, const Fit>
   expect(fit.cameras.size() == 1, "the fit has one camera");
   return fit.cameras.front();
 }
+/// The same as a camera that projects.
+[[nodiscard]] AnyCamera cameraOf(const Fit& fit);
 template <class AnyFit>
 requires std::is_same_v<const AnyFit, const Fit>
 [[nodiscard]] auto& onlyBoard(AnyFit& fit) {

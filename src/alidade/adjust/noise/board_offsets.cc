@@ -332,7 +332,8 @@ class OffsetEquations {
     const double squares = squares_ + 2 * gradient_.dot(step) + step.dot(information_.times(step).col(0));
     double num_determined = static_cast<double>(next_.size());
     for (const UnevenBoard& board : boards_) num_determined -= board.numHeld(inverse_);
-    variance_ = std::max(squares, 0.0) / std::max(1.0, freedom_ - num_determined);
+    freedom_left_ = std::max(1.0, freedom_ - num_determined);
+    variance_ = std::max(squares, 0.0) / freedom_left_;
     return std::isfinite(variance_);
   }
 
@@ -346,6 +347,7 @@ class OffsetEquations {
 
   // Variance of the errors after the step, divided by that without a step.
   [[nodiscard]] double varianceShare() const { return variance_ / (squares_ / freedom_); }
+  [[nodiscard]] double shareStd() const { return varianceShare() * std::sqrt(2 / freedom_left_); }
 
   // Writes the offsets and their scatter to the fit; returns the largest step as a share of the points'
   // spacing.
@@ -404,7 +406,8 @@ class OffsetEquations {
   OffsetMatrix inverse_;     // of the sum of the information and the prior
   std::vector<UnevenBoard> boards_;
   double squares_ = 0;
-  double freedom_ = 0;  // degrees of freedom without the offsets
+  double freedom_ = 0;       // degrees of freedom without the offsets
+  double freedom_left_ = 1;  // with them
   double variance_ = 0;
 };
 
@@ -429,17 +432,24 @@ Fit startedUneven(Fit fit, std::span<const std::size_t> boards) {
   return fit;
 }
 
-double varianceLeftByOffsets(const Fit& fit) {
+double varianceLeftByOffsets(const Fit& fit, double limit) {
   auto equations = OffsetEquations::make(fit);
-  return equations && equations->estimate() ? equations->varianceShare() : 1.0;
+  if (!equations) return 1;
+  if (std::isfinite(limit)) {
+    // The first scatter hardly holds the offsets: what they leave of the variance is noise.
+    constexpr double kChance = 3;
+    if (!equations->step()) return 1;
+    if (equations->varianceShare() > limit + kChance * equations->shareStd())
+      return equations->varianceShare();
+  }
+  return equations->estimate() ? equations->varianceShare() : 1;
 }
 
-std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag* cancel) {
+std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag* cancel, double at_rest) {
   constexpr int kMaxSteps = 50;
   constexpr double kScatterAtRest = 1e-4;  // share of the points' spacing: the remaining change moves no
                                            // camera
-  constexpr double kAtRest = 1e-7;
-  constexpr double kLoose = 1e-9;  // share of the cost
+  constexpr double kLoose = 1e-9;          // share of the cost
   constexpr int kMaxChanges = 12;  // of the modes: a barely determined one may be freed and held forever
   if (!isAnyUneven(fit)) return fit;
   std::vector<UnevenBoard> kept;
@@ -459,7 +469,7 @@ std::optional<Fit> withOffsets(Fit fit, OffsetScatter scatter, const CancelFlag*
       if (is_estimated && board.isUneven() && board.num_free_offsets < kFewestOffsets) makeEven(board);
     }
     if (step < kScatterAtRest) scatter = OffsetScatter::kKeep;
-    const bool is_at_rest = step < kAtRest;
+    const bool is_at_rest = step < at_rest;
     const double tolerance = is_at_rest ? SolveOptions().function_tolerance : kLoose;
     fit = solve(std::move(fit), {.function_tolerance = tolerance, .cancel = cancel});
     const Termination end = fit.summary.termination;

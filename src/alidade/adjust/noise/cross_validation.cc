@@ -14,6 +14,7 @@
 #include "alidade/adjust/noise/board_offsets.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/parallel.h"
 #include "alidade/core/statistics.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
@@ -41,7 +42,7 @@ std::optional<Fit> withoutFold(int fold, const Fit& fit, const CancelFlag* cance
   without = solve(std::move(without), {.max_iterations = 100, .function_tolerance = 1e-8, .cancel = cancel});
   const Termination end = without.summary.termination;
   if (end == Termination::kFailed || end == Termination::kIterationLimit) return std::nullopt;
-  return withOffsets(std::move(without), OffsetScatter::kKeep, cancel);
+  return withOffsets(std::move(without), OffsetScatter::kKeep, cancel, kHeldOutAtRest);
 }
 
 // Errors of a view of `fit` with the camera and the board shape from the other views.
@@ -127,17 +128,23 @@ int foldOf(std::size_t v, std::size_t num_views) {
   return static_cast<int>((stretch + stretch / num_folds) % num_folds);
 }
 
-std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, const CancelFlag* cancel) {
+std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, int jobs, const CancelFlag* cancel) {
   const std::size_t num_views = fit.views.size();
   HeldOutErrors held_out{.num_folds = numFolds(num_views), .px = {}};
   held_out.px.resize(num_views);
-  for (int fold = 0; fold < held_out.num_folds; ++fold) {
+  const auto num_folds = static_cast<std::size_t>(held_out.num_folds);
+  std::vector<char> is_determined(num_folds, 0);
+  const auto leaveOut = [&](std::size_t i) {
+    const int fold = static_cast<int>(i);
     const auto without = withoutFold(fold, fit, cancel);
-    if (!without) return std::nullopt;
+    if (!without) return;
+    is_determined[i] = 1;
     for (std::size_t v = 0; v < num_views; ++v) {
       if (foldOf(v, num_views) == fold) held_out.px[v] = errorsOfView(fit, fit.views[v], *without);
     }
-  }
+  };
+  parallelFor(num_folds, jobs, leaveOut, cancel);
+  if (std::ranges::count(is_determined, 0) > 0) return std::nullopt;
   return held_out;
 }
 

@@ -39,7 +39,9 @@ using CornerHalves = std::array<std::vector<std::size_t>, 2>;
 /// Returns std::nullopt if the other views do not determine a camera.
 /// @param fit  the solution for all views, of one camera; the bends of the boards are not estimated again,
 /// but the offsets are
-[[nodiscard]] std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, const CancelFlag* cancel = nullptr);
+/// @param jobs  threads; 0: one per processor. The result does not depend on it.
+[[nodiscard]] std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, int jobs = 1,
+                                                         const CancelFlag* cancel = nullptr);
 
 /// The fold of view v of num_views in order of name, from 0 to numFolds() - 1.
 ///

@@ -82,8 +82,8 @@ BetterModel betterModelOf(const Fit& fit, const Fit& larger) {
 // If a part of the views does not determine one of the models, or its camera does not see all corners of the
 // others, the fit alone decides.
 bool predictsBetter(const Fit& fit, const Fit& larger, const CancelFlag* cancel) {
-  const auto lean = heldOutErrors(fit, cancel);
-  const auto rich = heldOutErrors(larger, cancel);
+  const auto lean = heldOutErrors(fit, 1, cancel);
+  const auto rich = heldOutErrors(larger, 1, cancel);
   if (!lean || !rich) return true;
   if (holdoutReport(lean).num_unseen > 0 || holdoutReport(rich).num_unseen > 0) return true;
   return excessOf(scoreOf(*lean, fit), scoreOf(*rich, larger))

@@ -43,10 +43,6 @@ SymmetricEigen combinations(const Eigen::MatrixXd& covariance, const LensScale& 
                         inverse.asDiagonal());
 }
 
-AnyCamera cameraOf(const Fit& fit) {
-  return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
-}
-
 const WeakPrior& priorOf(const Fit& fit) {
   return onlyCamera(fit).weak_prior;
 }

@@ -169,17 +169,17 @@ std::vector<std::size_t> testableBoards(const Fit& fit) {
 }
 
 // The fit with offsets if the views confirm them.
-std::optional<Fit> ifBorneOut(const Fit& even, Choice& choice, const CancelFlag* cancel) {
+std::optional<Fit> ifBorneOut(const Fit& even, Choice& choice, int jobs, const CancelFlag* cancel) {
   const Fit started = startedUneven(even, testableBoards(even));
   // An improvement of held-out errors also shows in the errors of the fit.
-  if (!isAnyUneven(started) || varianceLeftByOffsets(started) > (1 - kWorthwhile) * (1 - kWorthwhile))
-    return std::nullopt;
+  constexpr double kMostLeft = (1 - kWorthwhile) * (1 - kWorthwhile);
+  if (!isAnyUneven(started) || varianceLeftByOffsets(started, kMostLeft) > kMostLeft) return std::nullopt;
   auto fit = withOffsets(started, OffsetScatter::kEstimate, cancel);
   if (!fit || !isAnyUneven(*fit)) return std::nullopt;
   const auto larger = betterModel(even, cancel);
   if (larger && larger->rms_px < weightedRms(*fit)) return std::nullopt;
-  const auto of_even = heldOutErrors(even, cancel);
-  const auto of_uneven = heldOutErrors(*fit, cancel);
+  const auto of_even = heldOutErrors(even, jobs, cancel);
+  const auto of_uneven = heldOutErrors(*fit, jobs, cancel);
   if (!of_even || !of_uneven) return std::nullopt;
   choice.even_excess = excessOf(scoreOf(*of_even, even), scoreOf(*of_uneven, *fit));
   if (!choice.even_excess->is_significant || !(choice.even_excess->proven_share > kWorthwhile))
@@ -263,9 +263,10 @@ std::optional<IgnoredBend> ignoredBend(const Fit& fit) {
   return ignored;
 }
 
-void estimateOffsets(SettledFit& now, BoardShapeMode mode, const CancelFlag* cancel, Choice& choice) {
+void estimateOffsets(SettledFit& now, BoardShapeMode mode, int jobs, const CancelFlag* cancel,
+                     Choice& choice) {
   std::optional<Fit> fit;
-  if (mode == BoardShapeMode::kAuto) fit = ifBorneOut(now.fit, choice, cancel);
+  if (mode == BoardShapeMode::kAuto) fit = ifBorneOut(now.fit, choice, jobs, cancel);
   if (mode == BoardShapeMode::kUneven) {
     std::vector<std::size_t> all(now.fit.boards.size());
     std::iota(all.begin(), all.end(), 0);

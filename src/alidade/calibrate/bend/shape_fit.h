@@ -66,8 +66,10 @@ void testBendsAgain(SettledFit& now, std::vector<ShapeReport>& reports, BoardSha
 /// whole board are left to the tests for these (CommonError). Boards of more than 400 points are not tested,
 /// because the cost of the equations grows with the cube.
 /// @param now     with the bends estimated
+/// @param jobs    threads of the cross-validation
 /// @param choice  gets the result of the test
-void estimateOffsets(SettledFit& now, BoardShapeMode mode, const CancelFlag* cancel, Choice& choice);
+void estimateOffsets(SettledFit& now, BoardShapeMode mode, int jobs, const CancelFlag* cancel,
+                     Choice& choice);
 
 /// Estimates the offsets again on the corners now in use.
 void estimateOffsetsAgain(SettledFit& now, const CancelFlag* cancel);

@@ -56,6 +56,7 @@ struct Candidate : ModelCandidate {
 
   // Results on the common corners.
   std::vector<double> params;
+  std::optional<HoldoutReport> holdout;
   std::optional<HeldOutScore> score;
 };
 
@@ -116,10 +117,6 @@ double costOf(const Fit& fit, HuberLoss loss, const PreparedViews& given) {
   for (const std::size_t v : viewsLeftOut(given, fit))
     cost += static_cast<double>(given.views[v].corners.size()) * farOff(loss);
   return cost;
-}
-
-AnyCamera cameraOf(const Fit& fit) {
-  return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
 }
 
 // True if the camera of a fit folds inside the image.
@@ -307,7 +304,7 @@ using IsClose = std::function<bool(double larger_px, double smaller_px)>;
 
 // Solves and cross-validates a candidate on the reference's corners, with its weights and loss.
 void evaluate(Candidate& candidate, const Fit& reference, const IsClose& isClose, const PreparedViews& given,
-              const CancelFlag* cancel) {
+              int jobs, const CancelFlag* cancel) {
   if (!candidate.verdict.empty()) return;
   const bool is_reference = candidate.id == onlyCamera(reference).model;
   const Fit fit = is_reference ? reference
@@ -333,8 +330,9 @@ void evaluate(Candidate& candidate, const Fit& reference, const IsClose& isClose
          .folds = true});
   }
   if (!candidate.verdict.empty() && !candidate.folds) return;
-  const auto held_out = heldOutErrors(fit, cancel);
-  candidate.holdout_rms_px = holdoutReport(held_out).rms_px;
+  const auto held_out = heldOutErrors(fit, jobs, cancel);
+  candidate.holdout = holdoutReport(held_out);
+  candidate.holdout_rms_px = candidate.holdout->rms_px;
   if (held_out) {
     candidate.score = scoreOf(*held_out, fit);
   } else {
@@ -445,9 +443,14 @@ ModelSolution chosenAmong(bool are_all_lenses, const PreparedViews& given, const
   reference.solution = withDataSettled(*std::move(reference.solution), given, options);
   choice.reference = reference.id;
   const Fit& reference_fit = reference.solution->fit;
+  const auto num_open =
+      std::ranges::count_if(candidates, [](const Candidate& c) { return c.verdict.empty(); });
+  const int jobs_each = std::max(1, resolveJobs(options.jobs) / std::max(1, static_cast<int>(num_open)));
   parallelFor(
       candidates.size(), options.jobs,
-      [&](std::size_t i) { evaluate(candidates[i], reference_fit, isClose, given, options.cancel); },
+      [&](std::size_t i) {
+        evaluate(candidates[i], reference_fit, isClose, given, jobs_each, options.cancel);
+      },
       options.cancel);
   const Candidate* best = bestOf(candidates);
   // If no model is sound, report the findings on the best-fitting one.
@@ -464,7 +467,9 @@ ModelSolution chosenAmong(bool are_all_lenses, const PreparedViews& given, const
     choice.candidates.push_back(c);
   }
   Candidate& winner = candidates[static_cast<std::size_t>(&chosen - candidates.data())];
-  if (&winner != &reference) {
+  if (&winner == &reference) {
+    winner.solution->holdout = winner.holdout;
+  } else {
     const CalibratorOptions own = withModel(winner.id, options);
     if (!winner.solution) winner.solution = fittedPlainly(given, own);
     winner.solution = withDataSettled(*std::move(winner.solution), given, own);

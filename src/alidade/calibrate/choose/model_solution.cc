@@ -96,11 +96,13 @@ ModelSolution fittedPlainly(const PreparedViews& given, const CalibratorOptions&
 ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given,
                               const CalibratorOptions& options) {
   const CancelFlag* cancel = options.cancel;
+  solution.holdout.reset();
   SettledFit now{.fit = regularised(std::move(solution.fit), cancel),
                  .is_settled = solution.choice.is_settled};
   solution.choice.shapes = estimateBends(now, options.board_shape, cancel);
   estimateFlex(now, options.board_shape, cancel);
-  if (!isAnyFlexible(now.fit)) estimateOffsets(now, options.board_shape, cancel, solution.choice);
+  if (!isAnyFlexible(now.fit))
+    estimateOffsets(now, options.board_shape, options.jobs, cancel, solution.choice);
   now = withoutOutliers(std::move(now), given, cancel);
   const std::vector<std::size_t> bent_boards = estimatedShapes(now.fit);
   testBendsAgain(now, solution.choice.shapes, options.board_shape, cancel);

@@ -16,7 +16,8 @@ struct ModelSolution {
   Choice choice;  ///< except what concerns other models
   /// Parameters of other optima that were about as good on all views, for otherOptima().
   std::vector<std::vector<double>> close_params;
-  std::vector<AnyCamera> rivals = {};  ///< other models that predict the corners equally well
+  std::vector<AnyCamera> rivals = {};         ///< other models that predict the corners equally well
+  std::optional<HoldoutReport> holdout = {};  ///< of this fit, if it has been cross-validated
 };
 
 /// Fits a camera to the views; all corners count by the robust loss alone.

@@ -16,14 +16,14 @@ namespace alidade {
 namespace {
 
 // The scores of the offsets of a board's points in one view, as a unit vector; empty if no pose explains it.
-Eigen::VectorXd scoresOf(const Fit& fit, const View& view) {
-  const auto alone = fitAlone(fit, view);
+Eigen::VectorXd scoresOf(const Fit& fit, const AnyCamera& camera, const View& view) {
+  const auto alone = fitAlone(fit, camera, view);
   if (!alone) return {};
-  const FitCamera& camera = onlyCamera(fit);
   const FitBoard& board = fit.boards[view.board];
-  const detail::ViewGram gram = detail::gramOf(camera.model, camera.params, alone->camera_from_board,
-                                               onShape(board.target, board.shape, alone->corners), fit.loss,
-                                               LossWeights::kUse, {}, detail::PointShifts::kInclude);
+  const detail::ViewGram gram =
+      detail::gramOf(onlyCamera(fit).model, onlyCamera(fit).params, alone->camera_from_board,
+                     onShape(board.target, board.shape, alone->corners), fit.loss, LossWeights::kUse, {},
+                     detail::PointShifts::kInclude);
   Eigen::VectorXd scores = Eigen::VectorXd::Zero(3 * board.target.numCorners());
   for (std::size_t k = 0; k < gram.ids.size(); ++k) {
     scores.segment<3>(3 * gram.ids[k]) =
@@ -102,11 +102,12 @@ bool renumberViewsOf(std::size_t board, const Fit& fit, PreparedViews& given) {
   constexpr double kBetter = 1.05;  // than as they are
   constexpr double kAlike = 0.4;    // least cosine of a turned view with the others, and its gain
   const std::vector<BoardTurn> turns = boardTurns(given.boards[board]);
+  const AnyCamera camera = cameraOf(fit);
   std::vector<std::size_t> views;
   std::vector<std::vector<Eigen::VectorXd>> scores;
   for (std::size_t v = 0; v < given.views.size(); ++v) {
     if (given.views[v].board != board) continue;
-    const Eigen::VectorXd own = scoresOf(fit, given.views[v]);
+    const Eigen::VectorXd own = scoresOf(fit, camera, given.views[v]);
     if (own.size() == 0 || !own.allFinite()) continue;
     views.push_back(v);
     scores.push_back(afterTurns(own, turns));
@@ -116,8 +117,10 @@ bool renumberViewsOf(std::size_t board, const Fit& fit, PreparedViews& given) {
                     .sum = Eigen::VectorXd::Zero(scores[0][0].size())};
   for (const auto& of_view : scores) before.sum += of_view[0];
   Assignment best = before;
-  for (std::size_t first = 0; first < views.size(); ++first) {
-    Assignment other = assignedFrom(first, scores);
+  constexpr std::size_t kMostStarts = 30;  // spread over the views, so that the time grows linearly with them
+  const std::size_t num_starts = std::min(kMostStarts, views.size());
+  for (std::size_t start = 0; start < num_starts; ++start) {
+    Assignment other = assignedFrom(start * views.size() / num_starts, scores);
     if (other.agreement() > best.agreement()) best = std::move(other);
   }
   if (!(best.agreement() > std::max(kAgreeing, kShare * static_cast<double>(views.size()))) ||

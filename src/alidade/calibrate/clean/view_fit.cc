@@ -44,13 +44,16 @@ ViewFit fitInUse(const Fit& fit, std::size_t v, const View& view) {
 }
 
 std::optional<ViewFit> fitAlone(const Fit& fit, const View& view) {
-  const FitCamera& camera = onlyCamera(fit);
+  return fitAlone(fit, cameraOf(fit), view);
+}
+
+std::optional<ViewFit> fitAlone(const Fit& fit, const AnyCamera& camera, const View& view) {
   const FitBoard& board = fit.boards[view.board];
   std::vector<Observation> corners = weightedCorners(fit, view);
-  const auto pose = poseFromCorners(AnyCamera::make(camera.model, camera.params), corners);
+  const auto pose = poseFromCorners(camera, corners);
   if (!pose) return std::nullopt;
-  const auto refined =
-      refitPose(camera.model, camera.params, onShape(board.target, board.shape, corners), fit.loss, *pose);
+  const auto refined = refitPose(onlyCamera(fit).model, onlyCamera(fit).params,
+                                 onShape(board.target, board.shape, corners), fit.loss, *pose);
   if (!refined) return std::nullopt;
   return viewFit(fit, view.board, board.shape, *refined, std::move(corners));
 }
@@ -135,8 +138,9 @@ std::vector<std::pair<std::string, View>> renumberings(const Board& board, const
 }
 
 std::optional<std::string> fittingOrder(const Fit& fit, const View& view) {
+  const AnyCamera camera = cameraOf(fit);
   for (const auto& [how, renumbered] : renumberings(fit.boards[view.board].target, view)) {
-    const auto alone = fitAlone(fit, renumbered);
+    const auto alone = fitAlone(fit, camera, renumbered);
     if (alone && alone->isExplained()) return how;
   }
   return std::nullopt;

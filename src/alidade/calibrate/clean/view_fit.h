@@ -42,6 +42,10 @@ inline constexpr double kOutlierSigmas = 8.0;
 /// Any view, posed and refined with the fit's camera. Nothing if no pose explains it.
 [[nodiscard]] std::optional<ViewFit> fitAlone(const Fit& fit, const View& view);
 
+/// The same for many views, for which the camera is made only once.
+/// @pre camera is that of `fit`
+[[nodiscard]] std::optional<ViewFit> fitAlone(const Fit& fit, const AnyCamera& camera, const View& view);
+
 /// True if the errors vary smoothly over the board, unlike noise.
 /// @param board  of the view
 [[nodiscard]] bool isSmooth(const Board& board, const ViewFit& view);

@@ -184,7 +184,7 @@ double unexplainedSigma(const Fit& fit, double variance) {
 
 // @pre there is a covariance
 void setProjected(const Fit& fit, Uncertainty& known) {
-  const AnyCamera camera = AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
+  const AnyCamera camera = cameraOf(fit);
   const Eigen::MatrixXd stated = known.statedCovariance();
   const auto grid = [&](double distance_m) {
     return ProjectionUncertainty(camera, onlyCamera(fit).size, distance_m).grid(stated);
@@ -231,7 +231,8 @@ Uncertainty uncertaintyOf(const ModelSolution& solution, const CalibratorOptions
   }));
   if (result.covariance) setProjected(fit, result);
   result.other_optima = otherOptima(fit, solution.close_params, result, options.cancel);
-  result.holdout = holdoutReport(heldOutErrors(fit, options.cancel));
+  result.holdout =
+      solution.holdout ? *solution.holdout : holdoutReport(heldOutErrors(fit, options.jobs, options.cancel));
   result.image_bias = imageBias(fit);
   if (!result.covariance) return result;
   std::vector<AnyCamera> rivals = solution.rivals;
