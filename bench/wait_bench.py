@@ -223,8 +223,9 @@ class Bench:
                 self.row(name, 1e3 * ours, 5, "ms", beside, is_scaled=True)
 
     def maps(self) -> None:
-        output = subprocess.run([os.path.join(self.build, "bench", "undistort_bench"), "--benchmark_filter=^map/", "--benchmark_color=false"],
+        output = subprocess.run([os.path.join(self.build, "bench", "undistort_bench"), "--benchmark_filter=^map/"],
                                 capture_output=True, text=True, check=True).stdout
+        output = re.sub(r"\x1b\[[0-9;]*m", "", output)  # colours
         for model in ("radtan", "kannala_brandt"):
             ours, *peers = (float(ms) for ms in re.findall(rf"map/{model}/\S+_median +[\d.]+ ms +([\d.]+) ms", output))
             self.row(f"map 1920x1200 {model}", ours, min(peers), "ms", f"OpenCV {min(peers):.3g} ms")
@@ -246,9 +247,10 @@ class Bench:
 
     def memory(self) -> None:
         counts = (100, 300, 1000, 3000)
-        taken = {n: self.solver("calibrate", n) for n in counts}
-        print(f"memory of calibrate(), {counts} views of 70: " + ", ".join(f"{taken[n][1]:.0f}" for n in counts) +
-              f" MB; per view, from 100 on to the power of {growth(taken[300][1] - taken[100][1], taken[3000][1] - taken[1000][1], 10):.2f}")
+        bench = os.path.join(self.build, "bench", "solver_bench")
+        taken = [spent([bench, "--case", "calibrate", str(n)], 1)[2] for n in counts]
+        power = growth(taken[1] - taken[0], taken[3] - taken[2], 10)
+        print(f"memory of calibrate(), {counts} views of 70: {', '.join(f'{mb:.0f}' for mb in taken)} MB, grows to the power of {power:.2f}")
         corners = self.corners_of("flat1000", "checkerboard:13x9:20mm", 1000, False)
         self.row("memory, 1000 views of 117, flat", spent(self.calibrate(corners, "--model", "radtan"), 1)[2], 400, "MB")
 
