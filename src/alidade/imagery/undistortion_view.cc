@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 
+#include "alidade/camera/pinhole.h"
 #include "alidade/core/error.h"
 #include "alidade/imagery/view_search.h"
 
@@ -173,7 +174,7 @@ AnyCamera pinholeOf(const OutputView& view) {
   expect(view.projection == ViewProjection::kRectilinear, "only a rectilinear view is a pinhole camera's");
   const std::array<double, 4> params = {view.scale_px.x(), view.scale_px.y(), view.axis_px.x(),
                                         view.axis_px.y()};
-  return AnyCamera::make("pinhole", params);
+  return AnyCamera::make(Pinhole::kId, params);
 }
 
 }  // namespace alidade

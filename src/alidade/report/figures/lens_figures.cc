@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/camera/pinhole.h"
 #include "alidade/core/degrees.h"
 
 namespace alidade {
@@ -208,8 +209,9 @@ Legend addRings(const ReportData& data, double end_rad, FigureCanvas& canvas) {
 Legend addStraightLines(const ReportData& data, double end_rad, double focal, FigureCanvas& canvas) {
   const double step = kRadPerDeg * (end_rad > 0.9 ? 10 : end_rad > 0.35 ? 5 : end_rad > 0.15 ? 2 : 1);
   const AnyCamera pinhole = AnyCamera::make(
-      "pinhole", std::vector<double>{focal, focal * data.camera.parameter("fy") / data.camera.parameter("fx"),
-                                     principalPoint(data.camera).x(), principalPoint(data.camera).y()});
+      Pinhole::kId,
+      std::vector<double>{focal, focal * data.camera.parameter("fy") / data.camera.parameter("fx"),
+                          principalPoint(data.camera).x(), principalPoint(data.camera).y()});
   canvas.addPath(gridPath(pinhole, canvas, step, end_rad), "straight");
   canvas.addPath(gridPath(data.camera, canvas, step, end_rad), "bent");
   return {{"line bent", fmt::format("straight lines every {:.0f}°", step / kRadPerDeg)},
