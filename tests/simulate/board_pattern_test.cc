@@ -1,23 +1,25 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/simulate/render.h"
+#include "alidade/simulate/ink_pattern.h"
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "alidade/core/random.h"
+#include "pattern_tone.h"
 
 namespace alidade {
 namespace {
 
 constexpr Checkerboard kBoard = {.columns = 4, .rows = 3, .square_m = 0.03};
 
-BoardTone toneInSquares(double x, double y) {
-  return SquaresPattern(kBoard).tone({x, y});
-}
-double edgeInSquares(double x, double y) {
-  return SquaresPattern(kBoard).edgeDistance({x, y});
+BoardTone toneInSquares(double x, double y, double border_square = 1) {
+  return toneAt(InkPattern(kBoard, border_square), kBoard.square_m * Eigen::Vector2d(x, y));
 }
 
 TEST(BoardTone, AlternatesFromADarkSquareAtCornerZero) {
@@ -43,7 +45,7 @@ TEST(BoardTone, AlternatesFromADarkSquareAtCornerZero) {
 }
 
 TEST(BoardTone, BorderSquaresMayBeNarrow) {
-  const auto tone = [](double x, double y) { return SquaresPattern(kBoard, 0.25).tone({x, y}); };
+  const auto tone = [](double x, double y) { return toneInSquares(x, y, 0.25); };
   EXPECT_EQ(tone(-0.2, -0.2), BoardTone::kDark);
   EXPECT_EQ(tone(-0.3, -0.2), BoardTone::kBright);
   EXPECT_EQ(tone(-1.2, 0.5), BoardTone::kBright);
@@ -61,38 +63,58 @@ TEST(BoardTone, IsBackgroundForWhatIsNotAPlace) {
     EXPECT_EQ(toneInSquares(x, 0.5), BoardTone::kBackground) << x;
     EXPECT_EQ(toneInSquares(0.5, x), BoardTone::kBackground) << x;
   }
-  EXPECT_TRUE(std::isnan(edgeInSquares(kNan, kNan)));
 }
 
-TEST(EdgeDistance, IsRightAtChosenPlaces) {
-  constexpr double kTolerance = 1e-12;
-  EXPECT_NEAR(edgeInSquares(0.5, 0.5), 0.5, kTolerance);
-  EXPECT_NEAR(edgeInSquares(1.25, 2.5), 0.25, kTolerance);
-  EXPECT_NEAR(edgeInSquares(2.0, 0.5), 0, kTolerance);
-  EXPECT_NEAR(edgeInSquares(-1.25, 0.5), 0.25, kTolerance);   // margin, to the squares
-  EXPECT_NEAR(edgeInSquares(4.875, 0.5), 0.125, kTolerance);  // margin, to the background
-  EXPECT_NEAR(edgeInSquares(-1.4, -1.3), 0.5, kTolerance);    // margin's corner, to the squares' corner
-  EXPECT_NEAR(edgeInSquares(-5, 0.5), 3, kTolerance);         // background, to a side
-  EXPECT_NEAR(edgeInSquares(5 + 3, 4 + 4), 5, kTolerance);    // background, to the paper's corner
-}
-
-TEST(EdgeDistance, NoToneChangesNearerThanIt) {
+TEST(InkPattern, FindsExactlyTheMarksThatTouchAWindow) {
   Random random(1);
-  int num_checked = 0;
-  for (int i = 0; i < 20000; ++i) {
-    const double x = random.uniform(-5, 8);
-    const double y = random.uniform(-5, 7);
-    const double border_square = i % 2 == 0 ? 1 : random.uniform(0.1, 1);
-    const SquaresPattern pattern(kBoard, border_square);
-    const Eigen::Vector2d place(x, y);
-    // A hair less than the distance, so that rounding does not carry the other place onto the edge.
-    const double step = pattern.edgeDistance(place) * (1 - 1e-9) * std::sqrt(random.uniform());
-    const double angle = random.uniform(0, 7);
-    const Eigen::Vector2d other = place + step * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    ASSERT_EQ(pattern.tone(place), pattern.tone(other)) << x << " " << y << " " << border_square;
-    ++num_checked;
+  int num_windows = 0;
+  int num_found = 0;
+  int num_refused = 0;
+  for (int draw = 0; draw < 200; ++draw) {
+    // Boxes of all sizes.
+    BoardInk ink{.boxes = {}, .extent = {Eigen::Vector2d(-0.1, 0), Eigen::Vector2d(0.3, 0.2)}};
+    const auto place = [&](double margin) -> Eigen::Vector2d {
+      return {random.uniform(-0.1 - margin, 0.3 + margin), random.uniform(-margin, 0.2 + margin)};
+    };
+    const auto boxAround = [&](const Eigen::Vector2d& p, double largest) {
+      const Eigen::Vector2d half(random.uniform(0, largest), random.uniform(0, largest));
+      return Eigen::AlignedBox2d(p - half, p + half);
+    };
+    const auto markAround = [&](const Eigen::Vector2d& p, double largest) {
+      return boxAround(p, largest).intersection(ink.extent);
+    };
+    for (std::uint64_t i = random.index(60); i > 0; --i) ink.boxes.push_back(markAround(place(0), 0.05));
+    for (std::uint64_t i = random.index(60); i > 0; --i) ink.discs.push_back(markAround(place(0), 0.01));
+    const InkPattern pattern(ink);
+    std::vector<const InkPattern::Mark*> marks;
+    for (std::size_t i = 0; i < 75; ++i) {
+      const Eigen::AlignedBox2d window = boxAround(place(0.1), std::array{0.003, 0.04, 0.2}.at(i % 3));
+      if (!pattern.findFewIn(window, marks)) {
+        ++num_refused;
+        continue;
+      }
+      const auto touches = [&](const Eigen::AlignedBox2d& box) { return box.intersects(window); };
+      const auto isDisc = [](const InkPattern::Mark* mark) { return mark->is_disc; };
+      // Each mark once and only what touches, so that equal numbers are equal sets.
+      EXPECT_EQ(std::ranges::count_if(marks, isDisc), std::ranges::count_if(ink.discs, touches));
+      EXPECT_EQ(std::ranges::ssize(marks) - std::ranges::count_if(marks, isDisc),
+                std::ranges::count_if(ink.boxes, touches));
+      EXPECT_TRUE(std::ranges::all_of(marks, [&](const auto* mark) { return touches(mark->box); }));
+      std::ranges::sort(marks);
+      EXPECT_EQ(std::ranges::adjacent_find(marks), marks.end());
+      ++num_windows;
+      num_found += static_cast<int>(marks.size());
+    }
+    EXPECT_TRUE(pattern.findFewIn(Eigen::AlignedBox2d(), marks));  // an empty window
+    EXPECT_TRUE(marks.empty());
+    const Eigen::Vector2d infinite = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+    if (ink.boxes.size() + ink.discs.size() > 30) {
+      EXPECT_FALSE(pattern.findFewIn({-infinite, infinite}, marks));
+    }
   }
-  EXPECT_EQ(num_checked, 20000);
+  EXPECT_GT(num_windows, 3500);
+  EXPECT_GT(num_found, 7000);
+  EXPECT_GT(num_refused, 500);
 }
 
 }  // namespace

@@ -16,6 +16,8 @@
 #include "alidade/core/random.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
+#include "pattern_tone.h"
+#include "support/loop_variants.h"
 
 namespace alidade {
 namespace {
@@ -116,6 +118,7 @@ double exactLight(const AnyCamera& camera, const SE3& camera_from_board, const R
   const SE3 board_from_camera = camera_from_board.inverse();
   const Eigen::Vector3d origin = board_from_camera.translation;
   const std::array<double, 3> levels = {options.dark_level, options.bright_level, options.background_level};
+  const InkPattern pattern(kBoard);
   double sum = 0;
   double total = 0;
   for (std::size_t j = 0; j < places.size(); ++j) {
@@ -123,8 +126,7 @@ double exactLight(const AnyCamera& camera, const SE3& camera_from_board, const R
       const auto ray = camera.unproject({x + places[i], y + places[j]});
       const Eigen::Vector3d direction = board_from_camera.rotation * ray.value();
       const Eigen::Vector3d point = origin - origin.z() / direction.z() * direction;
-      sum += weights[i] * weights[j] *
-             levels[static_cast<std::size_t>(SquaresPattern(kBoard).tone(point.head<2>() / kBoard.square_m))];
+      sum += weights[i] * weights[j] * levels[static_cast<std::size_t>(toneAt(pattern, point.head<2>()))];
       total += weights[i] * weights[j];
     }
   }
@@ -323,12 +325,50 @@ TEST(Render, LeavesPixelsWithoutARayBlack) {
   EXPECT_GT(num_black, 30000);
 }
 
+// A print that looks the same with other cells and instructions, square by square and disc by disc.
+TEST(Render, IsTheSameByMarksAndPlaceByPlace) {
+  BoardInk few{.boxes = {}, .extent = {Eigen::Vector2d(-0.025, -0.025), Eigen::Vector2d(0.8, 0.8)}};
+  for (int row = -1; row < kBoard.rows; ++row) {
+    for (int column = -1; column < kBoard.columns; ++column) {
+      const Eigen::Vector2d low = kBoard.square_m * Eigen::Vector2d(column, row);
+      const Eigen::Vector2d inset = 0.2 * Eigen::Vector2d(kBoard.square_m, kBoard.square_m);
+      const Eigen::AlignedBox2d square(low, low + 5 * inset);
+      if ((row + column) % 2 == 0) few.boxes.push_back(square);
+      if ((row + column) % 2 != 0) few.discs.emplace_back(square.min() + inset, square.max() - inset);
+    }
+  }
+  // So many marks, far beyond the images, that a pixel covers many cells.
+  BoardInk many = few;
+  for (int i = 0; i < 400 * 400; ++i) {
+    const Eigen::Vector2d low(0.79 + 2.5e-5 * (i % 400), 0.79 + 2.5e-5 * (i / 400));
+    many.boxes.emplace_back(low, low + Eigen::Vector2d(1e-5, 1e-5));
+  }
+  const AnyCamera camera = distorted();
+  const Renderer renderer(camera, kSmallSize, 1);
+  Random random(5);
+  std::vector<GrayImage> images;
+  for (const SE3& pose : randomViews(camera, kSmallSize, kBoard, 3, random)) {
+    images.clear();
+    withAndWithoutAvx2([&] { images.push_back(renderer.render(few, pose, withoutNoise())); });
+    images.push_back(renderer.render(many, pose, withoutNoise()));
+    ASSERT_EQ(images.size(), 3U);
+    EXPECT_EQ(images[0].pixels, images[1].pixels);
+    EXPECT_EQ(images[0].pixels, images[2].pixels);
+    const auto [dark, bright] = std::ranges::minmax(images[0].pixels);
+    EXPECT_EQ(dark, 30);
+    EXPECT_EQ(bright, 220);
+  }
+}
+
 TEST(Render, RefusesOptionsOutOfRange) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<RenderOptions> wrong = {{.blur_px = -1},
                                             {.blur_px = kNan},
                                             {.dark_level = -1},
                                             {.bright_level = 256},
+                                            {.border_square = kNan},
+                                            {.border_square = -3},
+                                            {.border_square = 1e300},
                                             {.falloff = 1.5},
                                             {.read_noise = -0.1},
                                             {.full_well_electrons = -1},

@@ -5,12 +5,16 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <utility>
 
 #include "alidade/core/error.h"
+#include "alidade/core/lanes.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/random.h"
+#include "alidade/core/vector_code.h"
+#include "alidade/simulate/ink_pattern.h"
 #include "alidade/simulate/observe.h"
 
 namespace alidade {
@@ -18,23 +22,28 @@ namespace {
 
 constexpr double kMaxLevel = 255;
 
-// The light of one board in one pose, in grey levels. `Pattern` gives the tone of a place and a lower bound
-// of its distance to the nearest edge, in units of unit() metres.
-template <class Pattern>
+// The light of one board in one pose, in grey levels.
 class BoardLight {
  public:
-  BoardLight(Pattern pattern, const SE3& camera_from_board, const RenderOptions& options)
+  using Marks = std::vector<const InkPattern::Mark*>;
+
+  BoardLight(InkPattern pattern, const SE3& camera_from_board, const RenderOptions& options)
       : pattern_(std::move(pattern)),
         is_visible_(seesPrintedSide(camera_from_board)),
-        spread_(makePointSpread(options.blur_px, options.samples)) {
-    levels_[static_cast<std::size_t>(BoardTone::kDark)] = options.dark_level;
-    levels_[static_cast<std::size_t>(BoardTone::kBright)] = options.bright_level;
-    levels_[static_cast<std::size_t>(BoardTone::kBackground)] = options.background_level;
-
+        spread_(makePointSpread(options.blur_px, options.samples)),
+        num_places_(spread_.size()),
+        dark_(options.dark_level),
+        bright_(options.bright_level),
+        background_(options.background_level) {
+    // Whole groups of lanes; what fills the last one lies nowhere.
+    while (spread_.size() % kNumLanes != 0) {
+      spread_.x.push_back(lane::kNaN);
+      spread_.y.push_back(lane::kNaN);
+    }
     // The ray from the camera centre c along d meets z = 0 at (c_x d_z - c_z d_x, c_y d_z - c_z d_y) / d_z,
     // which is in front of the camera if d_z > 0, since c_z < 0 on the printed side.
     const SE3 board_from_camera = camera_from_board.inverse();
-    const Eigen::Vector3d c = board_from_camera.translation / pattern_.unit();
+    const Eigen::Vector3d& c = board_from_camera.translation;
     Eigen::Matrix3d plane_from_ray;
     plane_from_ray << -c.z(), 0, c.x(),  //
         0, -c.z(), c.y(),                //
@@ -42,59 +51,117 @@ class BoardLight {
     plane_from_camera_ray_ = plane_from_ray * board_from_camera.rotation.matrix();
   }
 
-  // Mean over the point spread around the pixel centre.
-  [[nodiscard]] double at(const RayExpansion& pixel) const {
-    if (!is_visible_) return level(BoardTone::kBackground);
-    // Homogeneous coordinates on the board, in units of the pattern, as quadratic polynomials of the place in
-    // the image.
+  // Mean over the point spread around the pixel centre. `near` is a buffer.
+  [[nodiscard]] double at(const RayExpansion& pixel, Marks& near) const {
+    if (!is_visible_) return background_;
+    // Homogeneous coordinates on the board as quadratic polynomials of the place in the image.
     const Terms terms = plane_from_camera_ray_ * pixel.terms;
-    if (isUniform(terms)) return level(toneAt(terms(0, 0), terms(1, 0), terms(2, 0)));
-
-    std::array<int, 3> counts = {0, 0, 0};
-    for (std::size_t i = 0; i < spread_.size(); ++i) {
-      const double x = spread_.x[i];
-      const double y = spread_.y[i];
-      const auto place = [&](int row) {
-        return terms(row, 0) + x * (terms(row, 1) + x * terms(row, 3) + y * terms(row, 4)) +
-               y * (terms(row, 2) + y * terms(row, 5));
-      };
-      ++counts[static_cast<std::size_t>(toneAt(place(0), place(1), place(2)))];
+    const Eigen::AlignedBox2d window = windowOf(terms);
+    if (!pattern_.paper().intersects(window)) return background_;
+    double num_dark = 0;
+    double num_on_paper = 0;
+    if (pattern_.findFewIn(window, near)) {
+      if (near.empty() && pattern_.paper().contains(window)) return bright_;
+      if (near.size() == 1 && !near[0]->is_disc && near[0]->box.contains(window)) return dark_;
+      callVectorised([&]() ALIDADE_INLINE_LAMBDA { count(terms, near, num_dark, num_on_paper); });
+    } else {
+      countOneByOne(terms, num_dark, num_on_paper);
     }
-    double sum = 0;
-    for (std::size_t tone = 0; tone < counts.size(); ++tone) sum += counts[tone] * levels_[tone];
-    return sum / static_cast<double>(spread_.size());
+    const auto num = static_cast<double>(num_places_);
+    return (num_dark * dark_ + (num_on_paper - num_dark) * bright_ + (num - num_on_paper) * background_) /
+           num;
   }
 
  private:
   using Terms = Eigen::Matrix<double, 3, 6>;
 
-  [[nodiscard]] double level(BoardTone tone) const { return levels_[static_cast<std::size_t>(tone)]; }
-
-  // The tone of a place on the board's plane in homogeneous coordinates, in units of the pattern.
-  [[nodiscard]] BoardTone toneAt(double x, double y, double w) const {
-    return w > 0 ? pattern_.tone({x / w, y / w}) : BoardTone::kBackground;
-  }
-
-  // True if no edge can be within the point spread. With the centre at p = X / w, a place at offset d is at p
-  // + (dX - p dw) / (w + dw), which is bounded by the first derivatives and the smallest w within the spread.
-  [[nodiscard]] bool isUniform(const Terms& terms) const {
+  // A box that holds the places of the whole point spread: empty if they are behind the camera, the whole
+  // plane if the horizon is among them. With the centre at p = X / w, a place at offset d is at
+  // p + (dX - p dw) / (w + dw), bounded by the first derivatives and the smallest w within the spread.
+  [[nodiscard]] Eigen::AlignedBox2d windowOf(const Terms& terms) const {
     // Allows for the second order, which is smaller than the first by about the radius of the spread over the
     // focal length.
     constexpr double kSafety = 1.1;
     const double radius = kSafety * spread_.radius_px;
     const double w = terms(2, 0);
     const double change_of_w = radius * std::hypot(terms(2, 1), terms(2, 2));
-    if (w + change_of_w <= 0) return true;
-    if (w - change_of_w <= 0) return false;
-    const Eigen::Vector2d p = terms.col(0).head<2>() / w;
-    const Eigen::Matrix2d first = terms.block<2, 2>(0, 1) - p * terms.block<1, 2>(2, 1);
-    return pattern_.edgeDistance(p) > radius * first.norm() / (w - change_of_w);
+    if (w + change_of_w <= 0) return {};
+    Eigen::Vector2d p = Eigen::Vector2d::Zero();
+    double reach = std::numeric_limits<double>::infinity();
+    if (w > change_of_w) {
+      p = terms.col(0).head<2>() / w;
+      const Eigen::Matrix2d first = terms.block<2, 2>(0, 1) - p * terms.block<1, 2>(2, 1);
+      reach = radius * first.norm() / (w - change_of_w);
+    }
+    const Eigen::Vector2d half = Eigen::Vector2d::Constant(reach);
+    return {p - half, p + half};
   }
 
-  Pattern pattern_;
+  // A homogeneous coordinate of the place at (x, y) pixels from the centre.
+  template <class T>
+  ALIDADE_ALWAYS_INLINE static T coordinate(const Terms& terms, int row, const T& x, const T& y) {
+    return terms(row, 0) + x * (terms(row, 1) + x * terms(row, 3) + y * terms(row, 4)) +
+           y * (terms(row, 2) + y * terms(row, 5));
+  }
+
+  // The same as count(), from all marks.
+  void countOneByOne(const Terms& terms, double& num_dark, double& num_on_paper) const {
+    for (std::size_t i = 0; i < num_places_; ++i) {
+      const auto at = [&](int row) { return coordinate(terms, row, spread_.x[i], spread_.y[i]); };
+      const double w = at(2);
+      const Eigen::Vector2d p(at(0) / w, at(1) / w);
+      if (!(w > 0 && pattern_.paper().contains(p))) continue;
+      num_on_paper += 1;
+      num_dark += pattern_.isDark(p) ? 1 : 0;
+    }
+  }
+
+  // The numbers of places on one of these marks and on the paper.
+  ALIDADE_ALWAYS_INLINE void count(const Terms& terms, const Marks& near, double& num_dark,
+                                   double& num_on_paper) const {
+    const Lanes zero = {};
+    const Lanes one = zero + 1.0;
+    Lanes dark = zero;
+    Lanes on_paper = zero;
+    for (std::size_t i = 0; i < spread_.size(); i += kNumLanes) {
+      const Lanes x = lane::load(&spread_.x[i]);
+      const Lanes y = lane::load(&spread_.y[i]);
+      const Lanes X = coordinate(terms, 0, x, y);
+      const Lanes Y = coordinate(terms, 1, x, y);
+      const Lanes w = coordinate(terms, 2, x, y);
+      const auto isIn = [&](const Eigen::AlignedBox2d& box) ALIDADE_INLINE_LAMBDA {
+        return lane::both(lane::both(w * box.min().x() <= X, X <= w * box.max().x()),
+                          lane::both(w * box.min().y() <= Y, Y <= w * box.max().y()));
+      };
+      Lanes is_dark = zero;
+      for (const InkPattern::Mark* mark : near) {
+        if (mark->is_disc) {
+          const Lanes dx = X - w * (0.5 * (mark->box.min().x() + mark->box.max().x()));
+          const Lanes dy = Y - w * (0.5 * (mark->box.min().y() + mark->box.max().y()));
+          const Lanes radius = w * (0.5 * (mark->box.max().x() - mark->box.min().x()));
+          is_dark = lane::select(dx * dx + dy * dy <= radius * radius, one, is_dark);
+        } else {
+          is_dark = lane::select(isIn(mark->box), one, is_dark);
+        }
+      }
+      const LaneMask is_on_paper = lane::both(w > 0.0, isIn(pattern_.paper()));
+      dark += lane::select(is_on_paper, is_dark, zero);
+      on_paper += lane::select(is_on_paper, one, zero);
+    }
+    std::array<double, kNumLanes> sums{};
+    lane::store(dark, sums.data());
+    for (const double sum : sums) num_dark += sum;
+    lane::store(on_paper, sums.data());
+    for (const double sum : sums) num_on_paper += sum;
+  }
+
+  InkPattern pattern_;
   bool is_visible_;
   PointSpread spread_;
-  std::array<double, 3> levels_{};
+  std::size_t num_places_;
+  double dark_;
+  double bright_;
+  double background_;
   Eigen::Matrix3d plane_from_camera_ray_;
 };
 
@@ -128,14 +195,13 @@ double leftQuantile(double share, double blur_px) {
   return 0.5 * (low + high);
 }
 
-template <class Pattern>
-GrayImage renderPattern(const RayLattice& lattice, Pattern pattern, const SE3& camera_from_board,
+GrayImage renderPattern(const RayLattice& lattice, InkPattern pattern, const SE3& camera_from_board,
                         const RenderOptions& options, const CancelFlag* cancel) {
   options.validate();
   const ImageSize size = lattice.size();
   const auto width = static_cast<std::size_t>(size.width);
   const auto height = static_cast<std::size_t>(size.height);
-  const BoardLight<Pattern> board_light(std::move(pattern), camera_from_board, options);
+  const BoardLight board_light(std::move(pattern), camera_from_board, options);
   GrayImage image{size, std::vector<std::uint8_t>(width * height)};
 
   // Threads take several rows at a time, so that buffers are allocated less often.
@@ -144,6 +210,7 @@ GrayImage renderPattern(const RayLattice& lattice, Pattern pattern, const SE3& c
       (height + kRowsAtOnce - 1) / kRowsAtOnce, options.num_jobs,
       [&](std::size_t piece) {
         std::vector<RayExpansion> rays;
+        BoardLight::Marks near;
         for (std::size_t y = piece * kRowsAtOnce; y < std::min(height, (piece + 1) * kRowsAtOnce); ++y) {
           lattice.expandRow(static_cast<int>(y), rays);
           // Seeded by row, so that noise does not depend on the threads.
@@ -151,7 +218,7 @@ GrayImage renderPattern(const RayLattice& lattice, Pattern pattern, const SE3& c
           for (std::size_t x = 0; x < width; ++x) {
             double light = 0;
             if (rays[x].has_ray) {
-              light = board_light.at(rays[x]) * shading(rays[x], static_cast<double>(x), size, options);
+              light = board_light.at(rays[x], near) * shading(rays[x], static_cast<double>(x), size, options);
             }
             image.pixels[y * width + x] = withNoise(light, options, random);
           }
@@ -162,20 +229,6 @@ GrayImage renderPattern(const RayLattice& lattice, Pattern pattern, const SE3& c
 }
 
 }  // namespace
-
-double SquaresPattern::edgeDistance(const Eigen::Vector2d& p) const {
-  const Eigen::Array2d beyond = beyondSquares(p);
-  const auto distanceToBox = [](double dx, double dy) {
-    return dx > 0 && dy > 0 ? std::hypot(dx, dy) : std::abs(std::max(dx, dy));
-  };
-  if (beyond.x() <= 0 && beyond.y() <= 0) {
-    return std::min(
-        {std::abs(p.x() - std::round(p.x())), std::abs(p.y() - std::round(p.y())), -beyond.x(), -beyond.y()});
-  }
-  const double to_paper = distanceToBox(beyond.x() - 1, beyond.y() - 1);
-  const bool is_on_paper = beyond.x() <= 1 && beyond.y() <= 1;
-  return is_on_paper ? std::min(distanceToBox(beyond.x(), beyond.y()), to_paper) : to_paper;
-}
 
 double pointSpreadShare(double x_px, double blur_px) {
   if (blur_px == 0) return std::clamp(x_px + 0.5, 0.0, 1.0);
@@ -225,8 +278,8 @@ PointSpread makePointSpread(double blur_px, int min_samples) {
 GrayImage Renderer::render(const Checkerboard& board, const SE3& camera_from_board,
                            const RenderOptions& options, const CancelFlag* cancel) const {
   expect(board.columns > 0 && board.rows > 0 && board.square_m > 0, "a board with squares");
-  return renderPattern(rays_, SquaresPattern(board, options.border_square), camera_from_board, options,
-                       cancel);
+  options.validate();
+  return renderPattern(rays_, InkPattern(board, options.border_square), camera_from_board, options, cancel);
 }
 
 GrayImage Renderer::render(const BoardInk& ink, const SE3& camera_from_board, const RenderOptions& options,

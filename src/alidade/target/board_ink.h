@@ -8,7 +8,7 @@
 
 namespace alidade {
 
-/// The printed pattern of a board on white paper, in the board frame, metres.
+/// The printed pattern of a board on white paper, in the board frame, metres. All of it lies in the extent.
 struct BoardInk {
   std::vector<Eigen::AlignedBox2d> boxes;       ///< dark; none overlap
   Eigen::AlignedBox2d extent;                   ///< of the whole pattern, including its bright squares
