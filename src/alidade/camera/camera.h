@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -30,21 +32,12 @@ class Camera {
   using Params = std::array<double, static_cast<std::size_t>(kNumParams)>;
 
   /// Certifies the cone for `params` (fx fy cx cy, then the lens; all finite, fx and fy positive).
-  explicit Camera(const Params& params)
-      : params_(params),
-        cone_(certifyCone(lensFunction<M>(params.data() + 4),
-                          {.model_rad = M::kMaxAngle,
-                           .closed_form_rad = M::maxAngle(params.data() + 4),
-                           .is_axially_symmetric = M::isAxiallySymmetric(params.data() + 4),
-                           .is_one_to_one_without_fold = M::kIsOneToOneWithoutFold})),
-        cos_max_angle_(std::cos(cone_.max_angle_rad)),
-        rim_radius_(rimRadius()),
-        start_(M::makeStart(params_.data() + 4, cone_.max_angle_rad)) {}
+  explicit Camera(const Params& params) : params_(params), domain_(domainOf(params)) {}
 
   [[nodiscard]] const Params& params() const { return params_; }
-  [[nodiscard]] const CertifiedCone& cone() const { return cone_; }
+  [[nodiscard]] const CertifiedCone& cone() const { return domain_.cone; }
   /// For M::quickUnlens().
-  [[nodiscard]] const typename M::Start& start() const { return start_; }
+  [[nodiscard]] const typename M::Start& start() const { return domain_.start; }
 
   /// Pixel of a point in the camera frame (any unit of length), or why there is none. Row-major Jacobians
   /// J_px_cam (2x3) and J_px_params (2 x kNumParams), null: not computed, are written only if the status is
@@ -70,11 +63,11 @@ class Camera {
                                                          double* J_ray_pixel = nullptr) const {
     const double m[2] = {(pixel.x() - params_[2]) / params_[0], (pixel.y() - params_[3]) / params_[1]};
     // The image of the cone is bounded by that of its rim. False for NaN too.
-    if (!(std::hypot(m[0], m[1]) <= rim_radius_)) return std::nullopt;
+    if (!(std::hypot(m[0], m[1]) <= domain_.rim_radius)) return std::nullopt;
     std::optional<Eigen::Vector3d> ray(std::in_place);
-    M::quickUnlens(params_.data() + 4, start_, m, cone_.max_angle_rad, ray->data());
+    M::quickUnlens(params_.data() + 4, domain_.start, m, domain_.cone.max_angle_rad, ray->data());
     if (classify(*ray) != ProjectStatus::kOk) {
-      if (!M::unlens(params_.data() + 4, m, cone_.max_angle_rad, ray->data())) return std::nullopt;
+      if (!M::unlens(params_.data() + 4, m, domain_.cone.max_angle_rad, ray->data())) return std::nullopt;
       if (classify(*ray) != ProjectStatus::kOk) ray = onRim(*ray, pixel);
     }
     if (ray && J_ray_pixel != nullptr) rayByPixel<M>(params_.data(), ray->data(), J_ray_pixel);
@@ -90,7 +83,7 @@ class Camera {
     const double norm = p.norm();
     if (!(norm >= kMinLength && norm <= kMaxLength)) return ProjectStatus::kOutsideDomain;
     if (M::kMaxAngle <= std::numbers::pi / 2 && p.z() <= 0.0) return ProjectStatus::kBehind;
-    return p.z() >= cos_max_angle_ * norm ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain;
+    return p.z() >= domain_.cos_max_angle * norm ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain;
   }
 
   // A ray exactly on the rim of the cone returns from its pixel with rounding, which may put it outside. It
@@ -103,7 +96,7 @@ class Camera {
     const double rho = std::hypot(ray.x(), ray.y());
     if (!(rho > 0.0)) return std::nullopt;
     // Inside by more than the rounding of classify().
-    const double z = cos_max_angle_ + 4 * std::numeric_limits<double>::epsilon();
+    const double z = domain_.cos_max_angle + 4 * std::numeric_limits<double>::epsilon();
     const double scale = std::sqrt(std::max(0.0, (1 - z) * (1 + z))) / rho;
     const Eigen::Vector3d rim(scale * ray.x(), scale * ray.y(), z);
     const double away = (rim - ray).norm();
@@ -114,29 +107,64 @@ class Camera {
     return rim;
   }
 
-  // No pixel of the cone lies farther from the axis than this in the normalised plane.
-  [[nodiscard]] double rimRadius() const {
-    constexpr int kNumAzimuths = 64;
-    const double* lens = params_.data() + 4;
-    const bool is_symmetric = M::isAxiallySymmetric(lens);
-    const double s = std::sin(cone_.max_angle_rad);
-    double farthest = 0;
-    for (int i = 0; i < (is_symmetric ? 1 : kNumAzimuths); ++i) {
-      const double azimuth = 2 * std::numbers::pi * i / kNumAzimuths;
-      const double ray[3] = {s * std::cos(azimuth), s * std::sin(azimuth), cos_max_angle_};
-      double m[2];
-      if (!M::lens(lens, ray, m)) return std::numeric_limits<double>::infinity();
-      farthest = std::max(farthest, std::hypot(m[0], m[1]));
+  // What follows from the lens alone.
+  struct Domain {
+    CertifiedCone cone;
+    double cos_max_angle;
+    double rim_radius;  // no pixel of the cone lies farther from the axis in the normalised plane
+    typename M::Start start;
+
+    explicit Domain(const double* lens)
+        : cone(certifyCone(lensFunction<M>(lens), {.model_rad = M::kMaxAngle,
+                                                   .closed_form_rad = M::maxAngle(lens),
+                                                   .is_axially_symmetric = M::isAxiallySymmetric(lens),
+                                                   .is_one_to_one_without_fold = M::kIsOneToOneWithoutFold})),
+          cos_max_angle(std::cos(cone.max_angle_rad)),
+          rim_radius(rimRadius(lens)),
+          start(M::makeStart(lens, cone.max_angle_rad)) {}
+
+    [[nodiscard]] double rimRadius(const double* lens) const {
+      constexpr int kNumAzimuths = 64;
+      const bool is_symmetric = M::isAxiallySymmetric(lens);
+      const double s = std::sin(cone.max_angle_rad);
+      double farthest = 0;
+      for (int i = 0; i < (is_symmetric ? 1 : kNumAzimuths); ++i) {
+        const double azimuth = 2 * std::numbers::pi * i / kNumAzimuths;
+        const double ray[3] = {s * std::cos(azimuth), s * std::sin(azimuth), cos_max_angle};
+        double m[2];
+        if (!M::lens(lens, ray, m)) return std::numeric_limits<double>::infinity();
+        farthest = std::max(farthest, std::hypot(m[0], m[1]));
+      }
+      // Margin for rounding and a ray onRim(), and for maxima between the azimuths.
+      return farthest * (is_symmetric ? 1 + 1e-6 : 1.1);
     }
-    // Margin for rounding and a ray onRim(), and for maxima between the azimuths.
-    return farthest * (is_symmetric ? 1 + 1e-6 : 1.1);
+  };
+
+  // Certifying a lens takes up to a millisecond, and callers often change only how it is placed on the
+  // sensor, or alternate between a few cameras: each thread remembers the lenses that it used last.
+  static const Domain& domainOf(const Params& params) {
+    struct Entry {
+      Params params;
+      Domain domain;
+    };
+    constexpr std::size_t kNumRemembered = 4;
+    thread_local std::vector<Entry> remembered;  // the last one first
+    const auto isSameLens = [&](const Entry& entry) {
+      return std::equal(params.begin() + kNumAffine, params.end(), entry.params.begin() + kNumAffine);
+    };
+    auto found = std::find_if(remembered.begin(), remembered.end(), isSameLens);
+    if (found == remembered.end()) {
+      Entry entry{params, Domain(params.data() + kNumAffine)};
+      if (remembered.size() == kNumRemembered) remembered.pop_back();
+      remembered.push_back(std::move(entry));
+      found = remembered.end() - 1;
+    }
+    std::rotate(remembered.begin(), found, found + 1);
+    return remembered.front().domain;
   }
 
   Params params_;
-  CertifiedCone cone_;
-  double cos_max_angle_;
-  double rim_radius_;
-  typename M::Start start_;
+  Domain domain_;
 };
 
 }  // namespace alidade
