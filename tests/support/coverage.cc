@@ -5,10 +5,11 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 
 #include "alidade/camera/projection_uncertainty.h"
 #include "alidade/core/statistics.h"
+#include "alidade/geometry/symmetric_eigen.h"
 #include "alidade/simulate/observe.h"
 #include "alidade/target/board_shape.h"
 
@@ -189,7 +190,7 @@ Judged judgeSet(const TroubledSet& set, Trouble trouble) {
     const int i = indexOf(uncertainty, place);
     const auto J = uncertainty.jacobian(i);
     const Eigen::Matrix2d covariance = J * result.uncertainty.statedCovariance().view() * J.transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);
+    const SymmetricEigen solver(covariance);
     const Eigen::Vector2d& e = error[static_cast<std::size_t>(i)];
     judged.projections[static_cast<std::size_t>(place)] = {.error_px = solver.eigenvectors().col(1).dot(e),
                                                            .std_px = std::sqrt(solver.eigenvalues()(1)),

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "alidade/geometry/decompositions.h"
 #include "alidade/simulate/observe.h"
 
 namespace alidade {
@@ -36,7 +37,7 @@ bool drawPose(const DrawnCamera& drawn, const Checkerboard& board, Random& rando
       std::min({border ? angleFromAxis(*border) : drawn.rim_rad, drawn.rim_rad, kRadPerDeg * 65});
   const Eigen::Vector3d middle = board.middle();
   const double distance = middle.x() / std::tan(fill * half_field);
-  const SO3 facing = SO3::fromQuaternion(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), *ray));
+  const SO3 facing = SO3::fromQuaternion(shortestTurn(Eigen::Vector3d::UnitZ(), *ray));
   camera_from_board.rotation = facing *
                                SO3::exp(tilt * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0)) *
                                SO3::exp({0, 0, roll});

@@ -18,6 +18,9 @@ struct Svd3 {
 
 [[nodiscard]] Svd3 svdOf(const Eigen::Matrix3d& matrix);
 
+/// The singular values, the larger one first.
+[[nodiscard]] Eigen::Vector2d singularValuesOf(const Eigen::Matrix2d& matrix);
+
 /// The X of smallest norm that minimises |A X - B|.
 [[nodiscard]] Eigen::VectorXd leastSquares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 [[nodiscard]] Eigen::MatrixXd leastSquares(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
@@ -52,6 +55,9 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 /// The lower triangle L with L L^T = A, and L^-1 B.
 [[nodiscard]] Eigen::MatrixXd choleskyOf(const Eigen::MatrixXd& A);
 [[nodiscard]] Eigen::MatrixXd solveLower(const Eigen::MatrixXd& L, const Eigen::MatrixXd& B);
+
+/// The eigenvalues of a symmetric matrix, the smaller one first.
+[[nodiscard]] Eigen::Vector2d symmetricEigenvaluesOf(const Eigen::Matrix2d& A);
 
 /// Eigenvalues of a square matrix, and eigenvectors of any length for the real ones.
 /// @param vectors  set, one column each, in the order of the eigenvalues; empty if there is no solution

@@ -8,12 +8,12 @@
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 
 #include "alidade/core/error.h"
 #include "alidade/detect/board/board_placement.h"
 #include "alidade/detect/board/find_board.h"
 #include "alidade/detect/corner/corner_fit.h"
+#include "alidade/geometry/decompositions.h"
 #include "alidade/imagery/gray_image.h"
 
 namespace alidade {
@@ -272,8 +272,8 @@ ViewMeasures measure(const RefinedMesh& refined, ImageSize size) {
     spacings.push_back(std::min(u->norm(), v->norm()));
     Eigen::Matrix2d steps;
     steps << *u, *v;
-    const Eigen::JacobiSVD<Eigen::Matrix2d> svd(steps);
-    tilts.push_back(std::acos(std::min(1.0, svd.singularValues()(1) / svd.singularValues()(0))));
+    const Eigen::Vector2d stretch = singularValuesOf(steps);
+    tilts.push_back(std::acos(std::min(1.0, stretch(1) / stretch(0))));
     const MeshCorner* here = refined.mesh.find(node);
     const MeshCorner* right = refined.mesh.find(step(node, 0));
     const MeshCorner* below = refined.mesh.find(step(node, 1));

@@ -11,11 +11,11 @@
 
 #include <fmt/format.h>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 
 #include "alidade/core/error.h"
 #include "alidade/detect/board/one_colour.h"
 #include "alidade/detect/corner/corner_fit.h"
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
@@ -332,7 +332,7 @@ ViewMeasures measure(const CornerSearch& search, const Board& board, double step
     blurs.push_back(corner->fit.blur_px);
     Eigen::Matrix2d steps;
     steps << corner->view.step_u, corner->view.step_v;
-    const Vector2d stretch = Eigen::JacobiSVD<Eigen::Matrix2d>(steps).singularValues();
+    const Vector2d stretch = singularValuesOf(steps);
     spacings.push_back(board.spacing() / step_m *
                        std::min(corner->view.step_u.norm(), corner->view.step_v.norm()));
     tilts.push_back(std::acos(std::min(1.0, stretch(1) / stretch(0))));
