@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "alidade/imagery/image_file.h"
 #include "apps/command_line.h"
 #include "support/source_tree.h"
 
@@ -46,6 +47,22 @@ TEST(Board, IsGuessedWhereNoneIsGiven) {
     EXPECT_THAT(runAlidade({"calibrate", image}),
                 FailsWith(2, AllOf(HasSubstr("no --board"), HasSubstr(guess))));
   }
+}
+
+// Of a board whose border is not seen, the counts are at least these.
+TEST(Board, IsGuessedWithDoubtFromAPart) {
+  const ScratchFolder scratch;
+  const GrayImage whole = readGrayImage(imagePath(1)).image;
+  const ImageSize size{.width = whole.size.width / 2, .height = whole.size.height};
+  RasterImage part{.size = size, .bytes = {}};
+  for (int y = 0; y < size.height; ++y) {
+    const auto row = whole.pixels.begin() + std::ptrdiff_t{y} * whole.size.width;
+    part.bytes.insert(part.bytes.end(), row, row + size.width);
+  }
+  writeImage(scratch.path("part.png"), part);
+  EXPECT_THAT(runAlidade({"detect", scratch.path("part.png"), "-o", scratch.path("corners.csv")}),
+              FailsWith(2, AllOf(HasSubstr("no --board"), HasSubstr("perhaps not all"),
+                                 HasSubstr("--board checkerboard:"))));
 }
 
 TEST(Board, IsNamedWhereAnotherIsGiven) {

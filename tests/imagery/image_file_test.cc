@@ -378,6 +378,10 @@ TEST_F(ImageFile, SaysWhatAFileHoldsInsteadOfAnImage) {
   EXPECT_THAT(errorFor("page.png", text("<!DOCTYPE html><html lang=\"en\">")),
               HasSubstr("'<!DOCTYPE html><html"));
   EXPECT_THAT(errorFor("empty.png", {}), HasSubstr("0 bytes"));
+  for (const std::string_view list : {"# filename x y level\n", "# found by a tool\n# filename x y\n",
+                                      "camera,image,width,height,board,corner_id,col,row,u,v,sigma_px\n"})
+    EXPECT_THAT(errorFor("corners.txt", text(list)), HasSubstr("ends in .csv, or .vnl")) << list;
+  EXPECT_THAT(errorFor("notes.txt", text("# filenames of x and y\n")), testing::Not(HasSubstr(".csv")));
   EXPECT_THAT(errorFor("binary.png", {0, 1, 2, 3, 4, 5}), HasSubstr("not an image"));
   for (const std::string kind : {"heic", "mif1", "heix"}) {
     const Bytes heic = text(std::string("\0\0\0\x18", 4) + "ftyp" + kind + std::string(40, '\0'));

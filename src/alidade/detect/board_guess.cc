@@ -40,6 +40,18 @@ class CheckerboardGuess {
         columns, rows);
   }
 
+  // For a few images of such a board.
+  [[nodiscard]] std::string doubtfulText() const {
+    const auto most = std::ranges::max_element(
+        open_, {}, [](const auto& entry) { return entry.first.first * entry.first.second; });
+    if (most == open_.end()) return {};
+    const auto [columns, rows] = most->first;
+    return fmt::format(
+        "squares with {0}x{1} inner corners are seen, perhaps not all; for a whole board of these: --board "
+        "checkerboard:{0}x{1}:SQUARE, with the side of a square such as 25mm",
+        columns, rows);
+  }
+
  private:
   using Counts = std::map<std::pair<int, int>, int>;
   Counts closed_;  // the whole border is visible
@@ -127,10 +139,10 @@ std::string guessedBoard(const ImageSet& images, const CancelFlag* cancel) {
     squares.look(image);
     circles.look(image);
   }
-  for (std::string text : {markers.text(), squares.text()}) {
+  for (std::string text : {markers.text(), squares.text(), circles.text()}) {
     if (!text.empty()) return text;
   }
-  return circles.text();
+  return squares.doubtfulText();
 }
 
 }  // namespace alidade

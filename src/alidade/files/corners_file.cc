@@ -423,6 +423,13 @@ bool isVnlFile(const std::string& path) {
   return path.ends_with(".vnl") || path.ends_with(".VNL");
 }
 
+bool startsLikeCorners(std::string_view text) {
+  constexpr std::size_t kLongestComments = 4096;
+  const std::string_view start = text.substr(0, kLongestComments);
+  return start.find(kHeader) != std::string_view::npos ||
+         start.find("# " + std::string(kLegend)) != std::string_view::npos;
+}
+
 void checkVnl(std::span<const Board> boards, std::span<const std::string> images) {
   const std::string next_step = "write a .csv file, which can hold all boards and names";
   if (boards.size() != 1 || !isEvenlySpaced(boards.front())) {

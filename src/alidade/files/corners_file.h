@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "alidade/core/image.h"
@@ -41,6 +42,9 @@ void writeCornersFile(const std::string& path, const CornersFile& file);
 
 /// True for the name of a corners file as mrcal and mrgingham write it.
 [[nodiscard]] bool isVnlFile(const std::string& path);
+
+/// True for a text that starts as the files of corners do, whatever its name.
+[[nodiscard]] bool startsLikeCorners(std::string_view text);
 
 /// Checks before any long work that such a file can hold the corners of these boards in these images: of one
 /// board with points in evenly spaced columns and rows, which is all that mrcal supports, and of images with

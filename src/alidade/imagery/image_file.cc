@@ -21,6 +21,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
+#include "alidade/files/corners_file.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/imagery/gray_image.h"
 #include "alidade/imagery/image_codecs.h"
@@ -95,7 +96,9 @@ ContainerInfo checkContainer(const std::string& path, std::string_view content) 
                            std::filesystem::path(path).replace_extension(".jpg").string() + "'");
     }
     throw imageError(path, describeStart(content),
-                     "open it in an image viewer; copy it again, or remove it from the inputs");
+                     startsLikeCorners(content)
+                         ? "give this list of corners a name that ends in .csv, or .vnl if mrcal wrote it"
+                         : "open it in an image viewer; copy it again, or remove it from the inputs");
   }
   if (!info.complete) {
     throw damagedError(path, "the image is truncated after " + std::to_string(content.size()) + " bytes");
