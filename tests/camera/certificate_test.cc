@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/camera_variant.h"
+#include "alidade/core/random.h"
 #include "support/brute_force_domain.h"
 #include "support/model_fixture.h"
 #include "support/project_formula.h"
@@ -63,6 +65,40 @@ TYPED_TEST(CertificateOf, ClosedFormIsWhereTheFormulaEnds) {
   }
   const bool has_closed_form = M::kId != "pinhole" && M::kId != "radtan" && M::kId != "kannala_brandt";
   EXPECT_EQ(num_closed > 0, has_closed_form);
+}
+
+// Cameras remember the domains of the last lenses; these are more lenses than they remember, in any order,
+// each placed on the sensor in another way.
+TYPED_TEST(CertificateOf, RememberedLensHasItsOwnDomain) {
+  using M = TypeParam;
+  constexpr int kNumDraws = 60;
+  Random random(17);
+  std::vector<typename Camera<M>::Params> lenses = ModelFixture<M>::paramSets();
+  while (lenses.size() < 7) lenses.push_back(ModelFixture<M>::randomParams(random));
+  std::vector<double> certified;
+  for (const auto& params : lenses) {
+    const double* lens = params.data() + kNumAffine;
+    certified.push_back(
+        certifyCone(lensFunction<M>(lens), {.model_rad = M::kMaxAngle,
+                                            .closed_form_rad = M::maxAngle(lens),
+                                            .is_axially_symmetric = M::isAxiallySymmetric(lens),
+                                            .is_one_to_one_without_fold = M::kIsOneToOneWithoutFold})
+            .max_angle_rad);
+  }
+  for (int draw = 0; draw < kNumDraws; ++draw) {
+    const std::size_t i = random.index(lenses.size());
+    typename Camera<M>::Params params = lenses[i];
+    params[2] += draw;
+    const Camera<M> camera(params);
+    ASSERT_EQ(camera.cone().max_angle_rad, certified[i]) << i;
+    // Its inverse is the lens' own, too.
+    const Eigen::Vector3d ray(0.1, -0.05, 1);
+    const Projection seen = camera.project(ray);
+    ASSERT_TRUE(seen.ok());
+    const auto back = camera.unproject(seen.pixel);
+    ASSERT_TRUE(back.has_value());
+    EXPECT_LT((*back - ray.normalized()).norm(), 1e-9);
+  }
 }
 
 TEST(Certificate, GivesNothingBeyondAPoleInsideTheImage) {
