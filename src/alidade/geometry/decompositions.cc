@@ -18,10 +18,6 @@ Eigen::Vector2d singularValuesOf(const Eigen::Matrix2d& matrix) {
   return Eigen::JacobiSVD<Eigen::Matrix2d>(matrix).singularValues();
 }
 
-Eigen::Vector2d symmetricEigenvaluesOf(const Eigen::Matrix2d& A) {
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(A).eigenvalues();
-}
-
 Eigen::VectorXd leastSquares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
   return leastSquares(A, Eigen::MatrixXd(b));  // compiles faster than a decomposition for vectors
 }

@@ -56,9 +56,6 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 [[nodiscard]] Eigen::MatrixXd choleskyOf(const Eigen::MatrixXd& A);
 [[nodiscard]] Eigen::MatrixXd solveLower(const Eigen::MatrixXd& L, const Eigen::MatrixXd& B);
 
-/// The eigenvalues of a symmetric matrix, the smaller one first.
-[[nodiscard]] Eigen::Vector2d symmetricEigenvaluesOf(const Eigen::Matrix2d& A);
-
 /// Eigenvalues of a square matrix, and eigenvectors of any length for the real ones.
 /// @param vectors  set, one column each, in the order of the eigenvalues; empty if there is no solution
 [[nodiscard]] Eigen::VectorXcd eigenvaluesOf(const Eigen::MatrixXd& A, Eigen::MatrixXd* vectors = nullptr);

@@ -17,7 +17,7 @@
 #include "alidade/detect/board/find_board.h"
 #include "alidade/detect/board/one_colour.h"
 #include "alidade/detect/corner/disc_fit.h"
-#include "alidade/geometry/decompositions.h"
+#include "alidade/geometry/symmetric_eigen.h"
 #include "alidade/target/board.h"
 
 namespace alidade {
@@ -98,7 +98,7 @@ class CircleSearch {
       blurs.push_back(disc->blur_px);
       const double step = stepAt(static_cast<int>(i));
       if (std::isfinite(step)) spacings.push_back(step);
-      const Vector2d values = symmetricEigenvaluesOf(disc->shape);
+      const Vector2d values = SymmetricEigen(disc->shape).eigenvalues();
       tilts.push_back(std::acos(std::sqrt(values(0) / values(1))));
       area += std::numbers::pi / std::sqrt(values(0) * values(1)) * cell_in_discs;
     }
