@@ -141,18 +141,22 @@ std::optional<CameraMotion> smallMotion(const JointFit& joint,
                                         const std::vector<std::string>& frames, double frame_variance) {
   const auto step = likeliestPoseStep(joint.fit, frame_variance);
   if (!step) return std::nullopt;
+  std::vector<std::size_t> before;
   std::vector<std::size_t> after;
   for (const CommonView& view : common[step->camera]) {
-    if (view.frame >= step->first_frame && view.is_linked) after.push_back(view.view);
+    if (view.is_linked) (view.frame < step->first_frame ? before : after).push_back(view.view);
   }
-  if (after.empty()) return std::nullopt;
+  if (before.empty() || after.empty()) return std::nullopt;
   const SE3 in_rig = SE3::exp(step->tangent);
   const SE3 camera_from_rig = joint.fit.cameras[step->camera].camera_from_rig;
-  return CameraMotion{.camera = step->camera,
-                      .from_frame = frames[step->first_frame],
-                      .after_from_before = camera_from_rig * in_rig * camera_from_rig.inverse(),
-                      .effect_px = effectOf(in_rig, joint, step->camera, after),
-                      .num_after = after.size()};
+  return CameraMotion{
+      .camera = step->camera,
+      .from_frame = frames[step->first_frame],
+      .after_from_before = camera_from_rig * in_rig * camera_from_rig.inverse(),
+      // Views on one side alone may say little about a step far from where they see the board.
+      .effect_px = std::min(effectOf(in_rig, joint, step->camera, before),
+                            effectOf(in_rig, joint, step->camera, after)),
+      .num_after = after.size()};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/rig/joint_fit.h"
 
+#include <algorithm>
 #include <iterator>
 #include <set>
 #include <vector>
@@ -13,7 +14,7 @@ namespace alidade {
 namespace {
 
 constexpr int kTangent = 6;
-constexpr std::size_t kFewestFrames = 3;  // on each side of a step
+constexpr std::size_t kFewestFrames = 3;  // of the camera, on each side of a step
 
 // The unknowns of a rig, including the first camera's pose.
 Fit withAllPosesFree(Fit fit) {
@@ -21,18 +22,38 @@ Fit withAllPosesFree(Fit fit) {
   return fit;
 }
 
+// For each camera and frame, in ascending order: true if the camera sees a board with a second one.
+std::vector<std::vector<bool>> linkedFrames(const Fit& fit, const std::set<std::size_t>& frames) {
+  std::vector<std::vector<bool>> is_linked(fit.cameras.size(), std::vector<bool>(frames.size()));
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
+    if (of_placement.size() < 2) continue;
+    const std::size_t frame = fit.placements[fit.views[of_placement.front()].placement].frame;
+    const auto rank = static_cast<std::size_t>(std::distance(frames.begin(), frames.find(frame)));
+    for (const std::size_t v : of_placement) is_linked[fit.views[v].camera][rank] = true;
+  }
+  return is_linked;
+}
+
 // In the result, first_frame is a rank among the frames.
-PoseStep likeliestStep(const std::vector<Reduced>& frames, const JointColumns& columns,
-                       const Eigen::MatrixXd& free, const Eigen::MatrixXd& inverse, double variance) {
+// @param is_linked  see linkedFrames()
+PoseStep likeliestStep(const std::vector<Reduced>& frames, const std::vector<std::vector<bool>>& is_linked,
+                       const JointColumns& columns, const Eigen::MatrixXd& free,
+                       const Eigen::MatrixXd& inverse, double variance) {
   PoseStep best;
   for (std::size_t c = 0; c < columns.pose.size(); ++c) {
     const Eigen::Index at = columns.pose[c];
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(kTangent, columns.count);
     Eigen::Matrix<double, kTangent, 1> score = Eigen::Matrix<double, kTangent, 1>::Zero();
-    for (std::size_t f = frames.size(); f-- > kFewestFrames;) {
+    auto num_before = static_cast<std::size_t>(std::ranges::count(is_linked[c], true));
+    std::size_t num_after = 0;
+    for (std::size_t f = frames.size(); f-- > 0;) {
+      if (is_linked[c][f]) {
+        --num_before;
+        ++num_after;
+      }
       rows += frames[f].information.middleRows<kTangent>(at);
       score += frames[f].gradient.segment<kTangent>(at);
-      if (frames.size() - f < kFewestFrames) continue;
+      if (std::min(num_before, num_after) < kFewestFrames) continue;
       const Eigen::MatrixXd mixed = rows * free;
       const Eigen::MatrixXd own = rows.middleCols<kTangent>(at) - mixed * inverse * mixed.transpose();
       const ScaledInverse covariance = scaledInverse(own);
@@ -67,7 +88,8 @@ std::optional<PoseStep> likeliestPoseStep(const Fit& given, double variance) {
   const Eigen::MatrixXd free = all(Eigen::seqN(0, all.rows()), kept);
   const ScaledInverse inverse = scaledInverse(free.transpose() * information * free);
   if (!inverse.inverse) return std::nullopt;
-  PoseStep step = likeliestStep(frames, columns, free, *inverse.inverse, variance);
+  PoseStep step =
+      likeliestStep(frames, linkedFrames(fit, in_order), columns, free, *inverse.inverse, variance);
   if (step.normal < kSure) return std::nullopt;
   step.first_frame = *std::next(in_order.begin(), static_cast<std::ptrdiff_t>(step.first_frame));
   return step;
