@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -13,8 +14,10 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/board_offsets.h"
 #include "alidade/adjust/noise/covariance.h"
+#include "alidade/adjust/noise/pose_deviations.h"
 #include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/bend/flex_fit.h"
+#include "alidade/rig/exposure.h"
 
 namespace alidade {
 namespace {
@@ -188,11 +191,13 @@ void unlink(std::size_t v, JointFit& joint) {
   own.rig_from_board = joint.rig_from_board[v];
   fit.views[v].placement = fit.placements.size();
   fit.placements.push_back(own);
+  fit.views[v].deviation.reset();
   joint.unlinked.push_back(v);
   const auto isLeft = [&](const FitView& view) { return view.placement == left; };
   if (std::ranges::count_if(fit.views, isLeft) != 1) return;
   const auto last = static_cast<std::size_t>(std::ranges::find_if(fit.views, isLeft) - fit.views.begin());
   fit.placements[left].rig_from_board = joint.rig_from_board[last];
+  fit.views[last].deviation.reset();
 }
 
 // Error limit of each camera's views when poses come from single views: far above most errors.
@@ -214,8 +219,7 @@ std::vector<double> transferLimits(const Fit& fit, const Transfers& transfers) {
 }
 
 // Unlinks contradictions of many pixels, which would mislead the solver.
-void unlinkGrossContradictions(const JointViews& views, JointFit& joint) {
-  joint.rig_from_board = placedByEach(joint.fit, views);
+void unlinkGrossContradictions(JointFit& joint) {
   std::vector<std::vector<std::size_t>> placements = viewsOfPlacements(joint.fit);
   Transfers transfers = transfersOf(joint, placements);
   const std::vector<double> limits = transferLimits(joint.fit, transfers);
@@ -273,14 +277,15 @@ bool unlinkContradictions(const JointViews& views, const std::vector<double>& al
   return is_any;
 }
 
-// Unlinks the views of a camera with a pose step that explains contradictions, on the side of the step with
-// fewer views. Returns true if there were any.
-bool unlinkMovedViews(const JointViews& views, const std::vector<double>& alone, JointFit& joint,
-                      std::vector<std::size_t>& moved) {
-  if (std::ranges::none_of(viewsOfPlacements(joint.fit), [&](const std::vector<std::size_t>& of_placement) {
-        return isContradictory(joint.fit, of_placement, alone);
-      }))
-    return false;
+bool isAnyContradictory(const Fit& fit, const std::vector<double>& alone) {
+  return std::ranges::any_of(viewsOfPlacements(fit), [&](const std::vector<std::size_t>& of_placement) {
+    return isContradictory(fit, of_placement, alone);
+  });
+}
+
+// Unlinks the views of a camera with a pose step, on the side of the step with fewer views. Returns true if
+// there were any.
+bool unlinkMovedViews(const JointViews& views, JointFit& joint, std::vector<std::size_t>& moved) {
   const std::vector<Eigen::Vector2d> errors = weightedErrors(joint.fit);
   const auto step = likeliestPoseStep(joint.fit, coordinateVariance(errors, joint.fit.loss, 0));
   if (!step) return false;
@@ -324,6 +329,147 @@ bool relink(const JointViews& views, const std::vector<std::size_t>& moved, Join
   return joint.unlinked.size() < num_before;
 }
 
+bool hasFailed(const JointFit& joint) {
+  return joint.fit.summary.termination == Termination::kFailed;
+}
+
+JointFit startedFit(const JointViews& views) {
+  JointFit joint{.fit = startOf(views)};
+  for (std::size_t v = 0; v < views.poses.size(); ++v) {
+    if (!views.agrees[v]) joint.unlinked.push_back(v);
+  }
+  joint.rig_from_board = placedByEach(joint.fit, views);
+  return joint;
+}
+
+void solveOnce(std::span<const std::size_t> uneven, JointFit& joint, const CancelFlag* cancel) {
+  const SolveOptions options{.cancel = cancel};
+  joint.fit = solve(withoutEmptyPlacements(joint.fit), options);
+  const bool was_flexible = isAnyFlexible(joint.fit);
+  for (int step = 0; updateFlex(joint.fit) > kFlexAtRest; ++step) {
+    joint.fit = solve(std::move(joint.fit), options);
+    if (step < kMostFlexSteps) continue;
+    joint.fit.summary.termination = Termination::kIterationLimit;
+    joint.fit.summary.reason = "the board's bends do not come to rest";
+    break;
+  }
+  if (was_flexible && !isAnyFlexible(joint.fit)) joint.fit = solve(std::move(joint.fit), options);
+  if (!hasFailed(joint)) solveUneven(uneven, joint, cancel);
+}
+
+// Mean square of the errors of each view in the fit of its camera alone, in units of its noise.
+std::vector<double> meanSquaresAlone(const JointViews& views) {
+  std::vector<double> alone;
+  for (std::size_t v = 0; v < views.poses.size(); ++v) {
+    const double sigma_px = views.sigma_px[views.poses[v].camera];
+    alone.push_back(meanSquare(*views.poses[v].view) / (sigma_px * sigma_px));
+  }
+  return alone;
+}
+
+// The fit in which all views of a frame were taken at one instant.
+JointFit rigidFit(const JointViews& views, std::span<const std::size_t> uneven,
+                  const std::vector<double>& alone, const CancelFlag* cancel) {
+  JointFit joint = startedFit(views);
+  unlinkGrossContradictions(joint);
+  std::vector<std::size_t> moved;
+  // Any camera may have moved.
+  std::size_t num_motions = 0;
+  do {
+    solveOnce(uneven, joint, cancel);
+  } while (!hasFailed(joint) && num_motions++ < views.alone.size() && isAnyContradictory(joint.fit, alone) &&
+           unlinkMovedViews(views, joint, moved));
+  const auto solveAll = [&] {
+    while (!hasFailed(joint) && unlinkContradictions(views, alone, joint)) solveOnce(uneven, joint, cancel);
+  };
+  solveAll();
+  if (!hasFailed(joint) && relink(views, moved, joint)) {
+    solveOnce(uneven, joint, cancel);
+    solveAll();
+  }
+  return joint;
+}
+
+// Unlinks the odd view of each placement with one that deviates by more than `most`, in units of the scatter.
+// Returns true if there were any.
+bool unlinkFarViews(const DeviationScatter& scatter, double most, const JointViews& views, JointFit& joint) {
+  bool is_any = false;
+  joint.rig_from_board = placedByEach(joint.fit, views);
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(joint.fit)) {
+    const auto sizeOf = [&](std::size_t v) { return scatter.sizes[v]; };
+    const auto farthest = std::ranges::max_element(of_placement, {}, sizeOf);
+    if (!(sizeOf(*farthest) > most)) continue;
+    unlink(of_placement.size() > 2 ? *farthest : oddOne(of_placement, views, joint.rig_from_board), joint);
+    is_any = true;
+  }
+  return is_any;
+}
+
+bool areDelaysFound(const Fit& fit) {
+  constexpr double kMostIntervals = 1;  // beyond the frames that the path is known from
+  return std::ranges::all_of(fit.cameras,
+                             [](const FitCamera& camera) { return std::abs(camera.delay) < kMostIntervals; });
+}
+
+// Estimates the deviations of views from their placements, and their scatter, until they come to rest. False
+// if they do not, if corners move by no more than half their noise, if times differ by more than a frame
+// explains, or if as many views contradict as without deviations.
+bool settleDeviations(const JointViews& views, const std::vector<double>& alone, std::size_t most_unlinked,
+                      Scatter& scatter, JointFit& joint, const CancelFlag* cancel) {
+  constexpr int kMostRounds = 60;
+  constexpr double kNearRest = 0.25;
+  constexpr double kAtRest = 0.01;
+  constexpr double kLeastShift = 0.5;
+  constexpr double kGross = 6;
+  // Images of different frames are not taken at one instant; and what leaves the path has another cause.
+  constexpr Scatter kMost = {.std_intervals = 0.3, .path = 8};
+  constexpr double kRoundTolerance = 1e-8;
+  constexpr Scatter kLeast = {.std_intervals = 1e-3,
+                              .path = 0.3};  // with less, errors of the path would tilt it again and again
+  for (int round = 0; round < kMostRounds; ++round) {
+    joint.fit =
+        solve(withoutEmptyPlacements(joint.fit), {.function_tolerance = kRoundTolerance, .cancel = cancel});
+    if (hasFailed(joint)) return false;
+    const DeviationScatter found = deviationScatter(joint.fit);
+    if (!(found.num_free > 0) || !areDelaysFound(joint.fit)) return false;
+    scatter.std_intervals = std::max(kLeast.std_intervals, scatter.std_intervals * found.time_factor);
+    scatter.path = std::max(kLeast.path, scatter.path * found.path_factor);
+    followPaths(scatter, joint.fit);
+    const double step =
+        std::max(scatter.std_intervals > kLeast.std_intervals ? std::abs(found.time_factor - 1) : 0,
+                 scatter.path > kLeast.path ? std::abs(found.path_factor - 1) : 0);
+    if (found.shift_sigmas < kLeastShift && found.time_factor < 1) return false;
+    if (step > kNearRest) {
+      // Views that are far from all others would mislead the scatter.
+      unlinkFarViews(found, std::max(kContradiction, kGross * found.usual_size), views, joint);
+      continue;
+    }
+    if (scatter.std_intervals > kMost.std_intervals || scatter.path > kMost.path) return false;
+    const bool are_any_far =
+        unlinkFarViews(found, kContradiction, views, joint) || unlinkContradictions(views, alone, joint);
+    if (joint.unlinked.size() >= most_unlinked) return false;
+    if (!are_any_far && step < kAtRest) return true;
+  }
+  return false;
+}
+
+// The fit in which views of a frame were not taken at one instant; nothing if they were, or if boards flex,
+// whose bends are estimated for simultaneous views.
+std::optional<JointFit> looseFit(const JointViews& views, std::span<const std::size_t> uneven,
+                                 const std::vector<double>& alone, std::size_t most_unlinked,
+                                 const CancelFlag* cancel) {
+  JointFit joint = startedFit(views);
+  joint.fit = withoutEmptyPlacements(joint.fit);
+  if (isAnyFlexible(joint.fit) || joint.unlinked.size() >= most_unlinked) return std::nullopt;
+  Scatter scatter = startDeviations(joint.rig_from_board, joint.fit);
+  if (!(scatter.std_intervals > 0) || !settleDeviations(views, alone, most_unlinked, scatter, joint, cancel))
+    return std::nullopt;
+  solveOnce(uneven, joint, cancel);
+  if (hasFailed(joint) || joint.fit.summary.termination == Termination::kIterationLimit) return std::nullopt;
+  joint.exposure = exposureScatter(scatter.std_intervals, joint.fit);
+  return joint;
+}
+
 }  // namespace
 
 std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits) {
@@ -337,49 +483,18 @@ std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits) {
 }
 
 JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, const CancelFlag* cancel) {
-  const SolveOptions options{.cancel = cancel};
-  JointFit joint{.fit = startOf(views)};
-  for (std::size_t v = 0; v < views.poses.size(); ++v) {
-    if (!views.agrees[v]) joint.unlinked.push_back(v);
-  }
-  std::vector<double> alone;
-  for (std::size_t v = 0; v < views.poses.size(); ++v) {
-    const double sigma_px = views.sigma_px[views.poses[v].camera];
-    alone.push_back(meanSquare(*views.poses[v].view) / (sigma_px * sigma_px));
-  }
-  unlinkGrossContradictions(views, joint);
-  const auto solveOnce = [&] {
-    joint.fit = solve(withoutEmptyPlacements(joint.fit), options);
-    const bool was_flexible = isAnyFlexible(joint.fit);
-    for (int step = 0; updateFlex(joint.fit) > kFlexAtRest; ++step) {
-      joint.fit = solve(std::move(joint.fit), options);
-      if (step < kMostFlexSteps) continue;
-      joint.fit.summary.termination = Termination::kIterationLimit;
-      joint.fit.summary.reason = "the board's bends do not come to rest";
-      break;
-    }
-    if (was_flexible && !isAnyFlexible(joint.fit)) joint.fit = solve(std::move(joint.fit), options);
-    if (joint.fit.summary.termination == Termination::kFailed) return;
-    solveUneven(uneven, joint, cancel);
-  };
-  // Any camera may have moved.
-  std::vector<std::size_t> moved;
-  std::size_t num_motions = 0;
-  do {
-    solveOnce();
-  } while (joint.fit.summary.termination != Termination::kFailed && num_motions++ < views.alone.size() &&
-           unlinkMovedViews(views, alone, joint, moved));
-  const auto solveAll = [&] {
-    while (joint.fit.summary.termination != Termination::kFailed && unlinkContradictions(views, alone, joint))
-      solveOnce();
-  };
-  solveAll();
-  if (joint.fit.summary.termination != Termination::kFailed && relink(views, moved, joint)) {
-    solveOnce();
-    solveAll();
-  }
+  JointFit joint = rigidFit(views, uneven, meanSquaresAlone(views), cancel);
   std::ranges::sort(joint.unlinked);
   joint.rig_from_board = placedByEach(joint.fit, views);
+  return joint;
+}
+
+std::optional<JointFit> looseJointFit(const JointViews& views, std::span<const std::size_t> uneven,
+                                      std::size_t most_unlinked, const CancelFlag* cancel) {
+  auto joint = looseFit(views, uneven, meanSquaresAlone(views), most_unlinked, cancel);
+  if (!joint) return std::nullopt;
+  std::ranges::sort(joint->unlinked);
+  joint->rig_from_board = placedByEach(joint->fit, views);
   return joint;
 }
 
@@ -392,12 +507,6 @@ double rmsOfCamera(const Fit& fit, std::size_t camera) {
     count += static_cast<double>(view.errors.size());
   }
   return std::sqrt(sum / count);
-}
-
-std::vector<std::vector<std::size_t>> viewsOfPlacements(const Fit& fit) {
-  std::vector<std::vector<std::size_t>> views(fit.placements.size());
-  for (std::size_t v = 0; v < fit.views.size(); ++v) views[fit.views[v].placement].push_back(v);
-  return views;
 }
 
 }  // namespace alidade

@@ -10,6 +10,7 @@
 
 #include "alidade/adjust/board/fit.h"
 #include "alidade/core/cancel.h"
+#include "alidade/rig/exposure_scatter.h"
 #include "alidade/rig/rig_start.h"
 
 namespace alidade {
@@ -23,20 +24,27 @@ struct JointFit {
   std::vector<std::size_t> unlinked = {};  ///< views that contradict their frame, ascending
   /// Pose of the board from each view alone, with the camera at its pose in the fit.
   std::vector<SE3> rig_from_board = {};
+  /// If images of a frame were not taken at one instant: the views have deviations.
+  std::optional<ExposureScatter> exposure = {};
   bool are_points_lost = false;  ///< no point positions of uneven boards fit all cameras
 };
 
 /// Solves all intrinsics, poses and board shapes together. Views whose errors exceed three times the noise
 /// contradict the others of their frame and get their own placement.
-/// @param uneven  boards whose point positions are estimated
 [[nodiscard]] JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven,
                                 const CancelFlag* cancel);
 
+/// The same where the views of a frame were not taken at one instant: each may deviate from its placement
+/// along the board's motion. Views that do so by more than three times the scatter contradict the others.
+/// Nothing if the views were taken at one instant, if the motion does not explain their differences, or if as
+/// many views contradict.
+/// @param most_unlinked  number of views that contradict without deviations
+[[nodiscard]] std::optional<JointFit> looseJointFit(const JointViews& views,
+                                                    std::span<const std::size_t> uneven,
+                                                    std::size_t most_unlinked, const CancelFlag* cancel);
+
 /// sqrt(mean of dx^2 + dy^2) over the corners of a camera, px; NaN without one.
 [[nodiscard]] double rmsOfCamera(const Fit& fit, std::size_t camera);
-
-/// The views of each placement.
-[[nodiscard]] std::vector<std::vector<std::size_t>> viewsOfPlacements(const Fit& fit);
 
 /// A step in the pose of one camera of a rig.
 struct PoseStep {

@@ -15,6 +15,7 @@
 #include "alidade/core/diagnosis.h"
 #include "alidade/geometry/dense_matrix.h"
 #include "alidade/record/camera_record.h"
+#include "alidade/rig/exposure_scatter.h"
 #include "alidade/rig/rig_frames.h"
 
 namespace alidade {
@@ -43,6 +44,7 @@ struct CameraLink {
       Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   double distance_std_m =
       std::numeric_limits<double>::quiet_NaN();  ///< of its distance from the first camera
+  double delay_std_intervals = 0;                ///< of FitCamera::delay; 0 for a fixed one
 };
 
 /// A camera of a calibrated rig.
@@ -104,6 +106,7 @@ struct RigCalibration {
   RigFrames frames = {};  ///< names by FitPlacement::frame
   RigLinks links = {};
   RigCovariance covariance = {};
+  std::optional<ExposureScatter> exposure = {};  ///< if images of a frame were not taken at one instant
   bool are_points_lost = false;   ///< a board is uneven for a camera alone, but no point positions fit all
   bool are_lenses_tested = true;  ///< given lenses were compared with freed ones, see RigCamera::misfit
   std::vector<CameraMotion> motions = {};  ///< largest effect first

@@ -152,17 +152,27 @@ RigLinks linksOf(const JointViews& views, const JointFit& joint, const std::vect
   return links;
 }
 
+// The views of a frame were taken at one instant, unless fewer of them contradict otherwise.
+JointFit bestJointFit(const JointViews& views, const std::vector<std::size_t>& uneven,
+                      const CancelFlag* cancel) {
+  JointFit joint = jointFit(views, uneven, cancel);
+  const bool has_failed = joint.fit.summary.termination == Termination::kFailed;
+  auto loose = looseJointFit(views, uneven, has_failed ? views.poses.size() : joint.unlinked.size(), cancel);
+  return loose ? *std::move(loose) : std::move(joint);
+}
+
 // Solves a rig of linked cameras.
 // @param freed  the same rig with the given lenses freed, for comparison; may be null
 RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigViews>& cameras,
                       const RigOptions& options, const RigCalibration* freed) {
   std::vector<const Fit*> fits = mapped(views.alone, [](const Calibration& alone) { return &alone.fit; });
   if (freed != nullptr) fits.push_back(&freed->fit);
-  const JointFit joint = jointFit(views, unevenBoards(fits), options.camera.cancel);
+  const JointFit joint = bestJointFit(views, unevenBoards(fits), options.camera.cancel);
   const RigCovariance covariance = rigCovariance(joint.fit, options.given, views.alone);
   RigCalibration rig{.fit = joint.fit,
                      .links = linksOf(views, joint, frames.names),
                      .covariance = covariance,
+                     .exposure = joint.exposure,
                      .are_points_lost = joint.are_points_lost,
                      .are_lenses_tested = !isAnyGiven(options) || (freed && freed->covariance.isKnown()),
                      .motions = cameraMotions(views, joint, frames.names, covariance),

@@ -44,6 +44,8 @@ void holdCameras(Fit& fit, const Fit& from) {
     std::iota(camera.constraint.held.begin(), camera.constraint.held.end(), 0);
     camera.weak_prior = {};
     camera.is_rig_pose_fixed = true;
+    camera.delay = from.cameras[c].delay;
+    camera.is_delay_fixed = true;
   }
 }
 
@@ -53,6 +55,7 @@ void addErrors(const Fit& held_out, const CancelFlag* cancel, HoldoutReport& rep
     std::vector<bool> is_out;
     for (FitView& view : fit.views) {
       view.corners = halfOf(boardOf(fit, view).target, view.corners, half);
+      if (view.deviation) view.deviation->normal.setZero();  // the other half took part in its estimate
       is_out.push_back(!givesPose(view.corners));
     }
     Fit solved = solve(withoutViews(fit, is_out), {.cancel = cancel});

@@ -10,6 +10,7 @@
 #include "alidade/adjust/noise/board_offsets.h"
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/joint_information.h"
+#include "alidade/adjust/noise/pose_deviations.h"
 #include "alidade/adjust/noise/shape_information.h"
 #include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/calibrate/uncertainty/view_evidence.h"
@@ -176,7 +177,7 @@ RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<Camera
   const Eigen::MatrixXd directions = jointDirections(fit, columns, information);
   const auto num_free =
       static_cast<int>(directions.cols() + 6 * static_cast<Eigen::Index>(fit.placements.size())) +
-      static_cast<int>(std::lround(numFreeOffsets(fit)));
+      static_cast<int>(std::lround(numFreeOffsets(fit) + deviationScatter(fit).num_free));
   const double variance = coordinateVariance(errors, fit.loss, num_free);
   const ScaledInverse inverse = scaledInverse(directions.transpose() * information * directions);
   const auto by_frames =
@@ -238,6 +239,8 @@ std::vector<CameraLink> cameraLinks(const Fit& fit, const RigCovariance& covaria
   for (std::size_t c = 0; c < links.size(); ++c) {
     if (columns.pose[c] < 0) setPoseStd(Eigen::Matrix<double, 6, 6>::Zero(), {}, links[c]);
     if (!covariance.isKnown()) continue;
+    if (columns.delay[c] >= 0)
+      links[c].delay_std_intervals = std::sqrt(covariance.matrix.view()(columns.delay[c], columns.delay[c]));
     links[c].partner = partnerOf(fit, c);
     links[c].transfer_px = transferErrorPx(fit, columns, c, links[c].partner, covariance.matrix);
     if (columns.pose[c] < 0) continue;

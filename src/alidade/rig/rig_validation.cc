@@ -42,6 +42,7 @@ Fit statedFit(const RigRecord& rig, const Fit& freed, const CancelFlag* cancel) 
   for (std::size_t c = 0; c < stated.cameras.size(); ++c) {
     stated.cameras[c].camera_from_rig = statedPose(rig, c);
     stated.cameras[c].is_rig_pose_fixed = true;
+    stated.cameras[c].is_delay_fixed = true;
   }
   return solve(std::move(stated), {.cancel = cancel});
 }
@@ -131,7 +132,8 @@ struct CommonPoint {
   Eigen::Vector3d on_board;
 };
 
-// The common points of each placement; none on boards of discs, whose centroids do not project to centroids.
+// The common points of each placement; none on boards of discs, whose centroids do not project to centroids,
+// and none of views that were not taken at one instant.
 std::vector<std::vector<CommonPoint>> commonPoints(const Fit& fit) {
   std::vector<std::vector<CommonPoint>> points;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
@@ -139,6 +141,7 @@ std::vector<std::vector<CommonPoint>> commonPoints(const Fit& fit) {
       continue;
     std::map<int, CommonPoint> of_corner;
     for (const std::size_t v : of_placement) {
+      if (fit.views[v].deviation) continue;
       for (const Observation& corner : cornersOnShape(fit, fit.views[v])) {
         of_corner[corner.id].pixels.push_back({.camera = fit.views[v].camera, .pixel = corner.pixel});
         of_corner[corner.id].on_board = corner.p_board;

@@ -32,13 +32,19 @@ std::string_view terminationName(Termination termination) {
   return kNames.at(static_cast<std::size_t>(termination));
 }
 
+SE3::Tangent deviationTangent(const Fit& fit, const FitView& view) {
+  return view.deviation->tangent(fit.cameras[view.camera].delay);
+}
+
 SE3 cameraFromBoard(const Fit& fit, const FitView& view) {
-  return fit.cameras[view.camera].camera_from_rig * fit.placements[view.placement].rig_from_board;
+  const SE3 placed = fit.cameras[view.camera].camera_from_rig * fit.placements[view.placement].rig_from_board;
+  return view.deviation ? placed * SE3::exp(deviationTangent(fit, view)) : placed;
 }
 
 void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_board) {
+  const SE3 rig_from_board = fit.cameras[view.camera].camera_from_rig.inverse() * camera_from_board;
   fit.placements[view.placement].rig_from_board =
-      fit.cameras[view.camera].camera_from_rig.inverse() * camera_from_board;
+      view.deviation ? rig_from_board * SE3::exp(-deviationTangent(fit, view)) : rig_from_board;
 }
 
 std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
@@ -68,6 +74,12 @@ BoardShape shapeIn(const FitBoard& board, const FitView& view) {
 
 std::string boardSuffix(const Fit& fit, std::size_t board) {
   return fit.boards.size() > 1 ? " (" + fit.boards[board].target.spec() + ")" : std::string();
+}
+
+std::vector<std::vector<std::size_t>> viewsOfPlacements(const Fit& fit) {
+  std::vector<std::vector<std::size_t>> views(fit.placements.size());
+  for (std::size_t v = 0; v < fit.views.size(); ++v) views[fit.views[v].placement].push_back(v);
+  return views;
 }
 
 std::size_t numViews(const Fit& fit, std::size_t board) {

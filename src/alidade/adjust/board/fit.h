@@ -48,6 +48,9 @@ struct FitCamera {
   CornerNoise noise = {};  ///< of its corners
   SE3 camera_from_rig = {};
   bool is_rig_pose_fixed = true;
+  double delay =
+      0;  ///< of its images within each frame, in intervals between frames; for views with a PoseDeviation
+  bool is_delay_fixed = true;
 };
 
 /// How a board bends differently in each view about its own shape, see estimateFlex(); FitView::flex_m are
@@ -80,6 +83,27 @@ struct FitPlacement {
   SE3 rig_from_board = {};
 };
 
+/// Deviation of a board's pose in one view from its placement, because the image was taken a moment before or
+/// after the others of its frame: a tangent of camera_from_board. The board moves along its path through the
+/// frames for the camera's delay, and scatters in time and about the path.
+struct PoseDeviation {
+  static constexpr int kSize = 7;
+  using Normal = Eigen::Matrix<double, kSize, 1>;
+
+  SE3::Tangent velocity = SE3::Tangent::Zero();      ///< of the board, per interval between frames
+  SE3::Tangent acceleration = SE3::Tangent::Zero();  ///< per interval squared
+  /// Effects of the scatter's coordinates, one standard deviation each: of the time, then of the path.
+  Eigen::Matrix<double, 6, kSize> root = Eigen::Matrix<double, 6, kSize>::Zero();
+  /// The scatter in these coordinates, which are independent with variance 1 if the weights of corners are
+  /// inverse variances. Estimated by solve().
+  Normal normal = Normal::Zero();
+
+  [[nodiscard]] SE3::Tangent tangent(double delay) const {
+    return delay * velocity + delay * delay / 2 * acceleration + root * normal;
+  }
+  [[nodiscard]] SE3::Tangent tangentByDelay(double delay) const { return velocity + delay * acceleration; }
+};
+
 /// One board in one image.
 struct FitView {
   std::size_t camera = 0;                    ///< index into Fit::cameras
@@ -89,6 +113,7 @@ struct FitView {
   std::vector<Eigen::Vector2d> errors = {};  ///< projected minus observed, px, not weighted; set by solve()
   std::string image = {};                    ///< its name; may be empty
   Eigen::Vector2d flex_m{0, 0};              ///< bend_x and bend_y that the board has in this view only
+  std::optional<PoseDeviation> deviation = {};
 };
 
 enum class Termination {
@@ -129,9 +154,12 @@ struct Fit {
   SolveSummary summary = {};
 };
 
+/// The deviation of a view that has one, as a tangent of camera_from_board.
+[[nodiscard]] SE3::Tangent deviationTangent(const Fit& fit, const FitView& view);
+
 /// The pose of the board in the camera frame.
 [[nodiscard]] SE3 cameraFromBoard(const Fit& fit, const FitView& view);
-/// Moves the placement of the view; the camera keeps its place in the rig.
+/// Moves the placement of the view; the camera keeps its place in the rig, and the view its deviation.
 void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_board);
 
 /// The only camera, or the only board, of a fit.
@@ -170,6 +198,9 @@ requires std::is_same_v<const AnyFit, const Fit>
 
 /// Number of offset coordinates of all boards, and bends of single views, that the corners determine.
 [[nodiscard]] double numFreeOffsets(const Fit& fit);
+
+/// The views of each placement.
+[[nodiscard]] std::vector<std::vector<std::size_t>> viewsOfPlacements(const Fit& fit);
 
 /// The number of views that show a board.
 [[nodiscard]] std::size_t numViews(const Fit& fit, std::size_t board);

@@ -111,7 +111,9 @@ class Bundle {
     for (const FitBoard& board : fit.boards) shapes_.push_back({board.shape.bend_x_m, board.shape.bend_y_m});
     for (const FitPlacement& placement : fit.placements)
       placements_.push_back(toBlock(placement.rig_from_board));
-    for (const FitView& view : fit.views) add(view);
+    for (const FitView& view : fit.views)
+      deviations_.push_back(view.deviation.value_or(PoseDeviation()).normal);
+    for (std::size_t v = 0; v < fit.views.size(); ++v) add(v);
     for (FitCamera& camera : fit.cameras) {
       const LensPrior& prior = camera.weak_prior.prior;
       if (prior.isNone() || !problem_->HasParameterBlock(camera.params.data())) continue;
@@ -187,15 +189,26 @@ class Bundle {
     }
     for (std::size_t i = 0; i < placements_.size(); ++i)
       fit_.placements[i].rig_from_board = fromBlock(placements_[i].data());
+    for (std::size_t v = 0; v < deviations_.size(); ++v) {
+      if (fit_.views[v].deviation) fit_.views[v].deviation->normal = deviations_[v];
+    }
   }
 
  private:
-  void add(const FitView& view) {
+  void add(std::size_t v) {
+    const FitView& view = fit_.views[v];
     auto block = std::make_unique<ViewBlock>(fit_, view);
     double* placement = placements_[view.placement].data();
     std::vector<double*> blocks = {fit_.cameras[view.camera].params.data(), placement};
     if (block->hasRigPose()) blocks.push_back(rig_poses_[view.camera].data());
     if (block->hasShape()) blocks.push_back(shapes_[boardIndex(fit_, view)].data());
+    if (view.deviation) {
+      blocks.push_back(deviations_[v].data());
+      problem_->AddResidualBlock(priorBlock(PoseDeviation::Normal::Ones(), PoseDeviation::Normal::Zero()),
+                                 nullptr, blocks.back());
+      has_deviations_ = true;
+      if (!fit_.cameras[view.camera].is_delay_fixed) blocks.push_back(&fit_.cameras[view.camera].delay);
+    }
     num_residuals_ += 2 * static_cast<double>(view.corners.size());
     problem_->AddResidualBlock(block.release(), nullptr, blocks);
     problem_->SetManifold(placement, &pose_manifold_);
@@ -203,8 +216,9 @@ class Bundle {
       problem_->SetManifold(blocks[2], &pose_manifold_);
   }
 
-  // Placements are eliminated first, because no view has two of them. Each other block has its own group,
-  // because Ceres orders blocks within a group by address, and the order affects rounding.
+  // Placements are eliminated first, because no view has two of them; or deviations, if there are any,
+  // because no two views share one. Each other block has its own group, because Ceres orders blocks within a
+  // group by address, and the order affects rounding.
   [[nodiscard]] ceres::Solver::Options solverOptions() {
     ceres::Solver::Options options;
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -215,10 +229,12 @@ class Bundle {
       ordering->AddElementToGroup(block, is_shared ? ++group : 0);
       has_shared = has_shared || (is_shared && !problem_->IsParameterBlockConstant(block));
     };
-    for (PoseBlock& placement : placements_) append(placement.data(), false);
+    for (PoseDeviation::Normal& deviation : deviations_) append(deviation.data(), false);
+    for (PoseBlock& placement : placements_) append(placement.data(), has_deviations_);
     for (FitCamera& camera : fit_.cameras) append(camera.params.data(), true);
     for (PoseBlock& rig_pose : rig_poses_) append(rig_pose.data(), true);
     for (auto& shape : shapes_) append(shape.data(), true);
+    for (FitCamera& camera : fit_.cameras) append(&camera.delay, true);
     // The sparse factorisation tolerates Schur complements that are nearly singular by rounding. The dense
     // one fails on them and reports it on standard error. Without shared unknowns, each placement is solved
     // separately.
@@ -257,6 +273,8 @@ class Bundle {
   std::vector<std::unique_ptr<LinearManifold>> manifolds_;  // one per camera
   std::vector<PoseBlock> rig_poses_;
   std::vector<PoseBlock> placements_;
+  std::vector<PoseDeviation::Normal> deviations_;  // of each view
+  bool has_deviations_ = false;
   std::vector<std::array<double, 2>> shapes_;
   std::unique_ptr<ceres::Problem> problem_;
   double num_residuals_ = 0;

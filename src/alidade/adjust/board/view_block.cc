@@ -2,6 +2,7 @@
 #include "alidade/adjust/board/view_block.h"
 
 #include <cmath>
+#include <optional>
 
 #include "alidade/adjust/board/manifolds.h"
 #include "alidade/adjust/board/reduced.h"
@@ -27,6 +28,10 @@ ViewBlock::ViewBlock(const Fit& fit, const FitView& view)
   mutable_parameter_block_sizes()->push_back(7);
   if (has_rig_pose_) mutable_parameter_block_sizes()->push_back(7);
   if (has_shape_) mutable_parameter_block_sizes()->push_back(kNumBends);
+  if (view.deviation) {
+    mutable_parameter_block_sizes()->push_back(PoseDeviation::kSize);
+    if (!camera_.is_delay_fixed) mutable_parameter_block_sizes()->push_back(1);
+  }
   set_num_residuals(static_cast<int>(kPose) + kernel_.numParams() + (has_shape_ ? kNumBends : 0) + 1);
 }
 
@@ -34,8 +39,16 @@ bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double*
   const double* params = blocks[0];
   const SE3 rig_from_board = fromBlock(blocks[1]);
   const SE3 camera_from_rig = has_rig_pose_ ? fromBlock(blocks[2]) : camera_.camera_from_rig;
-  const SE3 camera_from_board = camera_from_rig * rig_from_board;
-  const double* shape = has_shape_ ? blocks[has_rig_pose_ ? 3 : 2] : nullptr;
+  const int shape_block = has_rig_pose_ ? 3 : 2;
+  const int deviation_block = shape_block + (has_shape_ ? 1 : 0);
+  const bool has_delay = view_.deviation && !camera_.is_delay_fixed;
+  std::optional<PoseDeviation> deviation = view_.deviation;
+  if (deviation) deviation->normal = Eigen::Map<const PoseDeviation::Normal>(blocks[deviation_block]);
+  const double delay = has_delay ? *blocks[deviation_block + 1] : camera_.delay;
+  const Vector6d tangent = deviation ? deviation->tangent(delay) : Vector6d(Vector6d::Zero());
+  const SE3 placed = camera_from_rig * rig_from_board;
+  const SE3 camera_from_board = deviation ? placed * SE3::exp(tangent) : placed;
+  const double* shape = has_shape_ ? blocks[shape_block] : nullptr;
   Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
   if (jacobians == nullptr) {
     // Residuals with the same sum of squares have the same cost, so all of it goes into one.
@@ -54,12 +67,19 @@ bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double*
     if (jacobians[block] != nullptr) Eigen::Map<RowMajorMatrix>(jacobians[block], J.rows(), J.cols()) = J;
   };
   write(0, rows.middleCols(kPose, num_params));
+  if (deviation) {
+    // P Exp(zeta) Exp(d) = P Exp(d) Exp(Ad(Exp(-d)) zeta).
+    const Eigen::MatrixXd by_tangent = rows.leftCols<kPose>() * SE3::rightJacobian(tangent);
+    write(deviation_block, by_tangent * deviation->root);
+    if (has_delay) write(deviation_block + 1, by_tangent * deviation->tangentByDelay(delay));
+    rows.leftCols<kPose>() = (rows.leftCols<kPose>() * SE3::exp(-tangent).adjoint()).eval();
+  }
   write(1, rows.leftCols<kPose>() * tangentByBlock(blocks[1]));
   if (has_rig_pose_) {
     // C Exp(eta) B = C B Exp(Ad(B^-1) eta).
     write(2, rows.leftCols<kPose>() * (rig_from_board.inverse().adjoint() * tangentByBlock(blocks[2])));
   }
-  if (has_shape_) write(has_rig_pose_ ? 3 : 2, rows.middleCols<kNumBends>(kPose + num_params));
+  if (has_shape_) write(shape_block, rows.middleCols<kNumBends>(kPose + num_params));
   return true;
 }
 

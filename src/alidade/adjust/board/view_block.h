@@ -9,7 +9,8 @@
 namespace alidade {
 
 /// The residual block of a view. Its parameter blocks are the intrinsics (N), rig_from_board (SE3Manifold)
-/// and, if they are estimated, camera_from_rig (SE3Manifold) and the board's shape (2).
+/// and, if they are estimated, camera_from_rig (SE3Manifold), the board's shape (2), the scatter of the
+/// view's deviation (7) and the camera's delay (1).
 ///
 /// A view has two residuals per corner, and the run time of Ceres is proportional to the number of residuals.
 /// The block therefore sums the corners' normal equations [J r]^T [J r], with the loss of each corner, and

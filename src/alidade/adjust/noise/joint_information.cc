@@ -16,10 +16,10 @@ namespace {
 constexpr int kPoseSize = 6;
 using PoseRows = Eigen::Matrix<double, kPoseSize, Eigen::Dynamic>;
 
-// The columns that are eliminated from the equations of a placement: its pose, and the bends that a flexible
-// board has there.
-int numOwn(const FitBoard& board) {
-  return kPoseSize + (board.isFlexible() ? kNumBends : 0);
+// The columns that are eliminated from the equations of a placement: its pose, the bends that a flexible
+// board has there, and the deviations of its views.
+int numOwn(const FitBoard& board, int num_deviations) {
+  return kPoseSize + (board.isFlexible() ? kNumBends : 0) + PoseDeviation::kSize * num_deviations;
 }
 
 // Sums of products over the views of a placement. Their columns are those of the placement, the unknowns of
@@ -30,28 +30,67 @@ struct PlacementSums {
   Eigen::MatrixXd shifts;  // of each point's offset with itself, 3 x 3
 };
 
-// C Exp(eta) P Exp(zeta) = C P Exp(Ad(P^-1) eta + zeta): the columns of the pose are those of the placement
-// and, through the adjoint, those of the camera.
+// Some columns, and the tangent of camera_from_board by each.
+struct PoseColumns {
+  Eigen::Index first;
+  Matrix6d tangent;  // of these columns, then zeros
+  Eigen::Index count = kPoseSize;
+};
+
+PoseColumns oneColumn(Eigen::Index at, const Vector6d& tangent) {
+  PoseColumns one{at, Matrix6d::Zero(), 1};
+  one.tangent.col(0) = tangent;
+  return one;
+}
+
+// The columns of the sums that move the pose of a view: those of its placement, its deviation, its camera's
+// pose and its camera's delay. C Exp(eta) P Exp(zeta) Exp(d) = C P Exp(d) Exp(Ad(Exp(-d)) (Ad(P^-1) eta +
+// zeta)).
+// @param num_own    number of columns before those of the fit
+// @param deviation  the first column of the deviation
+std::vector<PoseColumns> poseColumns(const Fit& fit, const FitView& view, const JointColumns& columns,
+                                     Eigen::Index num_own, Eigen::Index deviation) {
+  Matrix6d moved = Matrix6d::Identity();
+  std::vector<PoseColumns> all = {{0, moved}};
+  if (view.deviation) {
+    const Vector6d tangent = deviationTangent(fit, view);
+    const Matrix6d jacobian = SE3::rightJacobian(tangent);
+    moved = SE3::exp(-tangent).adjoint();
+    all = {{0, moved},
+           {deviation, jacobian * view.deviation->root.leftCols<kPoseSize>()},
+           oneColumn(deviation + kPoseSize, jacobian * view.deviation->root.col(kPoseSize))};
+    if (columns.delay[view.camera] >= 0) {
+      const double delay = fit.cameras[view.camera].delay;
+      all.push_back(
+          oneColumn(num_own + columns.delay[view.camera], jacobian * view.deviation->tangentByDelay(delay)));
+    }
+  }
+  if (columns.pose[view.camera] >= 0) {
+    all.push_back({num_own + columns.pose[view.camera],
+                   moved * fit.placements[view.placement].rig_from_board.inverse().adjoint()});
+  }
+  return all;
+}
+
+// @param deviation  the first column of the view's deviation, if it has one
 void add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWeights weights,
-         PlacementSums& sums) {
+         Eigen::Index num_own, Eigen::Index deviation, PlacementSums& sums) {
   const FitCamera& camera = fit.cameras[view.camera];
   const std::size_t b = boardIndex(fit, view);
   const Board& board = fit.boards[b].target;
-  const int num_own = numOwn(fit.boards[b]);
-  const bool has_flex = num_own > kPoseSize;
+  const bool has_flex = fit.boards[b].isFlexible();
   const bool has_bend = columns.bend[b] >= 0;
   const auto shifts =
       columns.offsets[b] >= 0 ? detail::PointShifts::kInclude : detail::PointShifts::kLeaveOut;
   const detail::ViewGram gram =
       detail::gramOf(camera.model, camera.params, cameraFromBoard(fit, view), cornersOnShape(fit, view),
                      fit.loss, weights, has_bend || has_flex ? bendColumns(&board) : ExtraColumns(), shifts);
-  // For each column of the view, the column of the sums; -1 if it is not estimated.
+  // For each column of the view after the pose, the column of the sums; -1 if it is not estimated.
   std::vector<Eigen::Index> to;
   const auto place = [&](int first, Eigen::Index count) {
     for (Eigen::Index i = 0; i < count; ++i) to.push_back(first < 0 ? -1 : num_own + first + i);
   };
   const auto num_params = static_cast<Eigen::Index>(camera.params.size());
-  for (Eigen::Index i = 0; i < kPoseSize; ++i) to.push_back(i);
   place(columns.params[view.camera], num_params);
   if (has_flex) to.insert(to.end(), {kPoseSize, kPoseSize + 1});
   if (!has_flex && has_bend) place(columns.bend[b], kNumBends);
@@ -59,41 +98,47 @@ void add(const Fit& fit, const FitView& view, const JointColumns& columns, LossW
   const auto at = [&](Eigen::Index i, Eigen::Index j) -> double& {
     return sums.lower(std::max(i, j), std::min(i, j));
   };
-  const Eigen::Index size = gram.lower.rows();
+  const Eigen::Index size = gram.lower.rows() - kPoseSize;
   for (Eigen::Index j = 0; j < size; ++j) {
     const Eigen::Index column = to[static_cast<std::size_t>(j)];
     if (column < 0) continue;
     for (Eigen::Index i = j; i < size; ++i) {
       const Eigen::Index row = to[static_cast<std::size_t>(i)];
-      if (row >= 0) at(row, column) += gram.lower(i, j);
+      if (row >= 0) at(row, column) += gram.lower(kPoseSize + i, kPoseSize + j);
     }
     for (std::size_t k = 0; k < gram.ids.size(); ++k) {
       sums.points.col(column).segment<3>(3 * gram.ids[k]) +=
-          gram.points.col(j).segment<3>(3 * static_cast<Eigen::Index>(k));
+          gram.points.col(kPoseSize + j).segment<3>(3 * static_cast<Eigen::Index>(k));
     }
   }
   for (std::size_t k = 0; k < gram.ids.size(); ++k)
     sums.shifts.middleRows<3>(3 * gram.ids[k]) +=
         gram.points.block<3, 3>(3 * static_cast<Eigen::Index>(k), 0);
-  if (columns.pose[view.camera] < 0) return;
-  const Eigen::Index first = num_own + columns.pose[view.camera];
   const Matrix6d pose = gram.lower.topLeftCorner<kPoseSize, kPoseSize>().selfadjointView<Eigen::Lower>();
-  const Matrix6d to_camera = fit.placements[view.placement].rig_from_board.inverse().adjoint();
-  const Matrix6d with_own = pose * to_camera;
-  const Matrix6d with_itself = to_camera.transpose() * pose * to_camera;
-  const PoseRows rows = gram.lower.bottomLeftCorner(size - kPoseSize, kPoseSize).transpose();
-  const PoseRows with_rest = to_camera.transpose() * rows;
-  for (Eigen::Index i = 0; i < kPoseSize; ++i) {
-    for (Eigen::Index j = 0; j < kPoseSize; ++j) at(first + i, j) += with_own(j, i);
-    for (Eigen::Index j = 0; j <= i; ++j) at(first + i, first + j) += with_itself(i, j);
-    for (Eigen::Index j = 0; j < rows.cols(); ++j) {
-      const Eigen::Index column = to[static_cast<std::size_t>(kPoseSize + j)];
-      if (column >= 0) at(first + i, column) += with_rest(i, j);
+  const PoseRows rest = gram.lower.bottomLeftCorner(size, kPoseSize).transpose();
+  const std::vector<PoseColumns> moves = poseColumns(fit, view, columns, num_own, deviation);
+  for (auto one = moves.begin(); one != moves.end(); ++one) {
+    for (auto other = moves.begin(); other <= one; ++other) {
+      const Matrix6d product = one == other
+                                   ? Matrix6d((one->tangent.transpose() * pose * one->tangent).transpose())
+                                   : Matrix6d(other->tangent.transpose() * (pose * one->tangent));
+      for (Eigen::Index i = 0; i < one->count; ++i) {
+        for (Eigen::Index j = 0; j < (one == other ? i + 1 : other->count); ++j)
+          at(one->first + i, other->first + j) += product(j, i);
+      }
     }
-  }
-  for (std::size_t k = 0; k < gram.ids.size(); ++k) {
-    sums.points.block<3, kPoseSize>(3 * gram.ids[k], first) +=
-        gram.points.block<3, kPoseSize>(3 * static_cast<Eigen::Index>(k), 0) * to_camera;
+    const PoseRows with_rest = one->tangent.transpose() * rest;
+    for (Eigen::Index i = 0; i < one->count; ++i) {
+      for (Eigen::Index j = 0; j < size; ++j) {
+        const Eigen::Index column = to[static_cast<std::size_t>(j)];
+        if (column >= 0) at(one->first + i, column) += with_rest(i, j);
+      }
+    }
+    for (std::size_t k = 0; k < gram.ids.size(); ++k) {
+      sums.points.block(3 * gram.ids[k], one->first, 3, one->count) +=
+          gram.points.block<3, kPoseSize>(3 * static_cast<Eigen::Index>(k), 0) *
+          one->tangent.leftCols(one->count);
+    }
   }
 }
 
@@ -110,7 +155,10 @@ PlacementEquations equationsOf(const Fit& fit, std::span<const FitView* const> v
                                const JointColumns& columns, LossWeights weights) {
   const std::size_t b = boardIndex(fit, *views.front());
   const FitBoard& board = fit.boards[b];
-  const Eigen::Index num_own = numOwn(board);
+  const auto num_deviations = static_cast<int>(
+      std::ranges::count_if(views, [](const FitView* view) { return view->deviation.has_value(); }));
+  const Eigen::Index num_own = numOwn(board, num_deviations);
+  Eigen::Index deviation = numOwn(board, 0);
   const Eigen::Index error = num_own + columns.num_others;
   const Eigen::Index num_offsets = columns.offsets[b] < 0 ? 0 : 3 * board.target.numCorners();
   PlacementEquations equations{.sums = {.lower = Eigen::MatrixXd::Zero(error + 1, error + 1),
@@ -121,8 +169,14 @@ PlacementEquations equationsOf(const Fit& fit, std::span<const FitView* const> v
                                .mixed = Eigen::MatrixXd::Zero(num_own, columns.count),
                                .first_offset = columns.offsets[b]};
   PlacementSums& sums = equations.sums;
-  for (const FitView* view : views) add(fit, *view, columns, weights, sums);
-  for (Eigen::Index i = kPoseSize; i < num_own; ++i) {
+  for (const FitView* view : views) {
+    add(fit, *view, columns, weights, num_own, deviation, sums);
+    if (!view->deviation) continue;
+    sums.lower.diagonal().segment<PoseDeviation::kSize>(deviation).array() += 1;
+    sums.lower.row(error).segment<PoseDeviation::kSize>(deviation) += view->deviation->normal.transpose();
+    deviation += PoseDeviation::kSize;
+  }
+  for (Eigen::Index i = kPoseSize; i < numOwn(board, 0); ++i) {
     sums.lower(i, i) += board.flex.precision;
     sums.lower(error, i) += board.flex.precision * views.front()->flex_m(i - kPoseSize);
   }
@@ -197,6 +251,7 @@ JointColumns jointColumns(const Fit& fit, Offsets offsets) {
   for (const FitCamera& camera : fit.cameras)
     columns.pose.push_back(take(!camera.is_rig_pose_fixed, kPoseSize));
   for (const FitBoard& board : fit.boards) columns.bend.push_back(take(!board.is_shape_fixed, kNumBends));
+  for (const FitCamera& camera : fit.cameras) columns.delay.push_back(take(!camera.is_delay_fixed, 1));
   columns.num_others = columns.count;
   for (const FitBoard& board : fit.boards) {
     const bool is_free = offsets == Offsets::kInclude && board.isUneven();
@@ -239,7 +294,9 @@ JointEquations jointEquations(const Fit& fit, const JointColumns& columns, LossW
   const Eigen::Index num_offsets = columns.count - columns.num_others;
   Eigen::Index most_roots = 0;
   for (const FitPlacement& placement : fit.placements)
-    most_roots += columns.offsets[placement.board] < 0 ? 0 : numOwn(fit.boards[placement.board]);
+    most_roots += columns.offsets[placement.board] < 0 ? 0 : numOwn(fit.boards[placement.board], 0);
+  for (const FitView& view : fit.views)
+    most_roots += view.deviation && columns.offsets[boardIndex(fit, view)] >= 0 ? PoseDeviation::kSize : 0;
   const bool are_few = most_roots < num_offsets;
   JointEquations all{.information = Eigen::MatrixXd::Zero(columns.count, columns.num_others),
                      .of_offsets = {.sign = -1},

@@ -412,6 +412,9 @@ json documentOfRig(const RigCalibration& rig) {
                        {"rms_px", camera.rms_px},
                        {"alone_rms_px", camera.alone_rms_px},
                        {"transfer_px", camera.link.transfer_px}});
+    if (!rig.exposure) continue;
+    cameras.back()["delay_intervals"] = fitted.delay;
+    cameras.back()["delay_std_intervals"] = camera.link.delay_std_intervals;
   }
   json motions = json::array();
   for (const CameraMotion& motion : rig.motions) {
@@ -421,20 +424,26 @@ json documentOfRig(const RigCalibration& rig) {
                        {"effect_px", motion.effect_px},
                        {"num_views_after", motion.num_after}});
   }
-  return {{"verdict", verdictName(rig.verdict())},
-          {"rms_px", rms(rig.fit)},
-          {"num_frames", numLinkedFrames(rig)},
-          {"num_linked", rig.links.num_linked},
-          {"num_renumbered", rig.links.num_renumbered},
-          {"holdout_rms_px", rig.holdout.rms_px},
-          {"time_spread", rig.frames.time_spread},
-          {"unlinked", imagesJson(rig, rig.links.unlinked)},
-          {"unmatched", imagesJson(rig, rig.frames.unmatched)},
-          {"motions", std::move(motions)},
-          {"cameras", std::move(cameras)},
-          {"board_shape",
-           ofEachBoard(rig.fit, [&](std::size_t board) { return fittedShapeJson(rig.fit, board); })},
-          {"diagnoses", rig.diagnoses}};
+  json document = {{"verdict", verdictName(rig.verdict())},
+                   {"rms_px", rms(rig.fit)},
+                   {"num_frames", numLinkedFrames(rig)},
+                   {"num_linked", rig.links.num_linked},
+                   {"num_renumbered", rig.links.num_renumbered},
+                   {"holdout_rms_px", rig.holdout.rms_px},
+                   {"time_spread", rig.frames.time_spread},
+                   {"unlinked", imagesJson(rig, rig.links.unlinked)},
+                   {"unmatched", imagesJson(rig, rig.frames.unmatched)},
+                   {"motions", std::move(motions)},
+                   {"cameras", std::move(cameras)},
+                   {"board_shape",
+                    ofEachBoard(rig.fit, [&](std::size_t board) { return fittedShapeJson(rig.fit, board); })},
+                   {"diagnoses", rig.diagnoses}};
+  if (rig.exposure) {
+    document["exposure"] = {{"std_intervals", rig.exposure->std_intervals},
+                            {"shift_m", rig.exposure->shift_m},
+                            {"shift_px", rig.exposure->shift_px}};
+  }
+  return document;
 }
 
 }  // namespace

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "alidade/adjust/board/fit.h"
+#include "alidade/geometry/se3.h"
+#include "alidade/rig/exposure_scatter.h"
+
+namespace alidade {
+
+/// Scatter of the deviations of views.
+struct Scatter {
+  double std_intervals = 0;  ///< standard deviation of the times, in intervals between frames
+  double path =
+      0;  ///< standard deviation about the path, in half the change of velocity between frames for that time
+};
+
+/// Lets the board's pose in each view that shares its placement deviate along the board's path, as it does if
+/// cameras take a frame at slightly different times, with a delay for each camera but the first and a scatter
+/// of the times. The path is that of the present placements.
+void followPaths(const Scatter& scatter, Fit& fit);
+
+/// The same with a scatter that covers the differences of the poses from single views.
+/// @param rig_from_board  pose of the board from each view alone
+/// @returns the scatter; zero if too few views share placements
+Scatter startDeviations(const std::vector<SE3>& rig_from_board, Fit& fit);
+
+/// The displacement of boards and corners by the deviations of the views.
+[[nodiscard]] ExposureScatter exposureScatter(double std_intervals, const Fit& fit);
+
+}  // namespace alidade
