@@ -175,6 +175,7 @@ GivenViews readCorners(const BoardInputs& inputs, const CommonOptions& options) 
 ImageSet openInputs(const BoardInputs& inputs, const CommonOptions& options, const ContentCache* cache) {
   ProgressBar bar("choosing frames", options.quiet);
   return openImages(inputs.inputs, {.num_frames = inputs.num_frames,
+                                    .are_even = inputs.are_frames_even,
                                     .num_jobs = options.jobs,
                                     .progress = bar.reporter(),
                                     .cancel = options.cancel,
@@ -353,11 +354,13 @@ void BoardInputs::addBoards(Flags& flags) {
 void BoardInputs::addDetection(Flags& flags, bool has_debug) {
   flags.under(kBoardGroup);
   // The default is not an effective setting, because it means nothing for photographs.
-  flags.add("--frames", &num_frames,
-            fmt::format("How many frames of each video or image sequence to search for boards: sharp ones "
-                        "that differ from each other (default: {})",
-                        num_frames),
-            {.complaint = [](const std::string& text) { return wholeComplaint(text, 1, 10000); }});
+  flags.add(
+      "--frames", &num_frames,
+      fmt::format("How many frames of each video or image sequence to search for boards: {} (default: {})",
+                  are_frames_even ? "of videos, the most evenly spaced ones up to this number"
+                                  : "sharp ones that differ from each other",
+                  num_frames),
+      {.complaint = [](const std::string& text) { return wholeComplaint(text, 1, 10000); }});
   flags.add("--cache", &cache,
             "Folder for the results of detection. Images that it knows are not searched again",
             aside(kFolder));

@@ -63,6 +63,19 @@ TEST_F(OpenImages, ReadsChosenFramesOfAVideoInAnyOrder) {
   EXPECT_EQ(std::accumulate(are_same.begin(), are_same.end(), 0), 25);
 }
 
+TEST_F(OpenImages, ReadsFramesOfEqualNumbersFromSeveralVideos) {
+  writeVideo(path("a.avi"), movingSquares(120));
+  writeVideo(path("b.avi"), movingSquares(101));
+  const ImageSet images = open({"a.avi", "b.avi"}, {.num_frames = 25, .are_even = true});
+  ASSERT_EQ(images.size(), 15u + 13u);  // every eighth
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const std::size_t number = 8 * (i < 15 ? i : i - 15);
+    EXPECT_THAT(images.name(i), testing::EndsWith((i < 15 ? "a.avi@" : "b.avi@") + std::to_string(number)));
+    EXPECT_EQ(images.sequenceOf(i), std::nullopt);
+  }
+  EXPECT_EQ(open({"a.avi"}, {.num_frames = 120, .are_even = true}).size(), 120u);
+}
+
 TEST_F(OpenImages, MakesAnUnreadableImageOfABadVideo) {
   writeVideo(path("clip.avi"), movingSquares(60));
   const std::string bytes = scratch_.read("clip.avi");

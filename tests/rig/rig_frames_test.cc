@@ -34,6 +34,17 @@ TEST(RigFrames, MatchesTheLastNumbers) {
   EXPECT_THAT(frames.frame_of, ElementsAre(ElementsAre(0, 2), ElementsAre(2, 1)));
 }
 
+TEST(RigFrames, MatchesFramesOfVideos) {
+  const std::vector<RigViews> cameras = {camera("a", {"clips/cam_0.mp4@0", "clips/cam_0.mp4@16"}),
+                                         camera("b", {"cam_1.avi@16", "cam_1.avi@32"})};
+  const RigFrames frames = matchFrames(cameras);
+  EXPECT_THAT(frames.names, ElementsAre("0", "16", "32"));
+  EXPECT_THAT(frames.frame_of, ElementsAre(ElementsAre(0, 1), ElementsAre(1, 2)));
+  const std::vector<RigViews> same_name = {camera("a", {"clip.mp4@3", "clip.mp4@12"}),
+                                           camera("b", {"clip.mp4@12"})};
+  EXPECT_THAT(matchFrames(same_name).frame_of, ElementsAre(ElementsAre(0, 1), ElementsAre(1)));
+}
+
 TEST(RigFrames, TakesViewsOfSeveralBoardsInOneImage) {
   std::vector<RigViews> cameras = {camera("a", {"1.png", "1.png"}), camera("b", {"1.png"})};
   cameras[0].views[1].board = 1;

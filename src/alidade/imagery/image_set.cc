@@ -140,7 +140,8 @@ class VideoFrames {
 };
 
 void addItems(const std::string& path, const VideoIdentity& identity, const std::vector<std::size_t>& numbers,
-              std::size_t sequence, const CancelFlag* cancel, std::vector<ImageSet::Item>& items) {
+              std::optional<std::size_t> sequence, const CancelFlag* cancel,
+              std::vector<ImageSet::Item>& items) {
   const auto frames = std::make_shared<VideoFrames>(path, identity, numbers, cancel);
   for (const std::size_t number : numbers) {
     items.push_back({.name = path + "@" + std::to_string(number),
@@ -196,15 +197,37 @@ Error unreadableVideo(const std::string& path, std::string found, std::string ne
                      .next_step = std::move(next_step)});
 }
 
+// Every frame, or every second, fourth, ... one, so that there are at most as many as wanted.
+class EvenFrames {
+ public:
+  explicit EvenFrames(std::size_t num_wanted) : num_wanted_(num_wanted) {}
+
+  void add(std::size_t number) {
+    if (number % step_ != 0) return;
+    numbers_.push_back(number);
+    if (numbers_.size() <= num_wanted_) return;
+    step_ *= 2;
+    std::erase_if(numbers_, [&](std::size_t other) { return other % step_ != 0; });
+  }
+  [[nodiscard]] const std::vector<std::size_t>& chosen() const { return numbers_; }
+
+ private:
+  std::size_t num_wanted_;
+  std::size_t step_ = 1;
+  std::vector<std::size_t> numbers_;
+};
+
 VideoChoice chooseFrames(const std::string& path, const OpenImagesOptions& options) {
   VideoReader reader(path, {.cancel = options.cancel});
   FrameChooser chooser(options.num_frames);
+  EvenFrames even(options.num_frames);
   VideoChoice choice;
   while (reader.advance()) {
     ++choice.num_frames;
     choice.num_interlaced += reader.isInterlaced() ? 1 : 0;
     choice.num_damaged += reader.isIntact() ? 0 : 1;
-    if (reader.isIntact()) chooser.add(reader.number(), lookAt(reader.image().image));
+    if (reader.isIntact() && options.are_even) even.add(reader.number());
+    if (reader.isIntact() && !options.are_even) chooser.add(reader.number(), lookAt(reader.image().image));
     if (options.progress) options.progress(choice.num_frames, reader.statedFrames());
   }
   const bool is_none_intact = choice.num_frames == choice.num_damaged;
@@ -229,7 +252,7 @@ VideoChoice chooseFrames(const std::string& path, const OpenImagesOptions& optio
         "copy the video again, or convert it: ffmpeg -i '" + path + "' -map 0:v:0 -c copy whole.mp4");
   }
   choice.is_cut = missing > kLittle || reader.isCut();
-  choice.numbers = chooser.chosen();
+  choice.numbers = options.are_even ? even.chosen() : chooser.chosen();
   return choice;
 }
 
@@ -330,7 +353,9 @@ class Opening {
     const VideoIdentity identity =
         options_.cache == nullptr ? VideoIdentity() : VideoIdentity(path, options_.cancel);
     const VideoChoice choice = cached(
-        options_.cache, fmt::format("{}{} {}", kChoiceVersion, options_.num_frames, identity.text()),
+        options_.cache,
+        fmt::format("{}{}{} {}", kChoiceVersion, options_.num_frames, options_.are_even ? " even" : "",
+                    identity.text()),
         [&](const std::string& text) { return parseChoice(text, options_.num_frames); }, choiceText,
         [&] {
           VideoChoice made = chooseFrames(path, options_);
@@ -352,8 +377,9 @@ class Opening {
           path +
           ": the file ends early, or its end cannot be read; copy or record it again if frames are missing");
     }
-    addItems(path, identity, choice.numbers, num_sequences_, options_.cancel, items_);
-    ++num_sequences_;
+    // Of frames that look the same to one camera, each may show another one something new.
+    const auto sequence = options_.are_even ? std::nullopt : std::optional(num_sequences_++);
+    addItems(path, identity, choice.numbers, sequence, options_.cancel, items_);
   }
 
   void noteChoice(const std::string& name, std::size_t num_chosen, std::size_t num_all, const char* what) {

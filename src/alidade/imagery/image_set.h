@@ -64,7 +64,10 @@ class ImageSet {
 
 struct OpenImagesOptions {
   std::size_t num_frames = 100;  ///< largest number from each video or sequence
-  int num_jobs = 0;              ///< threads; 0 = one per processor
+  /// Evenly spaced frames of videos instead of sharp ones that differ: of several videos, the same numbers.
+  /// They are no sequence, of which similar frames would be left out.
+  bool are_even = false;
+  int num_jobs = 0;  ///< threads; 0 = one per processor
   /// (done, total) while the frames of a video or sequence are examined; total = 0: unknown.
   std::function<void(std::size_t, std::size_t)> progress = {};
   const CancelFlag* cancel = nullptr;   ///< must outlive the set: reading a frame may mean reading a whole

@@ -23,13 +23,17 @@ namespace {
 // One key per image of each camera.
 using Keys = std::vector<std::vector<std::string>>;
 
-std::string stemOf(const std::string& image) {
-  return std::filesystem::path(image).stem().string();
+// "day1/000" of "day1/000.png"; "day1/clip@120" of "day1/clip.mp4@120", a frame of a video.
+std::string withoutExtension(const std::string& image) {
+  const std::size_t at = image.rfind('@');
+  const bool is_frame = at != std::string::npos && at + 1 < image.size() &&
+                        image.find_first_not_of("0123456789", at + 1) == std::string::npos;
+  const std::string frame = is_frame ? image.substr(at) : "";
+  return std::filesystem::path(is_frame ? image.substr(0, at) : image).replace_extension().string() + frame;
 }
 
-// "day1/000" of "day1/000.png".
-std::string withoutExtension(const std::string& image) {
-  return std::filesystem::path(image).replace_extension().string();
+std::string stemOf(const std::string& image) {
+  return std::filesystem::path(withoutExtension(image)).filename().string();
 }
 
 // All known images of a camera, each once.

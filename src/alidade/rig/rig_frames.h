@@ -43,8 +43,10 @@ struct RigFrames {
 /// images of different cameras:
 ///
 /// - the name with its folders, without the extension ("day1/000.png"),
-/// - the name without folder and extension,
-/// - the last number in it that differs between all images of each camera ("left01.jpg", "right1.png"),
+/// - the name without folder and extension (with its number for a frame of a video, "clip@120"),
+/// - the last number in it that differs between all images of each camera ("left01.jpg", "right1.png"; frames
+/// of
+///   videos have the same number),
 /// - if these numbers are times (nine digits or a decimal point) and match for fewer than half of the images
 ///   of some camera: the nearest time, at most a quarter of the usual interval away.
 /// @throws Error (kInput) if names have no such number

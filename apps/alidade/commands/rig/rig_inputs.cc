@@ -91,8 +91,9 @@ void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>
 }  // namespace
 
 void RigInputs::addOptions(Flags& flags) {
+  are_frames_even = true;
   flags.add("input", &inputs,
-            "One for each camera: a folder of images, a pattern in quotes, or a corners file (.csv)",
+            "One for each camera: a folder of images, a pattern in quotes, a video, or a corners file (.csv)",
             kFilePath);
   addBoards(flags);
   flags.under(kBoardGroup);
