@@ -2,6 +2,7 @@
 // Rigs whose cameras do not take a frame at one instant.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string>
 #include <vector>
