@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
@@ -40,7 +41,11 @@ std::vector<std::map<double, std::size_t>> pathsOf(const Fit& fit, const Placeme
       const double delay = is_lone ? fit.cameras[fit.views[views[p].front()].camera].delay : 0;
       const double time = static_cast<double>(frame) + delay;
       constexpr double kLeastStep = 0.1;  // between nodes
-      if (paths[b].empty() || time > paths[b].rbegin()->first + kLeastStep) paths[b].emplace(time, p);
+      const auto before = paths[b].empty() ? paths[b].end() : std::prev(paths[b].end());
+      const bool is_near = before != paths[b].end() && time < before->first + kLeastStep;
+      if (is_near && is_lone) continue;
+      if (is_near) paths[b].erase(before);  // seen by one camera alone
+      paths[b].emplace(time, p);
     }
   }
   return paths;

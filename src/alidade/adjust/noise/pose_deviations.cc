@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/adjust/noise/pose_deviations.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <vector>
@@ -87,8 +88,9 @@ DeviationScatter deviationScatter(const Fit& fit) {
                                    .num_free = kOwn - 1 - variances.segment<kOwn - 1>(at + 1).sum()},
                           .shift = tangent.dot(information[i] * tangent)};
       of_views[views[i]] = own;
-      sizes.push_back(
-          std::sqrt((own.time.squares + own.path.squares) / (own.time.num_free + own.path.num_free)));
+      constexpr double kLeastFree = 1e-9;  // rounding may make it negative where corners say nothing
+      const double own_free = std::max(kLeastFree, own.time.num_free + own.path.num_free);
+      sizes.push_back(std::sqrt((own.time.squares + own.path.squares) / own_free));
       scatter.sizes[views[i]] = sizes.back();
     }
   }
