@@ -39,6 +39,7 @@ std::vector<Observation> renumbered(const std::vector<Observation>& corners, con
 FitCamera placed(const Calibration& alone, double sigma_px, const SE3& camera_from_rig, bool is_first) {
   FitCamera joint = onlyCamera(alone.fit);
   for (double& precision : joint.weak_prior.prior.precision) precision /= sigma_px * sigma_px;
+  joint.weak_prior.guard.sigma_px /= sigma_px;
   joint.camera_from_rig = camera_from_rig;
   joint.is_rig_pose_fixed = is_first;
   return joint;
@@ -344,6 +345,7 @@ JointFit startedFit(const JointViews& views) {
 
 void solveOnce(std::span<const std::size_t> uneven, JointFit& joint, const CancelFlag* cancel) {
   const SolveOptions options{.cancel = cancel};
+  const std::vector<FitCamera> start = joint.fit.cameras;
   joint.fit = solve(withoutEmptyPlacements(joint.fit), options);
   const bool was_flexible = isAnyFlexible(joint.fit);
   for (int step = 0; updateFlex(joint.fit) > kFlexAtRest; ++step) {
@@ -355,6 +357,30 @@ void solveOnce(std::span<const std::size_t> uneven, JointFit& joint, const Cance
   }
   if (was_flexible && !isAnyFlexible(joint.fit)) joint.fit = solve(std::move(joint.fit), options);
   if (!hasFailed(joint)) solveUneven(uneven, joint, cancel);
+  if (std::ranges::all_of(joint.fit.cameras, hasFocalLengths)) return;
+  joint.fit.cameras = start;
+  joint.fit.summary.termination = Termination::kFailed;
+  joint.fit.summary.reason = "a focal length is no longer positive";
+}
+
+// Keeps lenses from folding inside their images, unless the corners contradict.
+void keepUnfolded(std::span<const std::size_t> uneven, JointFit& joint, const CancelFlag* cancel) {
+  constexpr int kMostRounds = 8;
+  constexpr double kMostRise = 25;  // of twice the cost, for each lens: five standard deviations
+  const JointFit free = joint;
+  std::set<std::size_t> guarded;
+  for (int round = 0; round < kMostRounds && !hasFailed(joint); ++round) {
+    bool is_any = false;
+    for (std::size_t c = 0; c < joint.fit.cameras.size(); ++c) {
+      if (!guardFold(1, joint.fit.cameras[c])) continue;
+      guarded.insert(c);
+      is_any = true;
+    }
+    if (!is_any) break;
+    solveOnce(uneven, joint, cancel);
+  }
+  const double rise = 2 * (joint.fit.summary.cost - free.fit.summary.cost);
+  if (hasFailed(joint) || rise > kMostRise * static_cast<double>(guarded.size())) joint = free;
 }
 
 // Mean square of the errors of each view in the fit of its camera alone, in units of its noise.
@@ -484,6 +510,7 @@ std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits) {
 
 JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, const CancelFlag* cancel) {
   JointFit joint = rigidFit(views, uneven, meanSquaresAlone(views), cancel);
+  keepUnfolded(uneven, joint, cancel);
   std::ranges::sort(joint.unlinked);
   joint.rig_from_board = placedByEach(joint.fit, views);
   return joint;
@@ -493,6 +520,7 @@ std::optional<JointFit> looseJointFit(const JointViews& views, std::span<const s
                                       std::size_t most_unlinked, const CancelFlag* cancel) {
   auto joint = looseFit(views, uneven, meanSquaresAlone(views), most_unlinked, cancel);
   if (!joint) return std::nullopt;
+  keepUnfolded(uneven, *joint, cancel);
   std::ranges::sort(joint->unlinked);
   joint->rig_from_board = placedByEach(joint->fit, views);
   return joint;

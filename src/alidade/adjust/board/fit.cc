@@ -126,7 +126,7 @@ Fit emptyFit(std::string model, ImageSize size, std::vector<double> params, cons
 
 double cornersCost(const Fit& fit) {
   const FitCamera& camera = onlyCamera(fit);
-  return fit.summary.cost - camera.weak_prior.prior.cost(camera.params);
+  return fit.summary.cost - camera.weak_prior.prior.cost(camera.params) - foldGuardCost(camera);
 }
 
 void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board,

@@ -53,6 +53,11 @@ struct FitCamera {
   bool is_delay_fixed = true;
 };
 
+/// False if a solver has left the range of cameras.
+[[nodiscard]] inline bool hasFocalLengths(const FitCamera& camera) {
+  return camera.params[0] > 0 && camera.params[1] > 0;
+}
+
 /// How a board bends differently in each view about its own shape, see estimateFlex(); FitView::flex_m are
 /// the bends.
 struct Flex {

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "alidade/adjust/board/fold_guard.h"
 #include "alidade/camera/any_camera.h"
 
 namespace alidade {
@@ -47,15 +48,16 @@ struct LensScale {
 /// compensate for it. There, even undetermined parameters seem to be determined.
 inline constexpr double kRunawaySizes = 10;
 
-/// The prior that regularises a lens, if there is one; see regularised().
+/// The prior knowledge that regularises a lens, if there is any; see regularised().
 struct WeakPrior {
+  FoldGuard guard = {};
   double width = 0;      ///< standard deviation in units; 0 without a prior
   LensPrior prior = {};  ///< empty: the views determine the lens, or no prior could help
   LensScale scale = {};
   std::vector<double> free_params = {};  ///< the solution without the prior
   std::vector<int> least_known = {};     ///< the parameters that the views determine least
 
-  [[nodiscard]] bool isNone() const { return prior.isNone(); }
+  [[nodiscard]] bool isNone() const { return prior.isNone(); }  ///< a guard has no preferred values
 };
 
 /// @param like  a camera of any model with the focal length of the image

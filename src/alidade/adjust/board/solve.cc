@@ -115,8 +115,12 @@ class Bundle {
       deviations_.push_back(view.deviation.value_or(PoseDeviation()).normal);
     for (std::size_t v = 0; v < fit.views.size(); ++v) add(v);
     for (FitCamera& camera : fit.cameras) {
+      if (!problem_->HasParameterBlock(camera.params.data())) continue;
+      const FoldGuard& guard = camera.weak_prior.guard;
+      if (!guard.isNone())
+        problem_->AddResidualBlock(foldGuardBlock(camera.model, guard), nullptr, camera.params.data());
       const LensPrior& prior = camera.weak_prior.prior;
-      if (prior.isNone() || !problem_->HasParameterBlock(camera.params.data())) continue;
+      if (prior.isNone()) continue;
       const auto size = static_cast<Eigen::Index>(prior.precision.size());
       problem_->AddResidualBlock(
           priorBlock(Eigen::Map<const Eigen::VectorXd>(prior.precision.data(), size).cwiseSqrt(),
