@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "alidade/core/parallel.h"
 #include "alidade/core/text.h"
 #include "alidade/rig/rig_stages.h"
+#include "alidade/rig/shared_models.h"
 
 namespace alidade {
 namespace {
@@ -36,20 +38,18 @@ bool isAnyGiven(const RigOptions& options) {
   return std::ranges::any_of(options.given, [](const auto& given) { return given.has_value(); });
 }
 
-// Adds the camera's name to errors.
-// @param shape  of the boards, if given, for cameras to which no board looks flexible; the others are kept
+// Calibrates the cameras for which `isWanted` is true; the others are kept. Adds the camera's name to errors.
 void calibrateAlone(std::span<const Board> boards, const std::vector<RigViews>& cameras,
-                    const RigOptions& options, std::optional<BoardShapeMode> shape,
+                    const RigOptions& options, const std::function<bool(std::size_t)>& isWanted,
                     std::vector<Calibration>& result) {
   result.resize(cameras.size());
   const int num_threads = resolveJobs(options.camera.jobs);
   parallelFor(
       cameras.size(), num_threads,
       [&](std::size_t c) {
-        if (shape && isAnyFlexible(result[c].fit)) return;
+        if (!isWanted(c)) return;
         try {
           CalibratorOptions of_camera = optionsOf(c, options);
-          of_camera.board_shape = shape.value_or(of_camera.board_shape);
           of_camera.jobs = std::max(1, num_threads / static_cast<int>(cameras.size()));
           result[c] = calibrate(boards, cameras[c].views, of_camera);
         } catch (const Error& error) {
@@ -62,14 +62,18 @@ void calibrateAlone(std::span<const Board> boards, const std::vector<RigViews>& 
 std::vector<Calibration> calibratedAlone(std::span<const Board> boards, const std::vector<RigViews>& cameras,
                                          const RigOptions& options) {
   std::vector<Calibration> result;
-  calibrateAlone(boards, cameras, options, std::nullopt, result);
+  calibrateAlone(
+      boards, cameras, options, [](std::size_t) { return true; }, result);
   // A board that flexes before one camera flexes before all.
   const auto is_flexible = [](const Calibration& alone) { return isAnyFlexible(alone.fit); };
   if (options.camera.board_shape != BoardShapeMode::kAuto || std::ranges::none_of(result, is_flexible))
     return result;
   std::vector<Calibration> flexible = result;
+  RigOptions flexibly = options;
+  flexibly.camera.board_shape = BoardShapeMode::kFlexible;
   try {
-    calibrateAlone(boards, cameras, options, BoardShapeMode::kFlexible, flexible);
+    calibrateAlone(
+        boards, cameras, flexibly, [&](std::size_t c) { return !is_flexible(result[c]); }, flexible);
   } catch (const Error&) {  // bends in each view may leave a camera undetermined
     return result;
   }
@@ -77,6 +81,24 @@ std::vector<Calibration> calibratedAlone(std::span<const Board> boards, const st
     if (is_flexible(flexible[c])) result[c] = std::move(flexible[c]);
   }
   return result;
+}
+
+// Gives equal cameras one model, where they are usable with it.
+void shareModels(std::span<const Board> boards, const std::vector<RigViews>& cameras, RigOptions options,
+                 std::vector<Calibration>& alone) {
+  options.models = sharedModels(alone);
+  const auto is_other = [&](std::size_t c) { return options.models[c] != onlyCamera(alone[c].fit).model; };
+  std::vector<Calibration> shared = alone;
+  try {
+    calibrateAlone(boards, cameras, options, is_other, shared);
+  } catch (const Error&) {
+    return;
+  }
+  for (std::size_t c = 0; c < alone.size(); ++c) {
+    const bool is_usable = shared[c].isUsable() || !alone[c].isUsable();
+    const bool is_like = isAnyFlexible(shared[c].fit) == isAnyFlexible(alone[c].fit);
+    if (is_other(c) && is_usable && is_like) alone[c] = std::move(shared[c]);
+  }
 }
 
 void requireOnePart(const std::vector<RigViews>& cameras, const JointViews& views) {
@@ -124,6 +146,7 @@ std::optional<std::vector<Board>> boardsAsSeen(std::span<const Board> stated,
 JointViews linkedViews(std::span<const Board> boards, const std::vector<RigViews>& cameras,
                        const RigFrames& frames, const RigOptions& options) {
   std::vector<Calibration> alone = calibratedAlone(boards, cameras, options);
+  shareModels(boards, cameras, options, alone);
   if (const auto seen = boardsAsSeen(boards, alone)) {
     return linkedViews(*seen, cameras, frames, options);
   }

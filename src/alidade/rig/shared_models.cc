@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "alidade/rig/shared_models.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <string_view>
+
+#include "alidade/camera/lens_shapes.h"
+#include "alidade/core/mapped.h"
+
+namespace alidade {
+namespace {
+
+// Excess of the held-out RMS over that of the camera's best model, as a share.
+struct Excess {
+  double share = std::numeric_limits<double>::infinity();  // infinite: not tried, or unfit
+  double std = 0;
+
+  [[nodiscard]] bool isClear() const {
+    constexpr double kSigmas = 3;
+    constexpr double kLeastShare = 0.02;
+    return share > std::max(kLeastShare, kSigmas * std);
+  }
+};
+
+std::string_view modelOf(const Calibration& alone) {
+  return onlyCamera(alone.fit).model;
+}
+
+Excess excessOf(const Calibration& alone, std::string_view model) {
+  const std::vector<ModelCandidate>& candidates = alone.choice.model->candidates;
+  const auto candidate = std::ranges::find(candidates, model, &ModelCandidate::id);
+  if (candidate == candidates.end()) return {};
+  if (std::isfinite(candidate->excess)) return {.share = candidate->excess, .std = candidate->excess_std};
+  // A larger model that fits no better was not cross-validated.
+  const bool is_as_good = candidate->verdict == "larger" && model != modelOf(alone);
+  return is_as_good ? excessOf(alone, modelOf(alone)) : Excess();
+}
+
+double focalOf(const Calibration& alone) {
+  return axisFocal(alone.camera()).mean();
+}
+
+// Groups of cameras that are treated as equal, without those of which the user named the model.
+std::vector<std::vector<std::size_t>> equalCameras(std::span<const Calibration> alone) {
+  constexpr double kSimilar = 1.2;  // ratio of focal lengths
+  std::vector<std::size_t> order;
+  for (std::size_t c = 0; c < alone.size(); ++c) {
+    if (alone[c].choice.model) order.push_back(c);
+  }
+  std::ranges::stable_sort(order, {}, [&](std::size_t c) { return focalOf(alone[c]); });
+  std::vector<std::vector<std::size_t>> groups;
+  for (const std::size_t c : order) {
+    const auto at = std::ranges::find_if(groups, [&](const std::vector<std::size_t>& group) {
+      const Calibration& shortest = alone[group.front()];
+      return shortest.imageSize() == alone[c].imageSize() && focalOf(alone[c]) < kSimilar * focalOf(shortest);
+    });
+    if (at != groups.end()) {
+      at->push_back(c);
+    } else {
+      groups.push_back({c});
+    }
+  }
+  return groups;
+}
+
+}  // namespace
+
+std::vector<std::string> sharedModels(std::span<const Calibration> alone) {
+  std::vector<std::string> models =
+      mapped(alone, [](const Calibration& calibration) { return std::string(modelOf(calibration)); });
+  for (const std::vector<std::size_t>& group : equalCameras(alone)) {
+    const auto sumOf = [&](std::string_view model) {
+      return std::accumulate(group.begin(), group.end(), 0.0, [&](double sum, std::size_t c) {
+        return sum + static_cast<double>(numCorners(alone[c].fit)) * excessOf(alone[c], model).share;
+      });
+    };
+    const std::size_t best =
+        *std::ranges::min_element(group, {}, [&](std::size_t c) { return sumOf(modelOf(alone[c])); });
+    const std::string_view shared = modelOf(alone[best]);
+    if (!std::isfinite(sumOf(shared))) continue;
+    for (const std::size_t c : group) {
+      if (!excessOf(alone[c], shared).isClear()) models[c] = shared;
+    }
+  }
+  return models;
+}
+
+}  // namespace alidade
