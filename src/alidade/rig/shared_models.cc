@@ -32,11 +32,9 @@ std::string_view modelOf(const Calibration& alone) {
 Excess excessOf(const Calibration& alone, std::string_view model) {
   const std::vector<ModelCandidate>& candidates = alone.choice.model->candidates;
   const auto candidate = std::ranges::find(candidates, model, &ModelCandidate::id);
-  if (candidate == candidates.end()) return {};
-  if (std::isfinite(candidate->excess)) return {.share = candidate->excess, .std = candidate->excess_std};
-  // A larger model that fits no better was not cross-validated.
-  const bool is_as_good = candidate->verdict == "larger" && model != modelOf(alone);
-  return is_as_good ? excessOf(alone, modelOf(alone)) : Excess();
+  // A larger model that was not cross-validated was not tried.
+  if (candidate == candidates.end() || !std::isfinite(candidate->excess)) return {};
+  return {.share = candidate->excess, .std = candidate->excess_std};
 }
 
 double focalOf(const Calibration& alone) {
