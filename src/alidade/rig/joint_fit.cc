@@ -372,7 +372,9 @@ void keepUnfolded(std::span<const std::size_t> uneven, JointFit& joint, const Ca
   for (int round = 0; round < kMostRounds && !hasFailed(joint); ++round) {
     bool is_any = false;
     for (std::size_t c = 0; c < joint.fit.cameras.size(); ++c) {
-      if (!guardFold(1, joint.fit.cameras[c])) continue;
+      FitCamera& camera = joint.fit.cameras[c];
+      const bool is_given = camera.constraint.held.size() == camera.params.size();
+      if (is_given || !guardFold(1, camera)) continue;
       guarded.insert(c);
       is_any = true;
     }

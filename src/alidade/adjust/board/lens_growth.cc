@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -141,7 +142,8 @@ double foldGuardCost(const FitCamera& camera) {
   if (guard.isNone()) return 0;
   Eigen::VectorXd residuals(guard.rays.size());
   const double* params = camera.params.data();
-  if (!FoldGuardBlock(camera.model, guard).Evaluate(&params, residuals.data(), nullptr)) return 0;
+  if (!FoldGuardBlock(camera.model, guard).Evaluate(&params, residuals.data(), nullptr))
+    return std::numeric_limits<double>::quiet_NaN();
   return residuals.squaredNorm() / 2;
 }
 
