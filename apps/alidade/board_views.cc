@@ -175,7 +175,7 @@ GivenViews readCorners(const BoardInputs& inputs, const CommonOptions& options) 
 ImageSet openInputs(const BoardInputs& inputs, const CommonOptions& options, const ContentCache* cache) {
   ProgressBar bar("choosing frames", options.quiet);
   return openImages(inputs.inputs, {.num_frames = inputs.num_frames,
-                                    .are_even = inputs.are_frames_even,
+                                    .even_from = inputs.even_from,
                                     .num_jobs = options.jobs,
                                     .progress = bar.reporter(),
                                     .cancel = options.cancel,
@@ -357,8 +357,7 @@ void BoardInputs::addDetection(Flags& flags, bool has_debug) {
   flags.add(
       "--frames", &num_frames,
       fmt::format("How many frames of each video or image sequence to search for boards: {} (default: {})",
-                  are_frames_even ? "of videos, the most evenly spaced ones up to this number"
-                                  : "sharp ones that differ from each other",
+                  even_from ? "of videos, about eight a second" : "sharp ones that differ from each other",
                   num_frames),
       {.complaint = [](const std::string& text) { return wholeComplaint(text, 1, 10000); }});
   flags.add("--cache", &cache,

@@ -24,8 +24,9 @@ struct BoardInputs {
   std::vector<std::string> inputs = {};  ///< folders, image files, patterns or videos; or corners files
   std::vector<std::string> boards = {};  ///< SPECs or board files; a .csv corners file states its own
   std::size_t num_frames = 100;          ///< to search in each video or sequence
-  bool are_frames_even = false;  ///< frames of videos are evenly spaced, so that those of several match
-  std::string cache = {};        ///< folder for results of detection; empty: none
+  /// Frames of videos are evenly spaced from this number on, so that those of several match.
+  std::optional<std::size_t> even_from = {};
+  std::string cache = {};  ///< folder for results of detection; empty: none
   /// Folder for images with the detections drawn on them; empty: none.
   std::string debug_folder = {};
   bool has_debug_flag = false;               ///< the command has --debug

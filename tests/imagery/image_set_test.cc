@@ -63,17 +63,31 @@ TEST_F(OpenImages, ReadsChosenFramesOfAVideoInAnyOrder) {
   EXPECT_EQ(std::accumulate(are_same.begin(), are_same.end(), 0), 25);
 }
 
-TEST_F(OpenImages, ReadsFramesOfEqualNumbersFromSeveralVideos) {
+TEST_F(OpenImages, ReadsRunsOfEqualNumbersFromSeveralVideos) {
   writeVideo(path("a.avi"), movingSquares(120));
   writeVideo(path("b.avi"), movingSquares(101));
-  const ImageSet images = open({"a.avi", "b.avi"}, {.num_frames = 25, .are_even = true});
-  ASSERT_EQ(images.size(), 15u + 13u);  // every eighth
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    const std::size_t number = 8 * (i < 15 ? i : i - 15);
-    EXPECT_THAT(images.name(i), testing::EndsWith((i < 15 ? "a.avi@" : "b.avi@") + std::to_string(number)));
-    EXPECT_EQ(images.sequenceOf(i), std::nullopt);
-  }
-  EXPECT_EQ(open({"a.avi"}, {.num_frames = 120, .are_even = true}).size(), 120u);
+  const auto numbersOf = [&](const char* video, const OpenImagesOptions& options) {
+    const ImageSet images = open({video}, options);
+    std::vector<std::size_t> numbers;
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      numbers.push_back(parseFrameName(images.name(i))->second);
+      EXPECT_EQ(images.sequenceOf(i), std::nullopt);
+    }
+    return numbers;
+  };
+  std::vector<std::size_t> expected;  // of 30 frames a second every fourth; of each second run, 12 frames
+  for (const std::size_t start : {0, 96})
+    for (std::size_t i = 0; i < 12; ++i) expected.push_back(start + 4 * i);
+  const auto expectedBefore = [&](std::size_t end) {
+    std::erase_if(expected, [&](std::size_t number) { return number >= end; });
+    return expected;
+  };
+  EXPECT_EQ(numbersOf("a.avi", {.num_frames = 25, .even_from = 0}), expectedBefore(120));
+  EXPECT_EQ(numbersOf("b.avi", {.num_frames = 25, .even_from = 0}), expectedBefore(101));
+  const std::vector<std::size_t> later = numbersOf("a.avi", {.num_frames = 200, .even_from = 5});
+  ASSERT_EQ(later.size(), 29u);
+  EXPECT_EQ(later.front(), 5u);
+  EXPECT_EQ(later.back(), 117u);
 }
 
 TEST_F(OpenImages, MakesAnUnreadableImageOfABadVideo) {

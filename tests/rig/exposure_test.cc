@@ -208,5 +208,49 @@ TEST(Exposure, MovedCameraIsFoundAmongJitter) {
   EXPECT_GE(num_found, 7);
 }
 
+TEST(Starts, AreFoundByTheMotion) {
+  int num_sets = 0;
+  std::size_t num_unlinked = 0;
+  PlaceErrors errors;
+  for (const double step_m : {0.012, 0.05}) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      const WavedBoard wave{.num_frames = 50, .step_m = step_m, .times = {.delays = {0, 7.3, -12.1}}};
+      const RigScene scene = wavedScene(wave, seed);
+      const RigCalibration rig = calibrate(kCharuco, scene.views, optionsFor(scene));
+      // The image that shows an instant has a smaller number if the recording started later.
+      EXPECT_EQ(rig.frames.leads[1] - rig.frames.leads[0], -7) << step_m << " " << seed;
+      EXPECT_EQ(rig.frames.leads[2] - rig.frames.leads[0], 12) << step_m << " " << seed;
+      EXPECT_THAT(rig.diagnoses, Contains(Field(&Diagnosis::id, testing::Eq("starts_differ"))));
+      EXPECT_NEAR(rig.fit.cameras[1].delay, 0.3, 0.03) << step_m << " " << seed;
+      EXPECT_NEAR(rig.fit.cameras[2].delay, -0.1, 0.03) << step_m << " " << seed;
+      num_unlinked += rig.links.unlinked.size();
+      addPlaceErrors(scene, rig, errors);
+      ++num_sets;
+    }
+  }
+  EXPECT_EQ(num_sets, 8);
+  std::printf("places: RMS %.2f mm, in deviations %.2f; %zu views contradict\n",
+              1e3 * std::sqrt(errors.squares_m2 / errors.count), std::sqrt(errors.squares / errors.count),
+              num_unlinked);
+  EXPECT_LE(num_unlinked, 2U);
+  EXPECT_LT(std::sqrt(errors.squares_m2 / errors.count), 0.0015);
+}
+
+TEST(Starts, AreEqualForPhotographsAndForBoardsThatStandStill) {
+  int num_sets = 0;
+  const auto expectNone = [&](const RigScene& scene) {
+    const RigCalibration rig = calibrate(kCharuco, scene.views, optionsFor(scene));
+    EXPECT_FALSE(rig.frames.areShifted()) << num_sets;
+    ++num_sets;
+  };
+  for (std::uint64_t seed = 1; seed <= 12; ++seed)
+    expectNone(sceneOf(threeCameras(), kCharuco, 12 + static_cast<int>(seed), 0.1, seed));
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    expectNone(wavedScene({.num_frames = 60, .step_m = 0.008}, seed));
+    expectNone(wavedScene({.num_frames = 30, .times = {.delays = {0, 0.3, -0.3}, .jitter = 0.05}}, seed));
+  }
+  EXPECT_EQ(num_sets, 20);
+}
+
 }  // namespace
 }  // namespace alidade

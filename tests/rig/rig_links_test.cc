@@ -127,7 +127,8 @@ TEST(RigLinks, OfAChainAreCheckedOneByOne) {
     const auto frameOf = [](const View& view) { return std::stoi(view.image.substr(5)); };
     std::erase_if(scene.views[0].views, [&](const View& view) { return frameOf(view) >= 15; });
     for (View& view : scene.views[2].views) {
-      if (frameOf(view) < (is_lone ? 29 : 15)) view.image = "frame" + std::to_string(1000 + frameOf(view));
+      if (frameOf(view) < (is_lone ? 29 : 15))
+        view.image = std::string(1 + static_cast<std::size_t>(frameOf(view)), 'x');
     }
     const RigCalibration rig = calibrated(scene);
     if (!is_lone) {

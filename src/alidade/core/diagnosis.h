@@ -107,6 +107,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"camera_moved", Subject::kFrames, detail::kByRule, Rank::kCause},
     {"not_simultaneous", Subject::kFrames, detail::kByRule, Rank::kCause},
     {"exposures_differ", Subject::kFrames, detail::kByRule, Rank::kCause},
+    {"starts_differ", Subject::kMatching, Severity::kNote},
     {"times_differ", Subject::kMatching, Severity::kNote},
     {"unmatched_images", Subject::kMatching, Severity::kNote},
     {"frames_disagree", Subject::kRig, Severity::kWarning},

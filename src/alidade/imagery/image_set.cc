@@ -197,37 +197,52 @@ Error unreadableVideo(const std::string& path, std::string found, std::string ne
                      .next_step = std::move(next_step)});
 }
 
-// Every frame, or every second, fourth, ... one, so that there are at most as many as wanted.
+// About eight frames a second from a first one on, as many as follow the motion of a hand. If that is more
+// than wanted, runs of them that are a whole number of runs apart.
 class EvenFrames {
  public:
-  explicit EvenFrames(std::size_t num_wanted) : num_wanted_(num_wanted) {}
+  EvenFrames(std::size_t first, std::size_t num_wanted, double rate_hz)
+      : first_(first), num_wanted_(num_wanted) {
+    constexpr double kRate = 8;
+    if (rate_hz > kRate) step_ = static_cast<std::size_t>(std::lround(rate_hz / kRate));
+  }
 
   void add(std::size_t number) {
-    if (number % step_ != 0) return;
+    if (number < first_ || !isChosen(number)) return;
     numbers_.push_back(number);
     if (numbers_.size() <= num_wanted_) return;
-    step_ *= 2;
-    std::erase_if(numbers_, [&](std::size_t other) { return other % step_ != 0; });
+    apart_ *= 2;
+    std::erase_if(numbers_, [&](std::size_t other) { return !isChosen(other); });
   }
   [[nodiscard]] const std::vector<std::size_t>& chosen() const { return numbers_; }
 
  private:
+  [[nodiscard]] bool isChosen(std::size_t number) const {
+    const std::size_t run = std::min<std::size_t>(kRun, std::max<std::size_t>(1, num_wanted_ / 2));
+    const std::size_t place = (number - first_) / step_;
+    return (number - first_) % step_ == 0 && place / run % apart_ == 0;
+  }
+
+  static constexpr std::size_t kRun = 30;  // frames
+  std::size_t first_;
   std::size_t num_wanted_;
   std::size_t step_ = 1;
+  std::size_t apart_ = 1;  // the distance of runs, in runs
   std::vector<std::size_t> numbers_;
 };
 
 VideoChoice chooseFrames(const std::string& path, const OpenImagesOptions& options) {
   VideoReader reader(path, {.cancel = options.cancel});
   FrameChooser chooser(options.num_frames);
-  EvenFrames even(options.num_frames);
+  const double rate_hz = static_cast<double>(reader.statedFrames()) / reader.statedSeconds();
+  EvenFrames even(options.even_from.value_or(0), options.num_frames, std::isfinite(rate_hz) ? rate_hz : 0);
   VideoChoice choice;
   while (reader.advance()) {
     ++choice.num_frames;
     choice.num_interlaced += reader.isInterlaced() ? 1 : 0;
     choice.num_damaged += reader.isIntact() ? 0 : 1;
-    if (reader.isIntact() && options.are_even) even.add(reader.number());
-    if (reader.isIntact() && !options.are_even) chooser.add(reader.number(), lookAt(reader.image().image));
+    if (reader.isIntact() && options.even_from) even.add(reader.number());
+    if (reader.isIntact() && !options.even_from) chooser.add(reader.number(), lookAt(reader.image().image));
     if (options.progress) options.progress(choice.num_frames, reader.statedFrames());
   }
   const bool is_none_intact = choice.num_frames == choice.num_damaged;
@@ -252,7 +267,7 @@ VideoChoice chooseFrames(const std::string& path, const OpenImagesOptions& optio
         "copy the video again, or convert it: ffmpeg -i '" + path + "' -map 0:v:0 -c copy whole.mp4");
   }
   choice.is_cut = missing > kLittle || reader.isCut();
-  choice.numbers = options.are_even ? even.chosen() : chooser.chosen();
+  choice.numbers = options.even_from ? even.chosen() : chooser.chosen();
   return choice;
 }
 
@@ -354,8 +369,8 @@ class Opening {
         options_.cache == nullptr ? VideoIdentity() : VideoIdentity(path, options_.cancel);
     const VideoChoice choice = cached(
         options_.cache,
-        fmt::format("{}{}{} {}", kChoiceVersion, options_.num_frames, options_.are_even ? " even" : "",
-                    identity.text()),
+        fmt::format("{}{}{} {}", kChoiceVersion, options_.num_frames,
+                    options_.even_from ? fmt::format(" even {}", *options_.even_from) : "", identity.text()),
         [&](const std::string& text) { return parseChoice(text, options_.num_frames); }, choiceText,
         [&] {
           VideoChoice made = chooseFrames(path, options_);
@@ -378,7 +393,7 @@ class Opening {
           ": the file ends early, or its end cannot be read; copy or record it again if frames are missing");
     }
     // Of frames that look the same to one camera, each may show another one something new.
-    const auto sequence = options_.are_even ? std::nullopt : std::optional(num_sequences_++);
+    const auto sequence = options_.even_from ? std::nullopt : std::optional(num_sequences_++);
     addItems(path, identity, choice.numbers, sequence, options_.cancel, items_);
   }
 

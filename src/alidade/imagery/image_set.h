@@ -64,9 +64,9 @@ class ImageSet {
 
 struct OpenImagesOptions {
   std::size_t num_frames = 100;  ///< largest number from each video or sequence
-  /// Evenly spaced frames of videos instead of sharp ones that differ: of several videos, the same numbers.
-  /// They are no sequence, of which similar frames would be left out.
-  bool are_even = false;
+  /// Evenly spaced frames of videos from this number on, instead of sharp ones that differ: of several
+  /// videos, the same numbers. They are no sequence, of which similar frames would be left out.
+  std::optional<std::size_t> even_from = {};
   int num_jobs = 0;  ///< threads; 0 = one per processor
   /// (done, total) while the frames of a video or sequence are examined; total = 0: unknown.
   std::function<void(std::size_t, std::size_t)> progress = {};

@@ -27,7 +27,8 @@ using Placements = std::vector<std::vector<std::size_t>>;
 
 // The placements of each board by their time in intervals: that of the frame, plus the delay of a camera that
 // sees the board alone. Where views of a frame contradict each other, those that agree count.
-std::vector<std::map<double, std::size_t>> pathsOf(const Fit& fit, const Placements& views) {
+std::vector<std::map<double, std::size_t>> pathsOf(const Fit& fit, const Placements& views,
+                                                   std::span<const double> times) {
   std::vector<std::map<std::size_t, std::vector<std::size_t>>> frames(fit.boards.size());
   for (std::size_t p = 0; p < views.size(); ++p)
     frames[fit.placements[p].board][fit.placements[p].frame].push_back(p);
@@ -39,7 +40,7 @@ std::vector<std::map<double, std::size_t>> pathsOf(const Fit& fit, const Placeme
       const bool is_lone = views[p].size() == 1;
       if (is_lone && placements.size() > 1) continue;
       const double delay = is_lone ? fit.cameras[fit.views[views[p].front()].camera].delay : 0;
-      const double time = static_cast<double>(frame) + delay;
+      const double time = times[frame] + delay;
       constexpr double kLeastStep = 0.1;  // between nodes
       const auto before = paths[b].empty() ? paths[b].end() : std::prev(paths[b].end());
       const bool is_near = before != paths[b].end() && time < before->first + kLeastStep;
@@ -77,6 +78,10 @@ std::vector<Motion> motionsAlong(const std::vector<double>& times, const std::ve
     corrected[std::min<std::size_t>(from_end, last)].doubt = doubt;
     corrected[last - std::min<std::size_t>(from_end, last)].doubt = doubt;
   }
+  for (std::size_t i = 1; i <= last; ++i) {  // after a gap
+    const double gap = std::max(1.0, times[i] - times[i - 1]);
+    for (const std::size_t end : {i - 1, i}) corrected[end].doubt *= gap;
+  }
   const std::size_t inner = last > 1 ? 1 : 0;
   corrected[0].acceleration = corrected[inner].acceleration;
   corrected[0].velocity = steps.front() - (times[1] - times[0]) / 2 * corrected[0].acceleration;
@@ -87,18 +92,26 @@ std::vector<Motion> motionsAlong(const std::vector<double>& times, const std::ve
 }
 
 // The motions at all placements of boards that have placements in other frames.
-std::vector<std::optional<Motion>> motionsOf(const Fit& fit, const Placements& views) {
+std::vector<std::optional<Motion>> motionsOf(const Fit& fit, const Placements& views,
+                                             std::span<const double> times) {
   std::vector<std::optional<Motion>> motions(fit.placements.size());
-  for (const auto& path : pathsOf(fit, views)) {
-    if (path.size() < 2) continue;
-    std::vector<double> node_times;
-    std::vector<SE3> poses;
-    for (const auto& [time, p] : path) {
-      node_times.push_back(time);
-      poses.push_back(fit.placements[p].rig_from_board);
+  constexpr double kLongestGap = 4;  // intervals; the motion across a longer one is unknown
+  for (const auto& path : pathsOf(fit, views, times)) {
+    for (auto node = path.begin(); node != path.end();) {
+      std::vector<double> node_times;
+      std::vector<SE3> poses;
+      auto end = node;
+      for (; end != path.end(); ++end) {
+        if (!node_times.empty() && end->first > node_times.back() + kLongestGap) break;
+        node_times.push_back(end->first);
+        poses.push_back(fit.placements[end->second].rig_from_board);
+      }
+      if (poses.size() < 2) {
+        node = end;
+        continue;
+      }
+      for (const Motion& motion : motionsAlong(node_times, poses)) motions[(node++)->second] = motion;
     }
-    auto node = path.begin();
-    for (const Motion& motion : motionsAlong(node_times, poses)) motions[(node++)->second] = motion;
   }
   return motions;
 }
@@ -139,9 +152,9 @@ Eigen::Matrix<double, 6, PoseDeviation::kSize> effectsOf(const Motion& motion, d
 
 }  // namespace
 
-void followPaths(const Scatter& scatter, Fit& fit) {
+void followPaths(const Scatter& scatter, std::span<const double> times, Fit& fit) {
   const Placements placements = viewsOfPlacements(fit);
-  const std::vector<std::optional<Motion>> motions = motionsOf(fit, placements);
+  const std::vector<std::optional<Motion>> motions = motionsOf(fit, placements, times);
   const Eigen::Vector2d usual = usualSpeeds(motions);
   std::vector<bool> is_seen(fit.cameras.size());
   for (std::size_t p = 0; p < placements.size(); ++p) {
@@ -166,8 +179,8 @@ void followPaths(const Scatter& scatter, Fit& fit) {
   }
 }
 
-Scatter startDeviations(const std::vector<SE3>& rig_from_board, Fit& fit) {
-  followPaths({.std_intervals = 1, .path = 1}, fit);
+Scatter startDeviations(const std::vector<SE3>& rig_from_board, std::span<const double> times, Fit& fit) {
+  followPaths({.std_intervals = 1, .path = 1}, times, fit);
   std::vector<double> sizes;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
     for (const std::size_t v : of_placement) {
@@ -180,7 +193,7 @@ Scatter startDeviations(const std::vector<SE3>& rig_from_board, Fit& fit) {
   constexpr std::size_t kFewest = 8;  // pairs of views; a wrong one of a few would look like a delay
   if (sizes.size() < kFewest) return {};
   const Scatter scatter{.std_intervals = medianOf(std::move(sizes)), .path = 1};
-  followPaths(scatter, fit);
+  followPaths(scatter, times, fit);
   return scatter;
 }
 

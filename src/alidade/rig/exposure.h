@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "alidade/adjust/board/fit.h"
@@ -19,12 +20,13 @@ struct Scatter {
 /// Lets the board's pose in each view that shares its placement deviate along the board's path, as it does if
 /// cameras take a frame at slightly different times, with a delay for each camera but the first and a scatter
 /// of the times. The path is that of the present placements.
-void followPaths(const Scatter& scatter, Fit& fit);
+/// @param times  of frames, in intervals
+void followPaths(const Scatter& scatter, std::span<const double> times, Fit& fit);
 
 /// The same with a scatter that covers the differences of the poses from single views.
 /// @param rig_from_board  pose of the board from each view alone
 /// @returns the scatter; zero if too few views share placements
-Scatter startDeviations(const std::vector<SE3>& rig_from_board, Fit& fit);
+Scatter startDeviations(const std::vector<SE3>& rig_from_board, std::span<const double> times, Fit& fit);
 
 /// The displacement of boards and corners by the deviations of the views.
 [[nodiscard]] ExposureScatter exposureScatter(double std_intervals, const Fit& fit);

@@ -303,12 +303,10 @@ bool unlinkMovedViews(const JointViews& views, JointFit& joint, std::vector<std:
   return !side.empty();
 }
 
-// Links views again, except those in `moved`, that agree with the others now that the cameras are known.
+// Links views with the others of their frames again, where `doesAgree` is true for view and placement.
 // Returns true if there were any.
-bool relink(const JointViews& views, const std::vector<std::size_t>& moved, JointFit& joint) {
-  joint.rig_from_board = placedByEach(joint.fit, views);
-  const std::vector<double> limits =
-      transferLimits(joint.fit, transfersOf(joint, viewsOfPlacements(joint.fit)));
+template <typename DoesAgree>
+bool linkAgain(const JointViews& views, const DoesAgree& doesAgree, JointFit& joint) {
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // placements of the linked views
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     if (std::ranges::find(joint.unlinked, v) == joint.unlinked.end())
@@ -317,17 +315,28 @@ bool relink(const JointViews& views, const std::vector<std::size_t>& moved, Join
   const std::size_t num_before = joint.unlinked.size();
   std::erase_if(joint.unlinked, [&](std::size_t v) {
     const auto others = placement_of.find({views.poses[v].frame, views.poses[v].board});
-    if (others == placement_of.end() || std::ranges::find(moved, v) != moved.end()) return false;
+    if (others == placement_of.end() || !doesAgree(v, joint.fit.placements[others->second])) return false;
     FitView& view = joint.fit.views[v];
-    if (transferRms(joint.fit, view, joint.fit.placements[others->second].rig_from_board) >
-        limits[view.camera])
-      return false;
     const auto other = std::ranges::find(joint.fit.views, others->second, &FitView::placement);
     view.flex_m = other->flex_m;
     view.placement = others->second;
     return true;
   });
   return joint.unlinked.size() < num_before;
+}
+
+// Links views again, except those in `moved`, that agree with the others now that the cameras are known.
+// Returns true if there were any.
+bool relink(const JointViews& views, const std::vector<std::size_t>& moved, JointFit& joint) {
+  joint.rig_from_board = placedByEach(joint.fit, views);
+  const std::vector<double> limits =
+      transferLimits(joint.fit, transfersOf(joint, viewsOfPlacements(joint.fit)));
+  const auto doesAgree = [&](std::size_t v, const FitPlacement& placement) {
+    const FitView& view = joint.fit.views[v];
+    return std::ranges::find(moved, v) == moved.end() &&
+           transferRms(joint.fit, view, placement.rig_from_board) <= limits[view.camera];
+  };
+  return linkAgain(views, doesAgree, joint);
 }
 
 bool hasFailed(const JointFit& joint) {
@@ -462,7 +471,7 @@ bool settleDeviations(const JointViews& views, const std::vector<double>& alone,
     if (!(found.num_free > 0) || !areDelaysFound(joint.fit)) return false;
     scatter.std_intervals = std::max(kLeast.std_intervals, scatter.std_intervals * found.time_factor);
     scatter.path = std::max(kLeast.path, scatter.path * found.path_factor);
-    followPaths(scatter, joint.fit);
+    followPaths(scatter, views.times, joint.fit);
     const double step =
         std::max(scatter.std_intervals > kLeast.std_intervals ? std::abs(found.time_factor - 1) : 0,
                  scatter.path > kLeast.path ? std::abs(found.path_factor - 1) : 0);
@@ -489,9 +498,15 @@ std::optional<JointFit> looseFit(const JointViews& views, std::span<const std::s
   JointFit joint = startedFit(views);
   joint.fit = withoutEmptyPlacements(joint.fit);
   if (isAnyFlexible(joint.fit) || joint.unlinked.size() >= most_unlinked) return std::nullopt;
-  Scatter scatter = startDeviations(joint.rig_from_board, joint.fit);
+  Scatter scatter = startDeviations(joint.rig_from_board, views.times, joint.fit);
   if (!(scatter.std_intervals > 0) || !settleDeviations(views, alone, most_unlinked, scatter, joint, cancel))
     return std::nullopt;
+  // Views that contradicted while delays were unknown.
+  JointFit again = joint;
+  const auto any = [](std::size_t, const FitPlacement&) { return true; };
+  if (linkAgain(views, any, again) &&
+      settleDeviations(views, alone, joint.unlinked.size(), scatter, again, cancel))
+    joint = std::move(again);
   solveOnce(uneven, joint, cancel);
   if (hasFailed(joint) || joint.fit.summary.termination == Termination::kIterationLimit) return std::nullopt;
   joint.exposure = exposureScatter(scatter.std_intervals, joint.fit);

@@ -142,15 +142,23 @@ std::optional<std::vector<Board>> boardsAsSeen(std::span<const Board> stated,
   return is_any ? std::optional(boards) : std::nullopt;
 }
 
-// Cameras calibrated alone; throws unless all of them are linked.
-JointViews linkedViews(std::span<const Board> boards, const std::vector<RigViews>& cameras,
-                       const RigFrames& frames, const RigOptions& options) {
+// Cameras calibrated alone; throws unless all of them are linked. If recordings started at different times,
+// cameras get their leads and frames are matched again.
+JointViews linkedViews(std::span<const Board> boards, std::vector<RigViews>& cameras, RigFrames& frames,
+                       const RigOptions& options) {
   std::vector<Calibration> alone = calibratedAlone(boards, cameras, options);
   shareModels(boards, cameras, options, alone);
   if (const auto seen = boardsAsSeen(boards, alone)) {
     return linkedViews(*seen, cameras, frames, options);
   }
   JointViews views = jointViews(boards, frames, cameras, std::move(alone));
+  if (options.frames.empty() &&
+      std::ranges::any_of(views.lags, [](double lag) { return std::round(lag) != 0; })) {
+    for (std::size_t c = 0; c < cameras.size(); ++c)
+      cameras[c].lead += std::llround(std::round(views.lags[c]) * frames.step);
+    frames = matchFrames(cameras);
+    views = jointViews(boards, frames, cameras, std::move(views.alone));
+  }
   requireOnePart(cameras, views);
   return views;
 }
@@ -223,14 +231,15 @@ RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigV
 }
 
 // The rig with the given lenses freed; nothing if its images alone do not determine a rig.
-std::optional<RigCalibration> freedRig(std::span<const Board> boards, const std::vector<RigViews>& cameras,
-                                       const RigFrames& frames, const RigOptions& options) {
+std::optional<RigCalibration> freedRig(std::span<const Board> boards, std::vector<RigViews> cameras,
+                                       RigFrames frames, const RigOptions& options) {
   RigOptions freed = options;
   freed.given.clear();
   freed.models.clear();
   for (std::size_t c = 0; c < cameras.size(); ++c) freed.models.push_back(optionsOf(c, options).model);
   try {
-    return joined(linkedViews(boards, cameras, frames, freed), frames, cameras, freed, nullptr);
+    JointViews views = linkedViews(boards, cameras, frames, freed);
+    return joined(std::move(views), std::move(frames), cameras, freed, nullptr);
   } catch (const Error&) {
     return std::nullopt;
   }
@@ -241,10 +250,22 @@ std::optional<RigCalibration> freedRig(std::span<const Board> boards, const std:
 RigCalibration calibrate(std::span<const Board> boards, std::vector<RigViews> cameras,
                          const RigOptions& options) {
   requireCounts(cameras.size(), options);
-  const RigFrames frames = options.frames.empty() ? matchFrames(cameras) : framesOf(options.frames, cameras);
+  RigFrames frames = options.frames.empty() ? matchFrames(cameras) : framesOf(options.frames, cameras);
   JointViews views = linkedViews(boards, cameras, frames, options);
   const auto freed = isAnyGiven(options) ? freedRig(boards, cameras, frames, options) : std::nullopt;
-  return joined(std::move(views), frames, cameras, options, freed ? &*freed : nullptr);
+  if (options.rate_hz > 0) frames.interval_s = frames.step / options.rate_hz;
+  return joined(std::move(views), std::move(frames), cameras, options, freed ? &*freed : nullptr);
+}
+
+RigLeads leadsOf(std::span<const Board> boards, const std::vector<RigViews>& cameras,
+                 const RigOptions& options) {
+  requireCounts(cameras.size(), options);
+  const RigFrames frames = matchFrames(cameras);
+  const JointViews views = jointViews(boards, frames, cameras, calibratedAlone(boards, cameras, options));
+  RigLeads result{.leads = frames.leads, .step = std::max<std::int64_t>(1, std::llround(frames.step))};
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    result.leads[c] += std::llround(views.lags[c] * frames.step);
+  return result;
 }
 
 int numLinkedFrames(const RigCalibration& rig) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,6 +22,7 @@ struct RigOptions {
   /// One per camera, or empty: cameras calibrated before, whose lenses are kept.
   std::vector<std::optional<CameraRecord>> given = {};
   FrameTable frames = {};  ///< images taken together; empty: matched by their names
+  double rate_hz = 0;      ///< of images whose names count them, such as frames of videos; 0: unknown
 };
 
 /// Calibrates each camera alone, links cameras by boards that two of them see at the same time, and solves
@@ -36,6 +38,16 @@ struct RigOptions {
                                        const RigOptions& options = {});
 [[nodiscard]] RigCalibration calibrate(const Board& board, std::vector<RigViews> cameras,
                                        const RigOptions& options = {});
+
+/// When the recordings of cameras start, as the motion of the boards shows.
+struct RigLeads {
+  std::vector<std::int64_t> leads;  ///< RigViews::lead of each camera
+  std::int64_t step = 1;            ///< the usual interval between the numbers of the images
+};
+/// Calibrates each camera alone and finds the lead at which most poses of the boards agree.
+/// @throws Error as calibrate(), except for cameras that nothing links
+[[nodiscard]] RigLeads leadsOf(std::span<const Board> boards, const std::vector<RigViews>& cameras,
+                               const RigOptions& options);
 
 /// The number of frames with a board that two or more cameras saw.
 [[nodiscard]] int numLinkedFrames(const RigCalibration& rig);

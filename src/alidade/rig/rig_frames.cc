@@ -2,6 +2,7 @@
 #include "alidade/rig/rig_frames.h"
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <iterator>
 #include <map>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <regex>
 #include <set>
+#include <system_error>
 #include <tuple>
 #include <utility>
 
@@ -108,9 +110,10 @@ std::optional<Keys> numberKeys(const std::vector<std::vector<std::string>>& imag
   return best;
 }
 
+constexpr std::size_t kMostDigits = 30;  // longer numbers are not times
+
 bool isTime(const std::string& key) {
   constexpr std::size_t kDigits = 9;
-  constexpr std::size_t kMostDigits = 30;  // longer numbers are not times
   if (key.size() > kMostDigits) return false;
   if (key.find_first_not_of("0123456789.") != std::string::npos) return false;
   return key.size() >= kDigits || key.find('.') != std::string::npos;
@@ -208,6 +211,62 @@ bool areKnown(std::span<const RigViews> cameras) {
   return std::ranges::none_of(cameras, [](const RigViews& camera) { return camera.images.empty(); });
 }
 
+// The last number in each name; nothing if they do not rise.
+std::vector<long double> risingNumbers(const std::vector<std::string>& names) {
+  std::vector<long double> result;
+  for (const std::string& name : names) {
+    const std::vector<std::string> numbers = numbersIn(stemOf(name));
+    if (numbers.empty() || numbers.front().size() > kMostDigits) return {};
+    result.push_back(std::stold(numbers.front()));
+  }
+  const bool is_rising = std::ranges::adjacent_find(result, std::greater_equal<>()) == result.end();
+  return is_rising ? result : std::vector<long double>();
+}
+
+// Seconds in a unit of times since 1970; 0 for other numbers.
+double unitOf(long double number) {
+  constexpr double kEarliest = 1e9;  // 2001
+  constexpr double kLatest = 4e9;    // 2096
+  for (const double unit : {1.0, 1e-3, 1e-6, 1e-9}) {
+    const double seconds = static_cast<double>(number) * unit;
+    if (seconds > kEarliest && seconds < kLatest) return unit;
+  }
+  return 0;
+}
+
+void addTimes(RigFrames& frames) {
+  const std::vector<long double> numbers = risingNumbers(frames.names);
+  std::vector<double> steps;
+  for (std::size_t f = 1; f < numbers.size(); ++f)
+    steps.push_back(static_cast<double>(numbers[f] - numbers[f - 1]));
+  if (!steps.empty()) {
+    frames.step = medianOf(std::move(steps));
+    frames.interval_s = frames.step * unitOf(numbers.front());
+  }
+  for (std::size_t f = 0; f < frames.names.size(); ++f) {
+    frames.times.push_back(frames.step > 0 ? static_cast<double>(numbers[f] - numbers.front()) / frames.step
+                                           : static_cast<double>(f));
+  }
+}
+
+// Numbers as in the camera with the largest lead, so that none is negative.
+Keys keysByLead(std::span<const RigViews> cameras, const std::vector<std::vector<std::string>>& images) {
+  const std::int64_t most = std::ranges::max(cameras, {}, &RigViews::lead).lead;
+  Keys keys(cameras.size());
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    for (const std::string& image : images[c]) {
+      const std::vector<std::string> numbers = numbersIn(stemOf(image));
+      const std::string text = numbers.empty() ? "" : numbers.front();
+      std::int64_t number = 0;
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+      const bool is_whole = error == std::errc() && end == text.data() + text.size();
+      keys[c].push_back(is_whole ? std::to_string(number - cameras[c].lead + most)
+                                 : cameras[c].name + "/" + image);
+    }
+  }
+  return keys;
+}
+
 RigFrames framesByKeys(std::span<const RigViews> cameras, const std::vector<std::vector<std::string>>& images,
                        const Keys& keys) {
   std::map<std::string, std::size_t> num_of;  // number of images per key
@@ -216,7 +275,8 @@ RigFrames framesByKeys(std::span<const RigViews> cameras, const std::vector<std:
   }
   RigFrames frames{.names = mapped(num_of, [](const auto& entry) { return entry.first; }),
                    .frame_of = {},
-                   .unmatched = {}};
+                   .unmatched = {},
+                   .leads = mapped(cameras, &RigViews::lead)};
   std::ranges::sort(frames.names, naturalLess);
   std::map<std::string, std::size_t> index_of;
   for (std::size_t f = 0; f < frames.names.size(); ++f) index_of[frames.names[f]] = f;
@@ -231,6 +291,7 @@ RigFrames framesByKeys(std::span<const RigViews> cameras, const std::vector<std:
     frames.frame_of.push_back(
         mapped(cameras[c].views, [&](const View& view) { return frame_of_image.at(view.image); }));
   }
+  addTimes(frames);
   return frames;
 }
 
@@ -363,9 +424,15 @@ void requireImages(const FrameTable& table, const RigViews& camera, const std::v
 
 }  // namespace
 
+bool RigFrames::areShifted() const {
+  return std::ranges::any_of(leads, [&](std::int64_t lead) { return lead != leads.front(); });
+}
+
 RigFrames matchFrames(std::span<const RigViews> cameras) {
   std::vector<std::vector<std::string>> images;
   for (const RigViews& camera : cameras) images.push_back(imagesOf(camera));
+  if (std::ranges::any_of(cameras, [](const RigViews& camera) { return camera.lead != 0; }))
+    return framesByKeys(cameras, images, keysByLead(cameras, images));
   Keys best;
   std::size_t num_shared = 0;
   const auto prefer = [&](Keys keys) {
@@ -415,6 +482,7 @@ RigFrames framesOf(const FrameTable& table, std::span<const RigViews> cameras) {
   }
   RigFrames frames = framesByKeys(cameras, images, keys);
   frames.unmatched = std::move(unmatched);
+  frames.step = 0;
   return frames;
 }
 

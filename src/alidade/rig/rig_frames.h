@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,6 +26,9 @@ struct RigViews {
   std::vector<View> views;               ///< of one image size
   std::vector<std::string> images = {};  ///< all that were searched for boards; empty if unknown
   std::vector<std::string> paths = {};   ///< of these images; empty if unknown
+  /// The last numbers in the names of its images are larger by this than those of simultaneous images of a
+  /// camera with lead 0. If any camera has a lead, images match by these numbers.
+  std::int64_t lead = 0;
 };
 
 /// The instants at which a rig took images.
@@ -37,6 +41,15 @@ struct RigFrames {
   /// The largest difference between the times of one frame, in the unit of the names; 0 if names match
   /// exactly.
   double time_spread = 0;
+  /// Of each frame, in usual intervals: by the last numbers in the names, or else the indices.
+  std::vector<double> times = {};
+  /// The usual interval in these numbers; 0 without numbers that rise, and for a table.
+  double step = 0;
+  double interval_s = 0;                 ///< of the usual interval; 0 if unknown
+  std::vector<std::int64_t> leads = {};  ///< RigViews::lead of each camera
+
+  /// True if recordings start at different times.
+  [[nodiscard]] bool areShifted() const;
 };
 
 /// Finds which images were taken at the same time. Images match by the first of these that relates most

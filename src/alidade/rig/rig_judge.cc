@@ -84,6 +84,17 @@ void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Dia
          .evidence = listedImages(rig, unlinked),
          .next_step = "hold the board still while the cameras take a frame, and check that names match"});
   }
+  if (rig.frames.areShifted()) {
+    const std::int64_t least = std::ranges::min(rig.frames.leads);
+    std::vector<std::string> together;
+    for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+      together.push_back(fmt::format("{} of {}", rig.frames.leads[c] - least, rig.cameras[c].name));
+    diagnoses.push_back(
+        {.id = "starts_differ",
+         .cause = "the recordings start at different times: the motion of the boards shows which frames were "
+                  "taken together, frame " +
+                  join(together, ", ")});
+  }
   if (rig.frames.time_spread > 0) {
     diagnoses.push_back(
         {.id = "times_differ",
@@ -113,7 +124,15 @@ void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Dia
   }
 }
 
-// "b is 0.703 +- 0.012 early, c is 0.051 +- 0.010 late": of a frame's interval, where it is not chance.
+// Milliseconds, or intervals between frames whose length is unknown.
+std::string timeText(const RigFrames& frames, double intervals, double std) {
+  const bool are_ms = frames.interval_s > 0;
+  const double unit = are_ms ? frames.interval_s * kMillimetres : 1;
+  const std::string spread = std > 0 ? fmt::format(" +- {:.2g}", std * unit) : "";
+  return fmt::format("{:.3g}{} {}", intervals * unit, spread, are_ms ? "ms" : "intervals between frames");
+}
+
+// "b takes its images 118 +- 2 ms before a": what is not chance.
 std::string delaysText(const RigCalibration& rig) {
   constexpr double kSure = 4;  // standard deviations
   std::vector<std::string> delays;
@@ -121,8 +140,9 @@ std::string delaysText(const RigCalibration& rig) {
     const double delay = rig.fit.cameras[c].delay;
     const double std = rig.cameras[c].link.delay_std_intervals;
     if (std > 0 && std::abs(delay) > kSure * std)
-      delays.push_back(fmt::format("{} is {:.3f} +- {:.3f} {}", rig.cameras[c].name, std::abs(delay), std,
-                                   delay < 0 ? "early" : "late"));
+      delays.push_back(fmt::format("{} is {} {} {}", rig.cameras[c].name,
+                                   timeText(rig.frames, std::abs(delay), std), delay < 0 ? "before" : "after",
+                                   rig.cameras.front().name));
   }
   return join(delays, ", ");
 }
@@ -139,10 +159,8 @@ void judgeExposures(const RigCalibration& rig, double tolerance_px, std::vector<
            "the cameras do not take a frame at one instant, which moves the board by {:.2f} mm and "
            "its corners by {:.2f} px (RMS); this is taken into account",
            rig.exposure->shift_m * kMillimetres, rig.exposure->shift_px),
-       .evidence =
-           fmt::format("in intervals between frames, {}times scatter by {:.3f}",
-                       delays.empty() ? "" : delays + " relative to " + rig.cameras.front().name + "; ",
-                       rig.exposure->std_intervals),
+       .evidence = fmt::format("{}{}times scatter by {}", delays, delays.empty() ? "" : "; ",
+                               timeText(rig.frames, rig.exposure->std_intervals, 0)),
        .next_step = "move the board slowly, hold it still for some frames, or trigger the cameras together",
        .effect_px = effect_px});
 }

@@ -39,6 +39,10 @@ struct JointViews {
   std::vector<SE3> camera_from_rig;  ///< of each camera; a part's first camera is at the origin
   std::vector<std::size_t> turn_of;  ///< of each view, an index into boardTurns() of its board
   std::vector<bool> agrees;          ///< of each view: its pose matches those of its frame
+  /// By how many intervals between frames each camera is ahead of the first one of its part, as the motion of
+  /// the boards shows.
+  std::vector<double> lags;
+  std::vector<double> times;  ///< of frames
 
   [[nodiscard]] const BoardTurn& turnOf(std::size_t v) const { return turns[poses[v].board][turn_of[v]]; }
 };

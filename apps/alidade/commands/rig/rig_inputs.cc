@@ -91,7 +91,9 @@ void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>
 }  // namespace
 
 void RigInputs::addOptions(Flags& flags) {
-  are_frames_even = true;
+  constexpr std::size_t kMostFrames = 300;  // at eight a second, to follow the boards' motion
+  even_from = 0;
+  num_frames = kMostFrames;
   flags.add("input", &inputs,
             "One for each camera: a folder of images, a pattern in quotes, a video, or a corners file (.csv)",
             kFilePath);
@@ -172,6 +174,8 @@ RigInputViews readRigViews(const RigInputs& inputs, const std::vector<std::strin
   for (std::size_t c = 0; c < inputs.inputs.size(); ++c) {
     BoardInputs of_camera = inputs;
     of_camera.inputs = {inputs.inputs[c]};
+    const std::int64_t lead = inputs.leads.empty() ? 0 : inputs.leads[c];
+    if (lead != 0) of_camera.even_from = static_cast<std::size_t>(lead);
     GivenViews given = readViews(of_camera, common);
     if (c == 0) result.boards = given.boards;
     if (given.boards != result.boards) {
@@ -184,8 +188,11 @@ RigInputViews readRigViews(const RigInputs& inputs, const std::vector<std::strin
           fmt::format("{}: a board in {} of {} images", names[c], given.num_found, given.num_images));
       printListed(given.reasons);
     }
-    result.cameras.push_back(
-        {.name = names[c], .views = std::move(given.views), .images = given.images, .paths = given.paths});
+    result.cameras.push_back({.name = names[c],
+                              .views = std::move(given.views),
+                              .images = given.images,
+                              .paths = given.paths,
+                              .lead = lead});
     given.views.clear();
     result.given.push_back(std::move(given));
   }

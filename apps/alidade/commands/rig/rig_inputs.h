@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ namespace alidade {
 struct RigInputs : BoardInputs {
   std::vector<std::string> names = {};  ///< of the cameras; empty: derived from the inputs
   std::string match = {};               ///< table of frames; empty: none
+  /// The frame of each video that was taken together with frame 0 of some of them; empty: all start together.
+  std::vector<std::int64_t> leads = {};
 
   /// All flags, and the inputs as arguments.
   void addOptions(Flags& flags);

@@ -412,6 +412,7 @@ json documentOfRig(const RigCalibration& rig) {
                        {"rms_px", camera.rms_px},
                        {"alone_rms_px", camera.alone_rms_px},
                        {"transfer_px", camera.link.transfer_px}});
+    if (rig.frames.areShifted()) cameras.back()["lead"] = rig.frames.leads[c];
     if (!rig.exposure) continue;
     cameras.back()["delay_intervals"] = fitted.delay;
     cameras.back()["delay_std_intervals"] = camera.link.delay_std_intervals;
@@ -439,7 +440,8 @@ json documentOfRig(const RigCalibration& rig) {
                     ofEachBoard(rig.fit, [&](std::size_t board) { return fittedShapeJson(rig.fit, board); })},
                    {"diagnoses", rig.diagnoses}};
   if (rig.exposure) {
-    document["exposure"] = {{"std_intervals", rig.exposure->std_intervals},
+    document["exposure"] = {{"interval_s", rig.frames.interval_s},
+                            {"std_intervals", rig.exposure->std_intervals},
                             {"shift_m", rig.exposure->shift_m},
                             {"shift_px", rig.exposure->shift_px}};
   }
