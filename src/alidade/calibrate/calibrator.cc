@@ -166,7 +166,7 @@ void addBoards(const Calibration& of, CalibrationRecord& record) {
   for (std::size_t b = 0; b < of.fit.boards.size(); ++b) {
     const FitBoard& board = of.fit.boards[b];
     if (numViews(of.fit, b) == 0) continue;
-    if (!board.is_shape_fixed) {
+    if (!board.is_shape_fixed && of.uncertainty.bend_std_m[b].allFinite()) {  // else it is unknown
       record.warps.push_back({.board = record.boards.size(),
                               .shape = {.bend_x_m = board.shape.bend_x_m, .bend_y_m = board.shape.bend_y_m},
                               .std_m = of.uncertainty.bend_std_m[b]});

@@ -404,6 +404,19 @@ std::vector<double> meanSquaresAlone(const JointViews& views) {
   return alone;
 }
 
+// The cameras as they are alone, each view with its own pose and errors: what a fit that failed leaves.
+JointFit apart(const JointViews& views, const JointFit& failed) {
+  JointFit joint = startedFit(views);
+  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(joint.fit)) {
+    for (std::size_t i = 1; i < of_placement.size(); ++i) unlink(of_placement[i], joint);
+  }
+  joint.unlinked = failed.unlinked;
+  joint.fit.summary = failed.fit.summary;
+  for (std::size_t v = 0; v < views.poses.size(); ++v)
+    joint.fit.views[v].errors = views.poses[v].view->errors;
+  return joint;
+}
+
 // The fit in which all views of a frame were taken at one instant.
 JointFit rigidFit(const JointViews& views, std::span<const std::size_t> uneven,
                   const std::vector<double>& alone, const CancelFlag* cancel) {
@@ -528,6 +541,7 @@ std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits) {
 JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, const CancelFlag* cancel) {
   JointFit joint = rigidFit(views, uneven, meanSquaresAlone(views), cancel);
   keepUnfolded(uneven, joint, cancel);
+  if (hasFailed(joint)) joint = apart(views, joint);
   std::ranges::sort(joint.unlinked);
   joint.rig_from_board = placedByEach(joint.fit, views);
   return joint;

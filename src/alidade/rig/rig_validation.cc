@@ -202,6 +202,18 @@ AnyRig stepped(const AnyRig& rig, const Eigen::VectorXd& step) {
   return AnyRig(std::move(cameras));
 }
 
+// The rig after a step, or after the opposite one where this one leaves the range of a model; nothing if both
+// do.
+std::optional<AnyRig> steppedInRange(const AnyRig& rig, const Eigen::VectorXd& step) {
+  for (const double sign : {1.0, -1.0}) {
+    try {
+      return stepped(rig, sign * step);
+    } catch (const Error&) {
+    }
+  }
+  return std::nullopt;
+}
+
 // The part of the variance of the mean ratio due to the rig's stated covariance: squared changes for steps of
 // one standard deviation along its axes.
 double ratioVarianceOfRig(const RigRecord& record, const std::vector<std::vector<CommonPoint>>& points) {
@@ -220,7 +232,9 @@ double ratioVarianceOfRig(const RigRecord& record, const std::vector<std::vector
     const double value = axes.eigenvalues()(k);
     if (!(value > kNothing * axes.eigenvalues()(count - 1))) continue;
     const Eigen::VectorXd axis = scale.cwiseProduct(axes.eigenvectors().col(k)) * (kSmall * std::sqrt(value));
-    const double change = (meanLengthRatio(stepped(rig, axis), points) - as_stated) / kSmall;
+    const auto beside = steppedInRange(rig, axis);
+    if (!beside) continue;
+    const double change = (meanLengthRatio(*beside, points) - as_stated) / kSmall;
     variance += change * change;
   }
   return variance;

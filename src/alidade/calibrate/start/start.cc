@@ -284,7 +284,7 @@ class Search {
         std::move(fit),
         {.max_iterations = kMaxIterations, .function_tolerance = tolerance, .cancel = cancel_});
     // An iteration limit is not a failure here, because the full solve continues from this point.
-    if (fit.summary.termination == Termination::kFailed) return false;
+    if (fit.summary.termination == Termination::kFailed || !hasFocalLengths(onlyCamera(fit))) return false;
     candidate.params = onlyCamera(fit).params;
     candidate.cost = missing_cost + fit.summary.cost;
     for (const FitView& view : fit.views) candidate.poses[view.source] = cameraFromBoard(fit, view);

@@ -14,6 +14,7 @@
 #include "alidade/camera/model_fit.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/camera/projection_uncertainty.h"
+#include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 
 namespace alidade {
@@ -185,8 +186,13 @@ std::optional<Fit> flexibleFit(const Fit& fit) {
   Fit flexible = fit;
   FitCamera& of = onlyCamera(flexible);
   of.model = flexible_id;
-  const AnyCamera same = fitModel(AnyCamera::make(camera.model, camera.params), camera.size, of.model).camera;
-  of.params.assign(same.parameters().begin(), same.parameters().end());
+  try {
+    const AnyCamera same =
+        fitModel(AnyCamera::make(camera.model, camera.params), camera.size, of.model).camera;
+    of.params.assign(same.parameters().begin(), same.parameters().end());
+  } catch (const Error&) {  // a lens that sees hardly anything of its image
+    return std::nullopt;
+  }
   of.constraint = {};
   of.weak_prior = {};
   return flexible;

@@ -277,6 +277,7 @@ std::optional<TwoCameras> twoCameras(const Fit& fit, double variance) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(directions.cols(), directions.cols());
   for (const Reduced& pull : pulls) information += directions.transpose() * pull.information * directions;
   const Eigen::MatrixXd basis = directions * unitBasis(information);
+  if (basis.cols() == 0) return std::nullopt;
   std::vector<Reduced> places;
   for (const Reduced& pull : pulls) {
     places.push_back({.information = basis.transpose() * pull.information * basis,
