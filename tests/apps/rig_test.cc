@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <regex>
 #include <sstream>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -389,8 +390,11 @@ TEST_F(RigCalibrate, SaysWhatIsWrong) {
   EXPECT_THAT(calibrate({"-o", scratch_.path("left.csv")}), FailsWith(2, HasSubstr("this is also an input")));
   // Views of other moments link nothing.
   std::string others = scratch_.read("right.csv");
-  for (std::size_t at = others.find(",view_0"); at != std::string::npos; at = others.find(",view_0", at + 1))
+  for (std::size_t at = others.find(",view_0"); at != std::string::npos;
+       at = others.find(",view_0", at + 1)) {
     others.replace(at, 7, ",view_9");
+    std::swap(others[at + 7], others[at + 8]);  // in another order, or they would be a later recording
+  }
   scratch_.write("right.csv", others);
   EXPECT_THAT(calibrate({"--quiet"}),
               FailsWith(1, AllOf(HasSubstr("nothing links: left | right"), HasSubstr("next: "))));
