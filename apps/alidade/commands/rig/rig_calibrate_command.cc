@@ -182,7 +182,7 @@ class RigCalibrateCommand final : public Command {
     flags.explain(
         "Example: alidade rig calibrate left/ right/ --board checkerboard:9x6:25mm -o rig.yaml\n"
         "Images with the same name, or else with the same last number in it, were taken at the same time.\n"
-        "So were frames of videos with the same number.\n"
+        "Frames of videos are matched by their numbers. The videos need not start together.\n"
         "Exit code 3: done, but the rig must not be used; no rig file is written.");
     views_.addOptions(flags);
     std::vector<std::string> models = modelIds();
