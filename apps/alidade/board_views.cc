@@ -131,6 +131,10 @@ void checkLengths(const CornersFile& file, bool is_quiet, std::vector<std::strin
 }
 
 GivenViews readCorners(const BoardInputs& inputs, const CommonOptions& options) {
+  if (inputs.areFlipped()) {
+    throw flagError("--mirrored image", "the corners file " + inputs.inputs.front(), "images",
+                    "give it to alidade detect, which then finds the corners in the images flipped back");
+  }
   const auto other = std::ranges::find_if_not(inputs.inputs, isCornersFile);
   if (other != inputs.inputs.end()) {
     throw usageError({.where = *other,
@@ -174,12 +178,13 @@ GivenViews readCorners(const BoardInputs& inputs, const CommonOptions& options) 
 // Opens all input images; a terminal shows progress while videos are read.
 ImageSet openInputs(const BoardInputs& inputs, const CommonOptions& options, const ContentCache* cache) {
   ProgressBar bar("choosing frames", options.quiet);
-  return openImages(inputs.inputs, {.num_frames = inputs.num_frames,
-                                    .even_from = inputs.even_from,
-                                    .num_jobs = options.jobs,
-                                    .progress = bar.reporter(),
-                                    .cancel = options.cancel,
-                                    .cache = cache});
+  ImageSet images = openImages(inputs.inputs, {.num_frames = inputs.num_frames,
+                                               .even_from = inputs.even_from,
+                                               .num_jobs = options.jobs,
+                                               .progress = bar.reporter(),
+                                               .cancel = options.cancel,
+                                               .cache = cache});
+  return inputs.areFlipped() ? images.mirrored() : images;
 }
 
 // The results of one survey per board.
@@ -268,6 +273,9 @@ GivenViews runDetection(const BoardInputs& inputs, const CommonOptions& options)
   }
   given.boards = boards;
   given.notes = images.notes();
+  if (inputs.areFlipped())
+    given.notes.push_back(
+        "the images were flipped left to right; all results are those of the flipped images");
   given.image_set = images;
   for (const BoardSurvey& survey : given.surveys) {
     for (const Diagnosis& note : survey.notes) given.notes.push_back(note.message());
@@ -369,6 +377,19 @@ void BoardInputs::addDetection(Flags& flags, bool has_debug) {
               "Folder for copies of the images with the corners, their ids and the board's axes drawn in",
               kFolder);
   }
+  flags.under(nullptr);
+}
+
+void BoardInputs::addMirrored(Flags& flags, bool are_many) {
+  flags.under(kBoardGroup);
+  flags.add(
+      "--mirrored", &mirrored,
+      std::string(
+          "Why boards look mirrored. image: a camera in mirror mode took the images; they are flipped "
+          "back, and results are those of the flipped images. back: they show the back of a board that is "
+          "printed through") +
+          (are_many ? ". For all cameras, or one value for each, separated by commas ('-': neither)" : ""),
+      are_many ? oneOf({"image", "back", "-"}, ',') : oneOf({"image", "back"}));
   flags.under(nullptr);
 }
 

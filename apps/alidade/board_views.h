@@ -26,6 +26,9 @@ struct BoardInputs {
   std::size_t num_frames = 100;          ///< to search in each video or sequence
   /// Frames of videos are evenly spaced from this number on, so that those of several match.
   std::optional<std::size_t> even_from = {};
+  /// "image": all images are flipped left to right; "back": the back of a board printed through is seen. One
+  /// value, or one for each camera of a rig ("-": neither).
+  std::vector<std::string> mirrored = {};
   std::string cache = {};  ///< folder for results of detection; empty: none
   /// Folder for images with the detections drawn on them; empty: none.
   std::string debug_folder = {};
@@ -38,6 +41,10 @@ struct BoardInputs {
   void addBoards(Flags& flags);
   /// The flags --frames and --cache, and --debug for commands that only find boards.
   void addDetection(Flags& flags, bool has_debug);
+  /// The flag --mirrored.
+  /// @param are_many  of several cameras
+  void addMirrored(Flags& flags, bool are_many);
+  [[nodiscard]] bool areFlipped() const { return !mirrored.empty() && mirrored.front() == "image"; }
   /// Checks before any long work that the debug folder and the output differ.
   /// @throws Error (kUsage)
   void checkDebugFolder(const std::string& output) const;

@@ -72,7 +72,7 @@ double weightedSum(const std::string& spec) {
 // kDetectionVersion in detection_entry.cc and write the new sums here; they change with the renderer as well.
 TEST(DetectionEntry, HasTheVersionOfTheseCorners) {
   constexpr double kNear = 0.01;  // processors with and without AVX2 differ by less
-  EXPECT_THAT(entryKey("image", board()), HasSubstr("corners 3 "));
+  EXPECT_THAT(entryKey("image", board()), HasSubstr("corners 4 "));
   EXPECT_NEAR(weightedSum("checkerboard:9x6:25mm"), 1266719.5613, kNear);
   EXPECT_NEAR(weightedSum("charuco:8x6:30mm:22mm:DICT_5X5_50"), 537401.9595, kNear);
   EXPECT_NEAR(weightedSum("aprilgrid:4x3:50mm:0.3"), 1022938.3632, kNear);

@@ -8,6 +8,7 @@
 
 #include "alidade/core/degrees.h"
 #include "alidade/simulate/observe.h"
+#include "alidade/target/board_turns.h"
 
 namespace alidade {
 namespace {

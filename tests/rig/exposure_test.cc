@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "rig_scene.h"
+#include "support/message_of.h"
 
 namespace alidade {
 namespace {
@@ -234,6 +235,27 @@ TEST(Starts, AreFoundByTheMotion) {
               num_unlinked);
   EXPECT_LE(num_unlinked, 2U);
   EXPECT_LT(std::sqrt(errors.squares_m2 / errors.count), 0.0015);
+}
+
+// Before a camera that never sees the board together with another one, it moves like before any other.
+TEST(Starts, AreUnknownWithoutCommonFrames) {
+  int num_parts = 0;
+  for (const double step_m : {0.004, 0.01, 0.03}) {
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+      RigScene scene = wavedScene({.num_frames = 80, .step_m = step_m}, seed);
+      for (std::size_t c = 0; c < 2; ++c) {
+        std::erase_if(scene.views[c].views,
+                      [&](const View& view) { return (view.image < "frame1040.png") != (c == 0); });
+      }
+      scene.views.pop_back();
+      scene.cameras.pop_back();
+      const std::string message =
+          messageOf([&] { (void)calibrate(kCharuco, scene.views, optionsFor(scene)); });
+      num_parts += message.find("nothing links") != std::string::npos ? 1 : 0;
+    }
+  }
+  std::printf("parts told: %d of 24\n", num_parts);
+  EXPECT_EQ(num_parts, 24);
 }
 
 TEST(Starts, AreEqualForPhotographsAndForBoardsThatStandStill) {

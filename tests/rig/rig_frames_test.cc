@@ -59,6 +59,32 @@ TEST(RigFrames, MatchesTheNumberThatDiffers) {
   EXPECT_THAT(frames.frame_of, ElementsAre(ElementsAre(0, 2), ElementsAre(2, 1)));
 }
 
+TEST(RigFrames, MatchesNumbersLessTheLeads) {
+  std::vector<RigViews> cameras = {camera("a", {"frame01_cam0.jpg", "frame12_cam0.jpg"}),
+                                   camera("b", {"frame19_cam1.jpg", "frame3_cam1.jpg"})};
+  cameras[1].lead = 7;
+  const RigFrames frames = matchFrames(cameras);
+  EXPECT_THAT(frames.names, ElementsAre("3", "8", "19"));
+  EXPECT_THAT(frames.frame_of, ElementsAre(ElementsAre(1, 2), ElementsAre(2, 0)));
+  // Thirds of 100: a lead of three intervals is 99 or 100.
+  cameras = {camera("a", {"0.png", "33.png", "67.png", "100.png"}),
+             camera("b", {"100.png", "133.png", "167.png", "200.png"})};
+  cameras[1].lead = 99;
+  EXPECT_THAT(matchFrames(cameras).frame_of, ElementsAre(ElementsAre(0, 1, 2, 3), ElementsAre(0, 1, 2, 3)));
+  cameras[0].views[0].image = "none.png";
+  EXPECT_THAT(messageOf([&] { (void)matchFrames(cameras); }), HasSubstr("no two images with the same name"));
+}
+
+TEST(RigFrames, KnowsTheTimesInNames) {
+  const std::vector<RigViews> cameras = {
+      camera("a", {"1700000000.000.png", "1700000000.033.png", "1700000000.067.png"}),
+      camera("b", {"1700000000.001.png", "1700000000.034.png", "1700000000.068.png"})};
+  const RigFrames frames = matchFrames(cameras);
+  EXPECT_NEAR(frames.interval_s, 0.0335, 0.001);
+  ASSERT_EQ(frames.times.size(), 3u);
+  EXPECT_NEAR(frames.times[2], 2, 0.05);
+}
+
 TEST(RigFrames, MatchesTheNearestTimes) {
   const std::vector<RigViews> cameras = {
       camera("a", {"100.000.png", "100.100.png", "100.200.png", "100.500.png"}),

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "alidade/core/error.h"
+#include "alidade/target/board_turns.h"
 #include "support/image_sizes.h"
 
 namespace alidade {

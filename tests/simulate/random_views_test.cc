@@ -12,6 +12,7 @@
 #include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/simulate/observe.h"
+#include "alidade/target/board_turns.h"
 #include "support/image_sizes.h"
 
 namespace alidade {

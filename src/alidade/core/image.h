@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -29,6 +30,13 @@ struct GrayImage {
 /// The image with bright and dark exchanged.
 [[nodiscard]] inline GrayImage negativeOf(GrayImage image) {
   for (std::uint8_t& pixel : image.pixels) pixel = static_cast<std::uint8_t>(255 - pixel);
+  return image;
+}
+
+/// The image with left and right exchanged.
+[[nodiscard]] inline GrayImage mirroredOf(GrayImage image) {
+  for (auto row = image.pixels.begin(); row != image.pixels.end(); row += image.size.width)
+    std::reverse(row, row + image.size.width);
   return image;
 }
 

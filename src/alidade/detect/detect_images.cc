@@ -6,13 +6,12 @@
 #include <utility>
 #include <variant>
 
-#include <opencv2/core/utility.hpp>
-
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "alidade/detect/board/find_board.h"
 #include "alidade/detect/detection_entry.h"
 #include "alidade/files/content_cache.h"
+#include "alidade/imagery/opencv_versions.h"
 
 namespace alidade {
 
@@ -21,7 +20,7 @@ Detection findBoard(const GrayImage& image, const Board& board) {
 }
 
 void useOneThreadPerImage() {
-  cv::setNumThreads(1);
+  detail::useOneThread();
 }
 
 namespace {

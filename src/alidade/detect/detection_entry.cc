@@ -21,7 +21,7 @@ using nlohmann::json;
 
 // To be raised when corners, measures or reasons change, so that results of older versions are computed
 // again.
-constexpr int kDetectionVersion = 3;
+constexpr int kDetectionVersion = 4;
 
 Error foreignEntry(const char* what) {
   return inputError({.found = what});

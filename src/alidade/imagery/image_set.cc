@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -197,37 +199,48 @@ Error unreadableVideo(const std::string& path, std::string found, std::string ne
                      .next_step = std::move(next_step)});
 }
 
-// About eight frames a second from a first one on, as many as follow the motion of a hand. If that is more
-// than wanted, runs of them that are a whole number of runs apart.
+// Six to twelve frames a second from a first one on, enough to follow the motion of a hand. Of a longer
+// video, the first half of the frames is without a gap, so that recordings that start at different times have
+// frames in common; the others are in runs, which are left out by chance, the same in all videos.
 class EvenFrames {
  public:
   EvenFrames(std::size_t first, std::size_t num_wanted, double rate_hz)
       : first_(first), num_wanted_(num_wanted) {
-    constexpr double kRate = 8;
-    if (rate_hz > kRate) step_ = static_cast<std::size_t>(std::lround(rate_hz / kRate));
+    constexpr double kRate = 12;
+    // Powers of two, so that videos of nearly one rate have frames in common.
+    if (rate_hz > kRate) step_ = std::bit_ceil(static_cast<std::size_t>(std::ceil(rate_hz / kRate)));
   }
 
   void add(std::size_t number) {
     if (number < first_ || !isChosen(number)) return;
     numbers_.push_back(number);
-    if (numbers_.size() <= num_wanted_) return;
-    apart_ *= 2;
-    std::erase_if(numbers_, [&](std::size_t other) { return !isChosen(other); });
+    while (numbers_.size() > num_wanted_ && one_of_ < kMostRuns) {
+      one_of_ *= 2;
+      std::erase_if(numbers_, [&](std::size_t other) { return !isChosen(other); });
+    }
+    if (numbers_.size() > num_wanted_) numbers_.pop_back();
   }
   [[nodiscard]] const std::vector<std::size_t>& chosen() const { return numbers_; }
 
  private:
   [[nodiscard]] bool isChosen(std::size_t number) const {
-    const std::size_t run = std::min<std::size_t>(kRun, std::max<std::size_t>(1, num_wanted_ / 2));
     const std::size_t place = (number - first_) / step_;
-    return (number - first_) % step_ == 0 && place / run % apart_ == 0;
+    if ((number - first_) % step_ != 0) return false;
+    return place < num_wanted_ / 2 || mixed(place / kRun) % one_of_ == 0;
+  }
+  // The low bits look random (Steele, Lea and Flood 2014, the finaliser of SplitMix).
+  static std::uint64_t mixed(std::uint64_t run) {
+    run = (run + 0x9e3779b97f4a7c15U) * 0xbf58476d1ce4e5b9U;
+    run = (run ^ (run >> 27U)) * 0x94d049bb133111ebU;
+    return run ^ (run >> 31U);
   }
 
   static constexpr std::size_t kRun = 30;  // frames
+  static constexpr std::size_t kMostRuns = std::size_t{1} << 20U;
   std::size_t first_;
   std::size_t num_wanted_;
   std::size_t step_ = 1;
-  std::size_t apart_ = 1;  // the distance of runs, in runs
+  std::size_t one_of_ = 1;  // the share of runs that are chosen
   std::vector<std::size_t> numbers_;
 };
 
@@ -306,7 +319,7 @@ std::optional<FrameLook> parseLook(std::string_view text) {
 }
 
 // Must change whenever the choice of frames may change.
-constexpr std::string_view kChoiceVersion = "frames 2 ";
+constexpr std::string_view kChoiceVersion = "frames 3 ";
 
 class Opening {
  public:
@@ -398,8 +411,8 @@ class Opening {
   }
 
   void noteChoice(const std::string& name, std::size_t num_chosen, std::size_t num_all, const char* what) {
-    notes_.push_back(fmt::format("{}: {} of {} {} are searched (sharp, and different from each other)", name,
-                                 num_chosen, num_all, what));
+    notes_.push_back(fmt::format("{}: {} of {} {} are searched{}", name, num_chosen, num_all, what,
+                                 options_.even_from ? "" : " (sharp, and different from each other)"));
   }
 
   OpenImagesOptions options_;
@@ -431,6 +444,23 @@ std::vector<std::string> ImageSet::names() const {
 
 EncodedImage ImageSet::read(std::size_t i) const {
   return items_[i].read(items_[i].name);
+}
+
+ImageSet ImageSet::mirrored() const {
+  ImageSet result = *this;
+  for (Item& item : result.items_) {
+    item.read = [read = item.read](const std::string& name) {
+      EncodedImage image = read(name);
+      if (!image.identity.empty()) image.identity += " mirrored";
+      image.decode = [decode = std::move(image.decode)] {
+        LoadedImage loaded = decode();
+        loaded.image = mirroredOf(std::move(loaded.image));
+        return loaded;
+      };
+      return image;
+    };
+  }
+  return result;
 }
 
 ImageSet openImages(std::span<const std::string> inputs, const OpenImagesOptions& options) {

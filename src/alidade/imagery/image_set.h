@@ -54,6 +54,9 @@ class ImageSet {
   /// @throws Error (kInput); Cancelled, from decode() too
   [[nodiscard]] EncodedImage read(std::size_t i) const;
 
+  /// The same images with left and right exchanged.
+  [[nodiscard]] ImageSet mirrored() const;
+
   /// Messages for the user about videos and sequences, one sentence each.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 

@@ -31,6 +31,15 @@ inline cv::aruco::Dictionary markerDictionary(int id) {
 #endif
 }
 
+/// Makes OpenCV use only the calling thread, in the whole process. Builds with TBB crash if two threads set
+/// this at once.
+inline void useOneThread() {
+  [[maybe_unused]] static const bool is_done = [] {
+    cv::setNumThreads(1);
+    return true;
+  }();
+}
+
 /// The marker `id` as an image of `side` pixels along a side, 0 where it is dark, with a border of
 /// `border_cells`.
 inline cv::Mat drawnMarker(const cv::aruco::Dictionary& dictionary, int id, int side, int border_cells) {

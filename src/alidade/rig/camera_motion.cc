@@ -162,8 +162,8 @@ std::optional<CameraMotion> smallMotion(const JointFit& joint,
 }  // namespace
 
 std::vector<CameraMotion> cameraMotions(const JointViews& views, const JointFit& joint,
-                                        const std::vector<std::string>& frames,
                                         const RigCovariance& covariance) {
+  const std::vector<std::string>& frames = views.frames.names;
   const std::vector<std::vector<CommonView>> common = commonViews(views, joint);
   std::vector<CameraMotion> motions;
   for (std::size_t c = 0; c < common.size(); ++c) {

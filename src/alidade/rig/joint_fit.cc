@@ -17,6 +17,7 @@
 #include "alidade/adjust/noise/pose_deviations.h"
 #include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/calibrate/bend/flex_fit.h"
+#include "alidade/core/mapped.h"
 #include "alidade/rig/exposure.h"
 
 namespace alidade {
@@ -247,7 +248,8 @@ std::size_t oddOne(const std::vector<std::size_t>& of_placement, const JointView
   for (const std::size_t v : of_placement) {
     double sum = 0;
     for (const std::size_t other : of_placement)
-      sum += poseCost(rig_from_board[v], rig_from_board[other], std::max(distanceOf(v), distanceOf(other)));
+      sum +=
+          between(rig_from_board[v], rig_from_board[other]).cost(std::max(distanceOf(v), distanceOf(other)));
     if (sum < most) continue;
     most = sum;
     odd = v;
@@ -303,26 +305,22 @@ bool unlinkMovedViews(const JointViews& views, JointFit& joint, std::vector<std:
   return !side.empty();
 }
 
-// Links views with the others of their frames again, where `doesAgree` is true for view and placement.
-// Returns true if there were any.
+// Links views with the others of their frames again, where `doesAgree` is true for view and other. Returns
+// true if there were any.
 template <typename DoesAgree>
 bool linkAgain(const JointViews& views, const DoesAgree& doesAgree, JointFit& joint) {
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // placements of the linked views
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> linked;  // a view of each board in each frame
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     if (std::ranges::find(joint.unlinked, v) == joint.unlinked.end())
-      placement_of[{views.poses[v].frame, views.poses[v].board}] = joint.fit.views[v].placement;
+      linked[{views.poses[v].frame, views.poses[v].board}] = v;
   }
-  const std::size_t num_before = joint.unlinked.size();
-  std::erase_if(joint.unlinked, [&](std::size_t v) {
-    const auto others = placement_of.find({views.poses[v].frame, views.poses[v].board});
-    if (others == placement_of.end() || !doesAgree(v, joint.fit.placements[others->second])) return false;
-    FitView& view = joint.fit.views[v];
-    const auto other = std::ranges::find(joint.fit.views, others->second, &FitView::placement);
-    view.flex_m = other->flex_m;
-    view.placement = others->second;
-    return true;
-  });
-  return joint.unlinked.size() < num_before;
+  return std::erase_if(joint.unlinked, [&](std::size_t v) {
+           const auto other = linked.find({views.poses[v].frame, views.poses[v].board});
+           if (other == linked.end() || !doesAgree(v, joint.fit.views[other->second])) return false;
+           joint.fit.views[v].flex_m = joint.fit.views[other->second].flex_m;
+           joint.fit.views[v].placement = joint.fit.views[other->second].placement;
+           return true;
+         }) > 0;
 }
 
 // Links views again, except those in `moved`, that agree with the others now that the cameras are known.
@@ -331,10 +329,11 @@ bool relink(const JointViews& views, const std::vector<std::size_t>& moved, Join
   joint.rig_from_board = placedByEach(joint.fit, views);
   const std::vector<double> limits =
       transferLimits(joint.fit, transfersOf(joint, viewsOfPlacements(joint.fit)));
-  const auto doesAgree = [&](std::size_t v, const FitPlacement& placement) {
+  const auto doesAgree = [&](std::size_t v, const FitView& other) {
     const FitView& view = joint.fit.views[v];
     return std::ranges::find(moved, v) == moved.end() &&
-           transferRms(joint.fit, view, placement.rig_from_board) <= limits[view.camera];
+           transferRms(joint.fit, view, joint.fit.placements[other.placement].rig_from_board) <=
+               limits[view.camera];
   };
   return linkAgain(views, doesAgree, joint);
 }
@@ -405,15 +404,19 @@ std::vector<double> meanSquaresAlone(const JointViews& views) {
 }
 
 // The cameras as they are alone, each view with its own pose and errors: what a fit that failed leaves.
-JointFit apart(const JointViews& views, const JointFit& failed) {
+JointFit separateFit(JointViews views, const JointFit& failed) {
+  views.agrees.assign(views.poses.size(), false);
   JointFit joint = startedFit(views);
-  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(joint.fit)) {
-    for (std::size_t i = 1; i < of_placement.size(); ++i) unlink(of_placement[i], joint);
-  }
   joint.unlinked = failed.unlinked;
   joint.fit.summary = failed.fit.summary;
-  for (std::size_t v = 0; v < views.poses.size(); ++v)
-    joint.fit.views[v].errors = views.poses[v].view->errors;
+  for (std::size_t v = 0; v < views.poses.size(); ++v) {
+    const FitView& alone = *views.poses[v].view;
+    std::map<int, Eigen::Vector2d> error_of;
+    for (std::size_t i = 0; i < alone.corners.size(); ++i)
+      error_of[views.turnOf(v).id_of[static_cast<std::size_t>(alone.corners[i].id)]] = alone.errors[i];
+    joint.fit.views[v].errors =
+        mapped(joint.fit.views[v].corners, [&](const Observation& corner) { return error_of[corner.id]; });
+  }
   return joint;
 }
 
@@ -484,7 +487,7 @@ bool settleDeviations(const JointViews& views, const std::vector<double>& alone,
     if (!(found.num_free > 0) || !areDelaysFound(joint.fit)) return false;
     scatter.std_intervals = std::max(kLeast.std_intervals, scatter.std_intervals * found.time_factor);
     scatter.path = std::max(kLeast.path, scatter.path * found.path_factor);
-    followPaths(scatter, views.times, joint.fit);
+    followPaths(scatter, views.frames.times, joint.fit);
     const double step =
         std::max(scatter.std_intervals > kLeast.std_intervals ? std::abs(found.time_factor - 1) : 0,
                  scatter.path > kLeast.path ? std::abs(found.path_factor - 1) : 0);
@@ -503,23 +506,31 @@ bool settleDeviations(const JointViews& views, const std::vector<double>& alone,
   return false;
 }
 
-// The fit in which views of a frame were not taken at one instant; nothing if they were, or if boards flex,
-// whose bends are estimated for simultaneous views.
+// The fit in which views of a frame were not taken at one instant: each may deviate from its placement along
+// the board's motion. Views that do so by more than three times the scatter contradict the others. Nothing if
+// the views were taken at one instant, if the motion does not explain their differences, if as many views
+// contradict, or if boards flex, whose bends are estimated for simultaneous views.
+// @param most_unlinked  number of views that contradict without deviations
 std::optional<JointFit> looseFit(const JointViews& views, std::span<const std::size_t> uneven,
                                  const std::vector<double>& alone, std::size_t most_unlinked,
                                  const CancelFlag* cancel) {
   JointFit joint = startedFit(views);
   joint.fit = withoutEmptyPlacements(joint.fit);
   if (isAnyFlexible(joint.fit) || joint.unlinked.size() >= most_unlinked) return std::nullopt;
-  Scatter scatter = startDeviations(joint.rig_from_board, views.times, joint.fit);
+  Scatter scatter = startDeviations(joint.rig_from_board, views.frames.times, joint.fit);
   if (!(scatter.std_intervals > 0) || !settleDeviations(views, alone, most_unlinked, scatter, joint, cancel))
     return std::nullopt;
   // Views that contradicted while delays were unknown.
   JointFit again = joint;
-  const auto any = [](std::size_t, const FitPlacement&) { return true; };
-  if (linkAgain(views, any, again) &&
-      settleDeviations(views, alone, joint.unlinked.size(), scatter, again, cancel))
-    joint = std::move(again);
+  Scatter scatter_again = scatter;
+  if (linkAgain(
+          views, [](std::size_t, const FitView&) { return true; }, again)) {
+    followPaths(scatter, views.frames.times, again.fit);
+    if (settleDeviations(views, alone, joint.unlinked.size(), scatter_again, again, cancel)) {
+      joint = std::move(again);
+      scatter = scatter_again;
+    }
+  }
   solveOnce(uneven, joint, cancel);
   if (hasFailed(joint) || joint.fit.summary.termination == Termination::kIterationLimit) return std::nullopt;
   joint.exposure = exposureScatter(scatter.std_intervals, joint.fit);
@@ -539,21 +550,21 @@ std::vector<std::size_t> unevenBoards(std::span<const Fit* const> fits) {
 }
 
 JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, const CancelFlag* cancel) {
-  JointFit joint = rigidFit(views, uneven, meanSquaresAlone(views), cancel);
+  const std::vector<double> alone = meanSquaresAlone(views);
+  JointFit joint = rigidFit(views, uneven, alone, cancel);
   keepUnfolded(uneven, joint, cancel);
-  if (hasFailed(joint)) joint = apart(views, joint);
+  const std::size_t most_unlinked = hasFailed(joint) ? views.poses.size() : joint.unlinked.size();
+  if (auto loose = looseFit(views, uneven, alone, most_unlinked, cancel)) {
+    joint = *std::move(loose);
+    keepUnfolded(uneven, joint, cancel);
+  }
+  if (!hasFailed(joint) && !std::isfinite(rms(joint.fit))) {
+    joint.fit.summary.termination = Termination::kFailed;
+    joint.fit.summary.reason = "a corner does not project";
+  }
+  if (hasFailed(joint)) joint = separateFit(views, joint);
   std::ranges::sort(joint.unlinked);
   joint.rig_from_board = placedByEach(joint.fit, views);
-  return joint;
-}
-
-std::optional<JointFit> looseJointFit(const JointViews& views, std::span<const std::size_t> uneven,
-                                      std::size_t most_unlinked, const CancelFlag* cancel) {
-  auto joint = looseFit(views, uneven, meanSquaresAlone(views), most_unlinked, cancel);
-  if (!joint) return std::nullopt;
-  keepUnfolded(uneven, *joint, cancel);
-  std::ranges::sort(joint->unlinked);
-  joint->rig_from_board = placedByEach(joint->fit, views);
   return joint;
 }
 

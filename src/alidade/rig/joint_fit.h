@@ -30,18 +30,10 @@ struct JointFit {
 };
 
 /// Solves all intrinsics, poses and board shapes together. Views whose errors exceed three times the noise
-/// contradict the others of their frame and get their own placement.
+/// contradict the others of their frame and get their own placement. Views deviate along the board's motion
+/// if fewer of them contradict then: they were not taken at one instant.
 [[nodiscard]] JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven,
                                 const CancelFlag* cancel);
-
-/// The same where the views of a frame were not taken at one instant: each may deviate from its placement
-/// along the board's motion. Views that do so by more than three times the scatter contradict the others.
-/// Nothing if the views were taken at one instant, if the motion does not explain their differences, or if as
-/// many views contradict.
-/// @param most_unlinked  number of views that contradict without deviations
-[[nodiscard]] std::optional<JointFit> looseJointFit(const JointViews& views,
-                                                    std::span<const std::size_t> uneven,
-                                                    std::size_t most_unlinked, const CancelFlag* cancel);
 
 /// sqrt(mean of dx^2 + dy^2) over the corners of a camera, px; NaN without one.
 [[nodiscard]] double rmsOfCamera(const Fit& fit, std::size_t camera);

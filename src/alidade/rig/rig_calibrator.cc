@@ -2,11 +2,14 @@
 #include "alidade/rig/rig_calibrator.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
 #include <set>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/noise/joint_information.h"
@@ -18,6 +21,7 @@
 #include "alidade/core/text.h"
 #include "alidade/rig/rig_stages.h"
 #include "alidade/rig/shared_models.h"
+#include "alidade/target/board_turns.h"
 
 namespace alidade {
 namespace {
@@ -83,7 +87,7 @@ std::vector<Calibration> calibratedAlone(std::span<const Board> boards, const st
   return result;
 }
 
-// Gives equal cameras one model, where they are usable with it.
+// Gives equal cameras one model, where they are usable with it and fit about as well.
 void shareModels(std::span<const Board> boards, const std::vector<RigViews>& cameras, RigOptions options,
                  std::vector<Calibration>& alone) {
   options.models = sharedModels(alone);
@@ -94,10 +98,12 @@ void shareModels(std::span<const Board> boards, const std::vector<RigViews>& cam
   } catch (const Error&) {
     return;
   }
+  constexpr double kMostRise = 1.02;  // of the RMS
   for (std::size_t c = 0; c < alone.size(); ++c) {
+    const bool is_as_good = rms(shared[c].fit) < kMostRise * rms(alone[c].fit);
     const bool is_usable = shared[c].isUsable() || !alone[c].isUsable();
     const bool is_like = isAnyFlexible(shared[c].fit) == isAnyFlexible(alone[c].fit);
-    if (is_other(c) && is_usable && is_like) alone[c] = std::move(shared[c]);
+    if (is_other(c) && is_usable && is_as_good && is_like) alone[c] = std::move(shared[c]);
   }
 }
 
@@ -142,9 +148,31 @@ std::optional<std::vector<Board>> boardsAsSeen(std::span<const Board> stated,
   return is_any ? std::optional(boards) : std::nullopt;
 }
 
+// Which of two groups of cameras has the mirrored images: that with most boards from behind, or the smaller
+// one.
+void requireUnmirrored(const std::vector<RigViews>& cameras, const JointViews& views) {
+  std::array<std::vector<std::string>, 2> groups;
+  std::array<int, 2> num_from_behind = {};
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    groups[views.are_mirrored[c] ? 1 : 0].push_back(cameras[c].name);
+  if (groups[1].empty()) return;
+  for (const PosedView& view : views.poses)
+    num_from_behind[views.are_mirrored[view.camera] ? 1 : 0] +=
+        seesPrintedSide(view.camera_from_board) ? 0 : 1;
+  const bool are_first = num_from_behind[0] != num_from_behind[1] ? num_from_behind[0] > num_from_behind[1]
+                                                                  : groups[0].size() < groups[1].size();
+  throw inputError(
+      {.where = "rig",
+       .found = fmt::format("mirrored images of {}: before {} the boards move the other way",
+                            join(groups[are_first ? 0 : 1], ", "), join(groups[are_first ? 1 : 0], ", ")),
+       .expected = "images that are not flipped",
+       .next_step = "switch the mirror mode of these cameras off, or give --mirrored image for them "
+                    "('-' for the others): the rig is then that of the images flipped back"});
+}
+
 // Cameras calibrated alone; throws unless all of them are linked. If recordings started at different times,
 // cameras get their leads and frames are matched again.
-JointViews linkedViews(std::span<const Board> boards, std::vector<RigViews>& cameras, RigFrames& frames,
+JointViews linkedViews(std::span<const Board> boards, std::vector<RigViews>& cameras, const RigFrames& frames,
                        const RigOptions& options) {
   std::vector<Calibration> alone = calibratedAlone(boards, cameras, options);
   shareModels(boards, cameras, options, alone);
@@ -155,21 +183,21 @@ JointViews linkedViews(std::span<const Board> boards, std::vector<RigViews>& cam
   if (options.frames.empty() &&
       std::ranges::any_of(views.lags, [](double lag) { return std::round(lag) != 0; })) {
     for (std::size_t c = 0; c < cameras.size(); ++c)
-      cameras[c].lead += std::llround(std::round(views.lags[c]) * frames.step);
-    frames = matchFrames(cameras);
-    views = jointViews(boards, frames, cameras, std::move(views.alone));
+      cameras[c].lead += std::round(views.lags[c]) * frames.step;
+    views = jointViews(boards, matchFrames(cameras), cameras, std::move(views.alone));
   }
   requireOnePart(cameras, views);
+  requireUnmirrored(cameras, views);
   return views;
 }
 
-RigLinks linksOf(const JointViews& views, const JointFit& joint, const std::vector<std::string>& frames) {
+RigLinks linksOf(const JointViews& views, const JointFit& joint) {
   RigLinks links{.num_renumbered = static_cast<std::size_t>(
                      std::ranges::count_if(views.turn_of, [](std::size_t turn) { return turn != 0; }))};
   for (const std::size_t v : joint.unlinked) {
     links.unlinked.push_back({.camera = joint.fit.views[v].camera,
                               .image = joint.fit.views[v].image,
-                              .frame = frames[views.poses[v].frame]});
+                              .frame = views.frames.names[views.poses[v].frame]});
   }
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> num_of_board;  // by frame and board
   for (const PosedView& pose : views.poses) ++num_of_board[{pose.frame, pose.board}];
@@ -183,32 +211,24 @@ RigLinks linksOf(const JointViews& views, const JointFit& joint, const std::vect
   return links;
 }
 
-// The views of a frame were taken at one instant, unless fewer of them contradict otherwise.
-JointFit bestJointFit(const JointViews& views, const std::vector<std::size_t>& uneven,
-                      const CancelFlag* cancel) {
-  JointFit joint = jointFit(views, uneven, cancel);
-  const bool has_failed = joint.fit.summary.termination == Termination::kFailed;
-  auto loose = looseJointFit(views, uneven, has_failed ? views.poses.size() : joint.unlinked.size(), cancel);
-  return loose ? *std::move(loose) : std::move(joint);
-}
-
 // Solves a rig of linked cameras.
 // @param freed  the same rig with the given lenses freed, for comparison; may be null
-RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigViews>& cameras,
-                      const RigOptions& options, const RigCalibration* freed) {
+RigCalibration joined(JointViews views, const std::vector<RigViews>& cameras, const RigOptions& options,
+                      const RigCalibration* freed) {
   std::vector<const Fit*> fits = mapped(views.alone, [](const Calibration& alone) { return &alone.fit; });
   if (freed != nullptr) fits.push_back(&freed->fit);
-  const JointFit joint = bestJointFit(views, unevenBoards(fits), options.camera.cancel);
+  const JointFit joint = jointFit(views, unevenBoards(fits), options.camera.cancel);
   const RigCovariance covariance = rigCovariance(joint.fit, options.given, views.alone);
   RigCalibration rig{.fit = joint.fit,
-                     .links = linksOf(views, joint, frames.names),
+                     .frames = views.frames,
+                     .links = linksOf(views, joint),
                      .covariance = covariance,
                      .exposure = joint.exposure,
                      .are_points_lost = joint.are_points_lost,
                      .are_lenses_tested = !isAnyGiven(options) || (freed && freed->covariance.isKnown()),
-                     .motions = cameraMotions(views, joint, frames.names, covariance),
+                     .motions = cameraMotions(views, joint, covariance),
                      .holdout = rigHoldout(joint.fit, options.camera.cancel)};
-  rig.frames = std::move(frames);
+  if (options.rate_hz > 0) rig.frames.interval_s = rig.frames.step / options.rate_hz;
   const std::vector<CameraLink> links = cameraLinks(rig.fit, covariance);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     RigCamera camera{.name = cameras[c].name,
@@ -232,14 +252,14 @@ RigCalibration joined(JointViews views, RigFrames frames, const std::vector<RigV
 
 // The rig with the given lenses freed; nothing if its images alone do not determine a rig.
 std::optional<RigCalibration> freedRig(std::span<const Board> boards, std::vector<RigViews> cameras,
-                                       RigFrames frames, const RigOptions& options) {
+                                       const RigFrames& frames, const RigOptions& options) {
   RigOptions freed = options;
   freed.given.clear();
   freed.models.clear();
   for (std::size_t c = 0; c < cameras.size(); ++c) freed.models.push_back(optionsOf(c, options).model);
   try {
     JointViews views = linkedViews(boards, cameras, frames, freed);
-    return joined(std::move(views), std::move(frames), cameras, freed, nullptr);
+    return joined(std::move(views), cameras, freed, nullptr);
   } catch (const Error&) {
     return std::nullopt;
   }
@@ -250,22 +270,10 @@ std::optional<RigCalibration> freedRig(std::span<const Board> boards, std::vecto
 RigCalibration calibrate(std::span<const Board> boards, std::vector<RigViews> cameras,
                          const RigOptions& options) {
   requireCounts(cameras.size(), options);
-  RigFrames frames = options.frames.empty() ? matchFrames(cameras) : framesOf(options.frames, cameras);
+  const RigFrames frames = options.frames.empty() ? matchFrames(cameras) : framesOf(options.frames, cameras);
   JointViews views = linkedViews(boards, cameras, frames, options);
-  const auto freed = isAnyGiven(options) ? freedRig(boards, cameras, frames, options) : std::nullopt;
-  if (options.rate_hz > 0) frames.interval_s = frames.step / options.rate_hz;
-  return joined(std::move(views), std::move(frames), cameras, options, freed ? &*freed : nullptr);
-}
-
-RigLeads leadsOf(std::span<const Board> boards, const std::vector<RigViews>& cameras,
-                 const RigOptions& options) {
-  requireCounts(cameras.size(), options);
-  const RigFrames frames = matchFrames(cameras);
-  const JointViews views = jointViews(boards, frames, cameras, calibratedAlone(boards, cameras, options));
-  RigLeads result{.leads = frames.leads, .step = std::max<std::int64_t>(1, std::llround(frames.step))};
-  for (std::size_t c = 0; c < cameras.size(); ++c)
-    result.leads[c] += std::llround(views.lags[c] * frames.step);
-  return result;
+  const auto freed = isAnyGiven(options) ? freedRig(boards, cameras, views.frames, options) : std::nullopt;
+  return joined(std::move(views), cameras, options, freed ? &*freed : nullptr);
 }
 
 int numLinkedFrames(const RigCalibration& rig) {

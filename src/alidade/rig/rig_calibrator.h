@@ -39,16 +39,6 @@ struct RigOptions {
 [[nodiscard]] RigCalibration calibrate(const Board& board, std::vector<RigViews> cameras,
                                        const RigOptions& options = {});
 
-/// When the recordings of cameras start, as the motion of the boards shows.
-struct RigLeads {
-  std::vector<std::int64_t> leads;  ///< RigViews::lead of each camera
-  std::int64_t step = 1;            ///< the usual interval between the numbers of the images
-};
-/// Calibrates each camera alone and finds the lead at which most poses of the boards agree.
-/// @throws Error as calibrate(), except for cameras that nothing links
-[[nodiscard]] RigLeads leadsOf(std::span<const Board> boards, const std::vector<RigViews>& cameras,
-                               const RigOptions& options);
-
 /// The number of frames with a board that two or more cameras saw.
 [[nodiscard]] int numLinkedFrames(const RigCalibration& rig);
 

@@ -2,7 +2,7 @@
 #include "alidade/rig/rig_frames.h"
 
 #include <algorithm>
-#include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <map>
@@ -10,9 +10,10 @@
 #include <optional>
 #include <regex>
 #include <set>
-#include <system_error>
 #include <tuple>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -215,7 +216,7 @@ bool areKnown(std::span<const RigViews> cameras) {
 std::vector<long double> risingNumbers(const std::vector<std::string>& names) {
   std::vector<long double> result;
   for (const std::string& name : names) {
-    const std::vector<std::string> numbers = numbersIn(stemOf(name));
+    const std::vector<std::string> numbers = numbersIn(std::filesystem::path(name).filename().string());
     if (numbers.empty() || numbers.front().size() > kMostDigits) return {};
     result.push_back(std::stold(numbers.front()));
   }
@@ -249,19 +250,16 @@ void addTimes(RigFrames& frames) {
   }
 }
 
-// Numbers as in the camera with the largest lead, so that none is negative.
-Keys keysByLead(std::span<const RigViews> cameras, const std::vector<std::vector<std::string>>& images) {
-  const std::int64_t most = std::ranges::max(cameras, {}, &RigViews::lead).lead;
-  Keys keys(cameras.size());
+// The keys less the leads, as in the camera with the largest one, so that none is negative; nothing if a key
+// is no number.
+std::optional<Keys> withoutLeads(std::span<const RigViews> cameras, Keys keys) {
+  const double most = std::ranges::max(cameras, {}, &RigViews::lead).lead;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
-    for (const std::string& image : images[c]) {
-      const std::vector<std::string> numbers = numbersIn(stemOf(image));
-      const std::string text = numbers.empty() ? "" : numbers.front();
-      std::int64_t number = 0;
-      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-      const bool is_whole = error == std::errc() && end == text.data() + text.size();
-      keys[c].push_back(is_whole ? std::to_string(number - cameras[c].lead + most)
-                                 : cameras[c].name + "/" + image);
+    for (std::string& key : keys[c]) {
+      if (key.size() > kMostDigits || key.find_first_not_of("0123456789.") != std::string::npos)
+        return std::nullopt;
+      const long double number = std::stold(key) + static_cast<long double>(most - cameras[c].lead);
+      key = fmt::format("{:.{}f}", number, std::trunc(number) == number ? 0 : 6);
     }
   }
   return keys;
@@ -425,14 +423,18 @@ void requireImages(const FrameTable& table, const RigViews& camera, const std::v
 }  // namespace
 
 bool RigFrames::areShifted() const {
-  return std::ranges::any_of(leads, [&](std::int64_t lead) { return lead != leads.front(); });
+  return std::ranges::any_of(leads, [&](double lead) { return lead != leads.front(); });
 }
 
 RigFrames matchFrames(std::span<const RigViews> cameras) {
   std::vector<std::vector<std::string>> images;
   for (const RigViews& camera : cameras) images.push_back(imagesOf(camera));
-  if (std::ranges::any_of(cameras, [](const RigViews& camera) { return camera.lead != 0; }))
-    return framesByKeys(cameras, images, keysByLead(cameras, images));
+  const auto byTime = [&](const Keys& times) {
+    double spread = 0;
+    RigFrames frames = framesByKeys(cameras, images, byNearestTime(times, spread));
+    frames.time_spread = spread;
+    return frames;
+  };
   Keys best;
   std::size_t num_shared = 0;
   const auto prefer = [&](Keys keys) {
@@ -442,18 +444,18 @@ RigFrames matchFrames(std::span<const RigViews> cameras) {
     best = std::move(keys);
   };
   const std::optional<Keys> numbers = numberKeys(images);
+  if (std::ranges::any_of(cameras, [](const RigViews& camera) { return camera.lead != 0; })) {
+    const std::optional<Keys> times = numbers ? withoutLeads(cameras, *numbers) : std::nullopt;
+    if (!times) throwUnmatchable(cameras, images);
+    return byTime(*times);
+  }
   prefer(mapped(images, [](const auto& of_camera) { return mapped(of_camera, withoutExtension); }));
   prefer(mapped(images, [](const auto& of_camera) { return mapped(of_camera, stemOf); }));
   if (numbers) prefer(*numbers);
   const bool are_times = numbers && std::ranges::all_of(*numbers, [](const std::vector<std::string>& own) {
                            return std::ranges::all_of(own, isTime);
                          });
-  if (are_times && (num_shared == 0 || isAnyMostlyAlone(best))) {
-    double spread = 0;
-    RigFrames frames = framesByKeys(cameras, images, byNearestTime(*numbers, spread));
-    frames.time_spread = spread;
-    return frames;
-  }
+  if (are_times && (num_shared == 0 || isAnyMostlyAlone(best))) return byTime(*numbers);
   if (num_shared == 0 && (!numbers || areKnown(cameras))) throwUnmatchable(cameras, images);
   return framesByKeys(cameras, images, num_shared == 0 ? *numbers : best);
 }

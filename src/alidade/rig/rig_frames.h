@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,9 +25,9 @@ struct RigViews {
   std::vector<View> views;               ///< of one image size
   std::vector<std::string> images = {};  ///< all that were searched for boards; empty if unknown
   std::vector<std::string> paths = {};   ///< of these images; empty if unknown
-  /// The last numbers in the names of its images are larger by this than those of simultaneous images of a
-  /// camera with lead 0. If any camera has a lead, images match by these numbers.
-  std::int64_t lead = 0;
+  /// The numbers in the names of its images are larger by this than those of simultaneous images of a camera
+  /// with lead 0. If any camera has a lead, images match by the nearest of these numbers.
+  double lead = 0;
 };
 
 /// The instants at which a rig took images.
@@ -45,8 +44,8 @@ struct RigFrames {
   std::vector<double> times = {};
   /// The usual interval in these numbers; 0 without numbers that rise, and for a table.
   double step = 0;
-  double interval_s = 0;                 ///< of the usual interval; 0 if unknown
-  std::vector<std::int64_t> leads = {};  ///< RigViews::lead of each camera
+  double interval_s = 0;           ///< of the usual interval; 0 if unknown
+  std::vector<double> leads = {};  ///< RigViews::lead of each camera
 
   /// True if recordings start at different times.
   [[nodiscard]] bool areShifted() const;

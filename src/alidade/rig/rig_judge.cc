@@ -18,6 +18,7 @@
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
+#include "alidade/target/board_turns.h"
 
 namespace alidade {
 namespace {
@@ -39,7 +40,11 @@ std::string listedImages(const RigCalibration& rig, const std::vector<RigImage>&
 void judgeFit(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
   if (rig.fit.summary.termination != Termination::kConverged) {
     diagnoses.push_back(
-        {.id = "not_converged", .cause = "the joint fit did not converge: " + rig.fit.summary.reason});
+        {.id = "not_converged",
+         .cause = "the joint fit did not converge: " + rig.fit.summary.reason,
+         .next_step =
+             "remove the images that contradict their frames, then those of the worst camera; or name a "
+             "model with fewer parameters, for example --model radtan"});
   }
   if (!rig.covariance.isKnown()) {
     diagnoses.push_back(
@@ -85,15 +90,17 @@ void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Dia
          .next_step = "hold the board still while the cameras take a frame, and check that names match"});
   }
   if (rig.frames.areShifted()) {
-    const std::int64_t least = std::ranges::min(rig.frames.leads);
     std::vector<std::string> together;
-    for (std::size_t c = 0; c < rig.cameras.size(); ++c)
-      together.push_back(fmt::format("{} of {}", rig.frames.leads[c] - least, rig.cameras[c].name));
+    for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+      together.push_back(fmt::format("{:.9g} in {}", rig.frames.leads[c] - std::ranges::min(rig.frames.leads),
+                                     rig.cameras[c].name));
+    }
     diagnoses.push_back(
         {.id = "starts_differ",
-         .cause = "the recordings start at different times: the motion of the boards shows which frames were "
-                  "taken together, frame " +
-                  join(together, ", ")});
+         .cause =
+             "the recordings start at different times: as the motion of the boards shows, the numbers of "
+             "frames that were taken together are larger by " +
+             join(together, ", ")});
   }
   if (rig.frames.time_spread > 0) {
     diagnoses.push_back(
@@ -140,7 +147,7 @@ std::string delaysText(const RigCalibration& rig) {
     const double delay = rig.fit.cameras[c].delay;
     const double std = rig.cameras[c].link.delay_std_intervals;
     if (std > 0 && std::abs(delay) > kSure * std)
-      delays.push_back(fmt::format("{} is {} {} {}", rig.cameras[c].name,
+      delays.push_back(fmt::format("{} takes its images {} {} {}", rig.cameras[c].name,
                                    timeText(rig.frames, std::abs(delay), std), delay < 0 ? "before" : "after",
                                    rig.cameras.front().name));
   }
@@ -367,9 +374,16 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
   judgeBaselines(rig, diagnoses);
   judgeBoards(rig, diagnoses);
   judgeGivenLenses(rig, tolerance_px, diagnoses);
+  // Cameras that see different sides of the boards agree only if none is mirrored.
+  const bool are_sides_known = std::ranges::any_of(
+      rig.fit.views, [&](const FitView& view) { return seesPrintedSide(cameraFromBoard(rig.fit, view)); });
   for (const RigCamera& camera : rig.cameras) {
     for (Diagnosis diagnosis : camera.calibration.diagnoses) {
       if (camera.given && diagnosis.id.kind().subject == Subject::kLens) continue;
+      if (diagnosis.id == DiagnosisId("mirrored_view") && are_sides_known) {
+        diagnosis.severity = Severity::kNote;
+        diagnosis.next_step.clear();
+      }
       diagnosis.cause = camera.name + ": " + diagnosis.cause;
       // A rig has no suggestion for the next view.
       if (diagnosis.id == DiagnosisId("poor_coverage"))

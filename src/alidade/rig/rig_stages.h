@@ -46,10 +46,8 @@ struct Baseline {
 /// - A smaller motion leaves the views linked. For each camera and each frame, a score test compares one pose
 /// of the camera with two, with all unknowns of the rig free (Rao 1948).
 ///
-/// @param frames      frame names, by FitPlacement::frame
 /// @param covariance  of `joint`
 [[nodiscard]] std::vector<CameraMotion> cameraMotions(const JointViews& views, const JointFit& joint,
-                                                      const std::vector<std::string>& frames,
                                                       const RigCovariance& covariance);
 
 /// Cross-validation over frames. Each fold of frames is left out in turn, and cameras and their poses are

@@ -8,9 +8,9 @@
 #include "alidade/adjust/board/fit.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/rig/pair_link.h"
 #include "alidade/rig/rig_frames.h"
 #include "alidade/target/board.h"
-#include "alidade/target/board_turns.h"
 
 namespace alidade {
 
@@ -23,28 +23,27 @@ struct PosedView {
   const FitView* view = nullptr;  ///< of the camera's own fit
 };
 
-/// Difference of two poses for points at a distance: the angle between them, rad, plus their translation as a
-/// share of the distance.
-[[nodiscard]] double poseCost(const SE3& a, const SE3& b, double distance_m);
-
 /// The views of a rig's cameras, each calibrated alone, with the poses of the cameras and the numbering of
 /// ambiguous boards.
 struct JointViews {
   std::vector<Calibration> alone;  ///< of each camera
   std::vector<PosedView> poses;
-  std::vector<double> sigma_px;               ///< of each camera's corners
-  std::vector<std::vector<BoardTurn>> turns;  ///< of each board
+  RigFrames frames;
+  std::vector<double> sigma_px;  ///< of each camera's corners
+  std::vector<LinkBoard> boards;
   std::vector<std::size_t> part_of;  ///< of each camera; cameras of one part are linked by common boards
   std::size_t num_parts = 0;
   std::vector<SE3> camera_from_rig;  ///< of each camera; a part's first camera is at the origin
   std::vector<std::size_t> turn_of;  ///< of each view, an index into boardTurns() of its board
   std::vector<bool> agrees;          ///< of each view: its pose matches those of its frame
-  /// By how many intervals between frames each camera is ahead of the first one of its part, as the motion of
-  /// the boards shows.
+  /// The time of each camera minus that of the first one of its part at one instant, in intervals between
+  /// frames, as the motion of the boards shows.
   std::vector<double> lags;
-  std::vector<double> times;  ///< of frames
+  std::vector<bool> are_mirrored;  ///< of each camera: its images, or those of the first one of its part
 
-  [[nodiscard]] const BoardTurn& turnOf(std::size_t v) const { return turns[poses[v].board][turn_of[v]]; }
+  [[nodiscard]] const BoardTurn& turnOf(std::size_t v) const {
+    return boards[poses[v].board].turns[turn_of[v]];
+  }
 };
 
 /// "left, right | back" for the names of cameras and the part that each is in.
@@ -59,7 +58,7 @@ struct JointViews {
 /// some camera distinguishes two of them.
 /// @param given  the views that each camera was given
 /// @param alone  the cameras calibrated from these
-[[nodiscard]] JointViews jointViews(std::span<const Board> boards, const RigFrames& frames,
+[[nodiscard]] JointViews jointViews(std::span<const Board> boards, RigFrames frames,
                                     std::span<const RigViews> given, std::vector<Calibration> alone);
 
 }  // namespace alidade

@@ -2,6 +2,7 @@
 #include "alidade/rig/rig_validation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -202,20 +203,8 @@ AnyRig stepped(const AnyRig& rig, const Eigen::VectorXd& step) {
   return AnyRig(std::move(cameras));
 }
 
-// The rig after a step, or after the opposite one where this one leaves the range of a model; nothing if both
-// do.
-std::optional<AnyRig> steppedInRange(const AnyRig& rig, const Eigen::VectorXd& step) {
-  for (const double sign : {1.0, -1.0}) {
-    try {
-      return stepped(rig, sign * step);
-    } catch (const Error&) {
-    }
-  }
-  return std::nullopt;
-}
-
 // The part of the variance of the mean ratio due to the rig's stated covariance: squared changes for steps of
-// one standard deviation along its axes.
+// one standard deviation along its axes. NaN if a model has no step along one of them.
 double ratioVarianceOfRig(const RigRecord& record, const std::vector<std::vector<CommonPoint>>& points) {
   if (record.covariance.empty()) return 0;
   const AnyRig rig = rigOf(record);
@@ -224,17 +213,21 @@ double ratioVarianceOfRig(const RigRecord& record, const std::vector<std::vector
   const Eigen::VectorXd scale = covariance.view().diagonal().cwiseMax(1e-300).cwiseSqrt();
   const Eigen::VectorXd inverse = scale.cwiseInverse();
   const SymmetricEigen axes(inverse.asDiagonal() * covariance.view() * inverse.asDiagonal());
-  constexpr double kNothing = 1e-9;  // of the largest axis
-  constexpr double kSmall = 0.1;     // of a standard deviation; the ratio is linear there
+  constexpr double kNothing = 1e-9;                        // of the largest axis
+  constexpr std::array kSmall = {0.1, -0.1, 0.01, -0.01};  // standard deviations; the ratio is linear there
   const double as_stated = meanLengthRatio(rig, points);
   double variance = 0;
   for (Eigen::Index k = 0; k < count; ++k) {
     const double value = axes.eigenvalues()(k);
     if (!(value > kNothing * axes.eigenvalues()(count - 1))) continue;
-    const Eigen::VectorXd axis = scale.cwiseProduct(axes.eigenvectors().col(k)) * (kSmall * std::sqrt(value));
-    const auto beside = steppedInRange(rig, axis);
-    if (!beside) continue;
-    const double change = (meanLengthRatio(*beside, points) - as_stated) / kSmall;
+    const Eigen::VectorXd axis = scale.cwiseProduct(axes.eigenvectors().col(k)) * std::sqrt(value);
+    double change = std::numeric_limits<double>::quiet_NaN();
+    for (auto small = kSmall.begin(); std::isnan(change) && small != kSmall.end(); ++small) {
+      try {
+        change = (meanLengthRatio(stepped(rig, *small * axis), points) - as_stated) / *small;
+      } catch (const Error&) {  // beyond the range of a model
+      }
+    }
     variance += change * change;
   }
   return variance;

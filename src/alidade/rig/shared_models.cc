@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <string_view>
+#include <utility>
 
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/core/mapped.h"
@@ -18,6 +18,7 @@ struct Excess {
   double share = std::numeric_limits<double>::infinity();  // infinite: not tried, or unfit
   double std = 0;
 
+  [[nodiscard]] bool isTried() const { return std::isfinite(share); }
   [[nodiscard]] bool isClear() const {
     constexpr double kSigmas = 3;
     constexpr double kLeastShare = 0.02;
@@ -70,17 +71,20 @@ std::vector<std::string> sharedModels(std::span<const Calibration> alone) {
   std::vector<std::string> models =
       mapped(alone, [](const Calibration& calibration) { return std::string(modelOf(calibration)); });
   for (const std::vector<std::size_t>& group : equalCameras(alone)) {
-    const auto sumOf = [&](std::string_view model) {
-      return std::accumulate(group.begin(), group.end(), 0.0, [&](double sum, std::size_t c) {
-        return sum + static_cast<double>(numCorners(alone[c].fit)) * excessOf(alone[c], model).share;
-      });
+    // The number of cameras in which a model was not tried, and the sum of its excess in the others.
+    const auto costOf = [&](std::size_t of) {
+      std::pair<int, double> cost = {0, 0};
+      for (const std::size_t c : group) {
+        const Excess excess = excessOf(alone[c], modelOf(alone[of]));
+        cost.first += excess.isTried() ? 0 : 1;
+        if (excess.isTried()) cost.second += static_cast<double>(numCorners(alone[c].fit)) * excess.share;
+      }
+      return cost;
     };
-    const std::size_t best =
-        *std::ranges::min_element(group, {}, [&](std::size_t c) { return sumOf(modelOf(alone[c])); });
-    const std::string_view shared = modelOf(alone[best]);
-    if (!std::isfinite(sumOf(shared))) continue;
+    const std::string_view shared = modelOf(alone[*std::ranges::min_element(group, {}, costOf)]);
     for (const std::size_t c : group) {
-      if (!excessOf(alone[c], shared).isClear()) models[c] = shared;
+      const Excess excess = excessOf(alone[c], shared);
+      if (!excess.isTried() || !excess.isClear()) models[c] = shared;
     }
   }
   return models;

@@ -9,6 +9,7 @@
 #include "alidade/camera/batch.h"
 #include "alidade/geometry/curve_centroid.h"
 #include "alidade/record/scene.h"
+#include "alidade/target/board_turns.h"
 
 namespace alidade {
 
@@ -35,10 +36,6 @@ std::optional<Eigen::Vector2d> discCentroid(const AnyCamera& camera, ImageSize s
 }
 
 }  // namespace
-
-bool seesPrintedSide(const SE3& camera_from_board) {
-  return camera_from_board.inverse().translation.z() < 0;
-}
 
 View exactView(const AnyCamera& camera, ImageSize size, const Board& board, const SE3& camera_from_board,
                std::string image_name) {

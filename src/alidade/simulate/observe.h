@@ -12,9 +12,6 @@
 
 namespace alidade {
 
-/// True if the camera is on the printed side of the board, which is opaque.
-[[nodiscard]] bool seesPrintedSide(const SE3& camera_from_board);
-
 /// Exact pixels of the corners of a board; for circle grids, the centroids of the images of the discs that
 /// are fully visible. Corners that do not project, or project outside [-0.5, width - 0.5) x [-0.5, height -
 /// 0.5), are left out; from behind, a board shows none. Corner::sigma_px stays unknown.

@@ -16,6 +16,7 @@
 #include "alidade/core/vector_code.h"
 #include "alidade/simulate/ink_pattern.h"
 #include "alidade/simulate/observe.h"
+#include "alidade/target/board_turns.h"
 
 namespace alidade {
 namespace {

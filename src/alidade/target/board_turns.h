@@ -14,6 +14,12 @@ struct BoardTurn {
   std::vector<int> id_of = {};  ///< of each corner, the id of its equivalent after the turn
 };
 
+/// True if the camera is on the printed side of a board. From behind, one that is printed through looks
+/// mirrored.
+[[nodiscard]] inline bool seesPrintedSide(const SE3& camera_from_board) {
+  return camera_from_board.inverse().translation.z() < 0;
+}
+
 /// The turns after which a board looks the same, by growing angle; the first is the identity.
 [[nodiscard]] std::vector<BoardTurn> boardTurns(const Board& board);
 

@@ -63,6 +63,35 @@ void compare(const Detection& detection, const View& truth, Deviations& deviatio
   }
 }
 
+// The other way round than the image, as in a mirror.
+TEST(MarkerSearch, FindsMirroredBoards) {
+  std::size_t num_boards = 0;
+  std::size_t num_found = 0;
+  for (const char* spec : {"charuco:8x6:30mm:22mm:DICT_5X5_100", "charuco:4x5:54mm:40.5mm:DICT_4X4_1000",
+                           "aprilgrid:6x5:88mm:0.3"}) {
+    const Board board = parseBoardSpec(spec);
+    const Renderer renderer(searchCamera(), kSearchSize);
+    for (const SE3& pose : someViews(board, 12, 4)) {
+      ++num_boards;
+      const GrayImage image = renderer.render(inkOf(board), pose, searchLight(num_boards));
+      const Detection upright = findBoard(image, board);
+      const Detection mirrored = findBoard(mirroredOf(image), board);
+      EXPECT_NEAR(static_cast<double>(mirrored.corners.size()), static_cast<double>(upright.corners.size()),
+                  2)
+          << spec;
+      num_found += mirrored.hasCorners() ? 1 : 0;
+      for (const Corner& corner : mirrored.corners) {
+        const auto other = std::ranges::find(upright.corners, corner.id, &Corner::id);
+        if (other == upright.corners.end()) continue;
+        const Eigen::Vector2d back(kSearchSize.width - 1 - corner.pixel.x(), corner.pixel.y());
+        EXPECT_LT((back - other->pixel).norm(), 0.02) << spec;
+      }
+    }
+  }
+  EXPECT_EQ(num_boards, 36u);
+  EXPECT_EQ(num_found, 36u);
+}
+
 struct PrintCase {
   std::string spec;
   InkOptions ink = {};

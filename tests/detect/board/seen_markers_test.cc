@@ -61,7 +61,7 @@ TEST(SeenMarkers, AreFramedWhereACloserLookSeesMore) {
     const SeenMarkers close = seeMarkers(image, kCharucoPrints, {.scale = 2});
     if (close.of_prints[0].size() < usual.of_prints[0].size() + 4) continue;
     ++num_small;
-    num_framed += usual.are_framed ? 1 : 0;
+    num_framed += usual.areFramed() ? 1 : 0;
   }
   std::printf("of %d boards whose markers the usual look misses, %d have framed outlines\n", num_small,
               num_framed);
@@ -71,7 +71,7 @@ TEST(SeenMarkers, AreFramedWhereACloserLookSeesMore) {
   int num_clutters = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const SeenMarkers seen = seeMarkers(clutter(size, seed), kCharucoPrints, {.scale = 1});
-    num_clutters += seen.are_framed ? 1 : 0;
+    num_clutters += seen.areFramed() ? 1 : 0;
   }
   std::printf("of 20 pictures of clutter, %d have framed outlines\n", num_clutters);
   EXPECT_LE(num_clutters, 2);

@@ -50,6 +50,7 @@ class CalibrateCommand final : public Command {
               "Image size in pixels (WIDTHxHEIGHT), for .vnl files, which do not state it", kSizeText);
     addFitOptions(flags);
     given_.addDetection(flags, true);
+    given_.addMirrored(flags, false);
     addResultOptions(flags);
     flags.addCommon(common_, true);
   }
@@ -61,7 +62,11 @@ class CalibrateCommand final : public Command {
     given_.pictures = report_.empty() ? nullptr : &passing_;
     const GivenViews given = readViews(given_, common_);
     requireViews(given);
-    const Calibration result = calibrate(given.boards, given.views, options_);
+    Calibration result = calibrate(given.boards, given.views, options_);
+    for (Diagnosis& diagnosis : result.diagnoses) {
+      if (diagnosis.id == DiagnosisId("mirrored_view") && !given_.mirrored.empty())
+        diagnosis.severity = Severity::kNote;
+    }
     const Guidance guidance = guide(result, given.views, parsePixels(target_sigma_));
     write(result, given, guidance, flags);
     print(result, given, guidance);

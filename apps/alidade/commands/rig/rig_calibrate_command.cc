@@ -21,7 +21,6 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/rig_file.h"
 #include "alidade/files/text/atomic_file.h"
-#include "alidade/imagery/video_reader.h"
 #include "alidade/report/data/evidence.h"
 #include "alidade/report/data/json_output.h"
 #include "alidade/report/pages/page.h"
@@ -221,14 +220,12 @@ class RigCalibrateCommand final : public Command {
     options.given = givenCameras(names);
     RigInputViews given = readRigViews(views_, names, common_);
     options.frames = given.frames;
-    options.rate_hz = rateOfVideos();
-    if (auto leads = leadsBetweenFrames(given, options)) {
-      if (!common_.quiet)
-        printMessage("note: the videos start at different times; frames that were taken together are read");
-      views_.leads = *std::move(leads);
+    options.rate_hz = views_.rateOfVideos(common_);
+    RigCalibration rig = calibrate(given.boards, std::move(given.cameras), options);
+    if (views_.shiftTo(rig, common_)) {
       given = readRigViews(views_, names, common_);
+      rig = calibrate(given.boards, std::move(given.cameras), options);
     }
-    const RigCalibration rig = calibrate(given.boards, std::move(given.cameras), options);
     const RigRecord record = recordOf(rig, programName());
     write(rig, record, options.camera.tolerance_px);
     print(rig, given.given, record.num_frames);
@@ -261,32 +258,6 @@ class RigCalibrateCommand final : public Command {
     if (models_.size() == 1) options.camera.model = models_.front();
     if (models_.size() > 1) options.models = models_;
     return options;
-  }
-
-  // Frames per second that all videos state; 0 if they differ or there are others.
-  [[nodiscard]] double rateOfVideos() const {
-    constexpr double kSame = 0.01;
-    std::vector<double> rates;
-    for (const std::string& input : views_.inputs) {
-      if (!hasVideoName(input)) return 0;
-      const VideoReader video(input, {.cancel = common_.cancel});
-      rates.push_back(static_cast<double>(video.statedFrames()) / video.statedSeconds());
-    }
-    const auto [least, most] = std::ranges::minmax(rates);
-    return most - least < kSame * least && std::isfinite(most) ? least : 0;
-  }
-
-  // The leads of videos, if their frames that were taken together are not those that were read.
-  [[nodiscard]] std::optional<std::vector<std::int64_t>> leadsBetweenFrames(const RigInputViews& given,
-                                                                            const RigOptions& options) const {
-    if (!std::ranges::all_of(views_.inputs, hasVideoName) || !views_.match.empty()) return std::nullopt;
-    const RigLeads found = leadsOf(given.boards, given.cameras, options);
-    std::vector<std::int64_t> leads = found.leads;
-    const std::int64_t least = std::ranges::min(leads);
-    for (std::int64_t& lead : leads) lead -= least;
-    const bool are_read =
-        std::ranges::all_of(leads, [&](std::int64_t lead) { return lead % found.step == 0; });
-    return are_read ? std::nullopt : std::optional(leads);
   }
 
   [[nodiscard]] bool isKept(const RigCalibration& rig) const { return rig.isUsable() || keep_; }

@@ -2,6 +2,7 @@
 #include "commands/rig/rig_inputs.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -15,6 +16,7 @@
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 #include "alidade/files/frame_table_file.h"
+#include "alidade/imagery/video_reader.h"
 #include "command.h"
 #include "console.h"
 #include "outputs.h"
@@ -103,6 +105,7 @@ void RigInputs::addOptions(Flags& flags) {
             {.separator = ','});
   addMatch(flags);
   addDetection(flags, false);
+  addMirrored(flags, true);
 }
 
 void RigInputs::addMatch(Flags& flags) {
@@ -111,6 +114,41 @@ void RigInputs::addMatch(Flags& flags) {
             "CSV file that says which images were taken together: a column for each camera, a row for "
             "each frame. Default: images whose names match",
             kFilePath);
+}
+
+double RigInputs::rateOfVideos(const CommonOptions& common) const {
+  constexpr double kSame = 0.05;
+  double first = 0;
+  for (const std::string& input : inputs) {
+    if (!hasVideoName(input)) return 0;
+    const VideoReader video(input, {.cancel = common.cancel});
+    const double rate = static_cast<double>(video.statedFrames()) / video.statedSeconds();
+    if (!std::isfinite(rate)) return 0;
+    if (first == 0) first = rate;
+    if (!match.empty() || std::abs(rate - first) < kSame * first) continue;
+    throw inputError(
+        {.where = input,
+         .found = fmt::format("{:.4g} frames a second; {} has {:.4g}", rate, inputs.front(), first),
+         .expected = "videos with one rate, because frames with one number belong together",
+         .next_step =
+             "say which frames belong together with --match FRAMES.csv, or convert the videos: ffmpeg -i "
+             "IN -r 30 OUT.mp4"});
+  }
+  return first;
+}
+
+bool RigInputs::shiftTo(const RigCalibration& rig, const CommonOptions& common) {
+  if (!std::ranges::all_of(inputs, hasVideoName) || !rig.frames.areShifted()) return false;
+  leads.clear();
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+    leads.push_back(std::round(rig.frames.leads[c] + rig.fit.cameras[c].delay * rig.frames.step));
+  const double least = std::ranges::min(leads);
+  for (double& lead : leads) lead -= least;
+  if (std::ranges::all_of(leads, [&](double lead) { return std::fmod(lead, rig.frames.step) == 0; }))
+    return false;
+  if (!common.quiet)
+    printMessage("note: the videos start at different times; frames that were taken together are read");
+  return true;
 }
 
 std::vector<std::string> RigInputs::sources() const {
@@ -170,11 +208,17 @@ void tellIfRejected(const RigRecord& rig, const std::string& path, bool is_quiet
 RigInputViews readRigViews(const RigInputs& inputs, const std::vector<std::string>& names,
                            const CommonOptions& common) {
   RigInputViews result;
+  if (inputs.mirrored.size() > 1 && inputs.mirrored.size() != inputs.inputs.size()) {
+    throw flagError("--mirrored",
+                    fmt::format("{} values for {} cameras", inputs.mirrored.size(), inputs.inputs.size()),
+                    "one value, or one for each camera");
+  }
   if (!inputs.match.empty()) result.frames = readFrameTable(inputs.match);
   for (std::size_t c = 0; c < inputs.inputs.size(); ++c) {
     BoardInputs of_camera = inputs;
     of_camera.inputs = {inputs.inputs[c]};
-    const std::int64_t lead = inputs.leads.empty() ? 0 : inputs.leads[c];
+    if (inputs.mirrored.size() > 1) of_camera.mirrored = {inputs.mirrored[c]};
+    const double lead = inputs.leads.empty() ? 0 : inputs.leads[c];
     if (lead != 0) of_camera.even_from = static_cast<std::size_t>(lead);
     GivenViews given = readViews(of_camera, common);
     if (c == 0) result.boards = given.boards;

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "alidade/record/rig_record.h"
+#include "alidade/rig/rig_calibration.h"
 #include "alidade/rig/rig_frames.h"
 #include "alidade/target/board.h"
 #include "alidade/target/frame_table.h"
@@ -22,12 +22,18 @@ struct RigInputs : BoardInputs {
   std::vector<std::string> names = {};  ///< of the cameras; empty: derived from the inputs
   std::string match = {};               ///< table of frames; empty: none
   /// The frame of each video that was taken together with frame 0 of some of them; empty: all start together.
-  std::vector<std::int64_t> leads = {};
+  std::vector<double> leads = {};
 
   /// All flags, and the inputs as arguments.
   void addOptions(Flags& flags);
   /// The flag --match.
   void addMatch(Flags& flags);
+  /// Frames per second that all videos state; 0 if one states none, or for other inputs.
+  /// @throws Error (kInput) if they differ, unless --match says which frames belong together
+  [[nodiscard]] double rateOfVideos(const CommonOptions& common) const;
+  /// Sets the leads of videos that start at different times, and prints a note. False if their frames that
+  /// were taken together are those that the rig was calibrated from.
+  bool shiftTo(const RigCalibration& rig, const CommonOptions& common);
   /// All files to be read.
   [[nodiscard]] std::vector<std::string> sources() const;
   /// @throws Error (kUsage) for names that are missing, empty or not unique, and for inputs or images that

@@ -140,9 +140,15 @@ class RigValidateCommand final : public Command {
     options.camera.cancel = common_.cancel;
     double tolerance = rigTolerancePx(rig);
     if (!tolerance_.empty()) tolerance = options.camera.tolerance_px = *parsePixels(tolerance_);
-    RigInputViews given = readRigViews(views_, mapped(rig.cameras, nameOf), common_);
+    const std::vector<std::string> names = mapped(rig.cameras, nameOf);
+    RigInputViews given = readRigViews(views_, names, common_);
     options.frames = given.frames;
-    const RigValidation tested = validateRig(rig, given.boards, std::move(given.cameras), tolerance, options);
+    options.rate_hz = views_.rateOfVideos(common_);
+    RigValidation tested = validateRig(rig, given.boards, std::move(given.cameras), tolerance, options);
+    if (views_.shiftTo(tested.freed, common_)) {
+      given = readRigViews(views_, names, common_);
+      tested = validateRig(rig, given.boards, std::move(given.cameras), tolerance, options);
+    }
     answer([&] { return validationJson(tested); }, [&] { return validationText(tested); });
     return tested.verdict() == Verdict::kNo ? tested.diagnoses.front().message() : "";
   }

@@ -66,6 +66,7 @@ class ValidateCommand final : public Command {
               kFilePath);
     images_.addBoards(flags);
     images_.addDetection(flags, false);
+    images_.addMirrored(flags, false);
     flags.under(kFootageGroup);
     flags.add("--footage", &footage_,
               "Pictures of a scene in which nothing moves: a video, a numbered sequence (img%04d.png), or "

@@ -12,6 +12,7 @@
 
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/core/number_text.h"
+#include "alidade/target/board_turns.h"
 
 namespace alidade::detail {
 namespace {
@@ -146,16 +147,25 @@ void influentialViews(Evidence& of) {
 void mirroredViews(Evidence& of) {
   std::vector<std::string> mirrored;
   for (const FitView& view : of.fit.views) {
-    const SE3 pose = cameraFromBoard(of.fit, view);
-    if (pose.rotation.matrix().col(2).dot(pose.translation) < 0) mirrored.push_back(nameOf(of.fit, view));
+    if (!seesPrintedSide(cameraFromBoard(of.fit, view))) mirrored.push_back(nameOf(of.fit, view));
   }
-  if (mirrored.size() == of.fit.views.size()) mirrored = {"all views"};
-  for (const std::string& which : mirrored) {
-    of.add({.id = "mirrored_view",
-            .cause = which,
-            .evidence = "the corners are numbered as in a mirror image",
-            .next_step = "check whether images were flipped; if not, only the poses are wrong"});
+  if (mirrored.empty()) return;
+  if (mirrored.size() < of.fit.views.size()) {
+    constexpr std::size_t kMost = 5;
+    const std::size_t num_more = mirrored.size() - std::min(kMost, mirrored.size());
+    mirrored.resize(mirrored.size() - num_more);
+    of.add(
+        {.id = "mirrored_view",
+         .cause = join(mirrored, ", ") + (num_more > 0 ? " and " + std::to_string(num_more) + " more" : ""),
+         .evidence = "the board is seen from behind, or its corners are numbered as in a mirror image"});
+    return;
   }
+  of.add({.id = "mirrored_view",
+          .severity = Severity::kWarning,
+          .cause = "all views are mirrored",
+          .evidence = "the images are flipped, or show the back of a board that is printed through",
+          .next_step = "say which: --mirrored image if a camera in mirror mode took them, --mirrored back if "
+                       "they show the back"});
 }
 
 // The significant common errors, by cause: at most one per board, or one for all views.
@@ -243,15 +253,17 @@ Diagnosis diagnosisOf(const Evidence& of, const CommonError& error) {
       .next_step = "photograph a larger board from farther away, without glass in front of the lens"};
 }
 
-// The common error with the largest effect is reported at full severity. The others, which may disappear with
-// it, are notes.
+// The common error with the largest effect is reported at full severity if it is certain: of many cameras,
+// some exceed three standard deviations by chance. The others, which may disappear with it, are notes.
 void commonErrors(Evidence& of) {
+  constexpr double kCertain = 4.5;  // standard deviations
   const std::vector<CommonError> significant = significantErrors(of);
   for (const CommonError& error : significant) {
     const double effect_px = effectOf(of, error);
     const bool is_largest = std::ranges::none_of(
         significant, [&](const CommonError& other) { return effectOf(of, other) > effect_px; });
-    of.add(diagnosisOf(of, error), effect_px, is_largest ? Severity::kFailure : Severity::kNote);
+    const Severity worst = error.sigmas() > kCertain ? Severity::kFailure : Severity::kWarning;
+    of.add(diagnosisOf(of, error), effect_px, is_largest ? worst : Severity::kNote);
     // The step to a camera without the error could not be computed.
     if (std::isnan(effect_px) && of.uncertainty.accuracy) of.diagnoses.back().severity = Severity::kWarning;
   }

@@ -278,12 +278,12 @@ void MarkerGuess::look(const GrayImage& image) {
     bool are_framed = false;
     for (const MarkerLook& look : markerLooks(image.size)) {
       if (look.scale > 1 && !are_framed) break;
-      auto [markers, are_framed_now] = seeMarkers(shown, allPrints(), look);
-      are_framed = are_framed_now;
-      if (most(markers) <= most_seen) continue;
-      most_seen = most(markers);
+      SeenMarkers seen = seeMarkers(shown, allPrints(), look);
+      are_framed = seen.areFramed();
+      if (most(seen.of_prints) <= most_seen) continue;
+      most_seen = most(seen.of_prints);
       // Outlines run through the centres of the outermost dark pixels.
-      best = {.image = {}, .markers = std::move(markers), .lost_px = 1 / look.scale};
+      best = {.image = {}, .markers = std::move(seen.of_prints), .lost_px = 1 / look.scale};
       if (most_seen >= kMany) break;
     }
     if (best.markers.empty()) continue;

@@ -96,6 +96,13 @@ struct ChosenPattern {
   std::vector<SeenMarker> seen = {};
   std::vector<MarkerPair> agreeing = {};  // pairs of one id that most of their nearest pairs confirm
   std::size_t num_others = 0;             // number of pairs of one id that are not confirmed
+  std::size_t num_framed = 0;             // outlines that look like markers
+
+  // In a mirror, markers have codes of no marker, or of a wrong one.
+  [[nodiscard]] bool mayBeMirrored() const {
+    constexpr std::size_t kFewest = 4;
+    return agreeing.size() < 2 && num_framed >= kFewest && 2 * seen.size() < num_framed;
+  }
 };
 
 void pairMarkers(ChosenPattern& chosen) {
@@ -139,12 +146,14 @@ ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPatt
   }
   ChosenPattern chosen{.pattern = &patterns.front()};
   bool are_framed = false;
+  std::size_t num_framed = 0;
   for (const MarkerLook& look : markerLooks(image.size)) {
     if (look.scale > 1 && !are_framed) break;
     const double enough =
         (look.is_quick ? 0.75 : 0.25) * static_cast<double>(patterns.front().markers.size());
     const SeenMarkers seen = seeMarkers(image, prints, look, static_cast<std::size_t>(std::ceil(enough)));
-    are_framed = seen.are_framed;
+    are_framed = seen.areFramed();
+    num_framed = std::max(num_framed, static_cast<std::size_t>(seen.num_framed));
     for (const MarkerPattern& pattern : patterns) {
       const auto print = static_cast<std::size_t>(std::ranges::find(prints, pattern.print) - prints.begin());
       ChosenPattern candidate{.pattern = &pattern, .seen = seen.of_prints[print]};
@@ -154,6 +163,7 @@ ChosenPattern choosePattern(const GrayImage& image, const std::vector<MarkerPatt
     }
     if (static_cast<double>(chosen.agreeing.size()) >= enough) break;
   }
+  chosen.num_framed = num_framed;
   return chosen;
 }
 
@@ -377,17 +387,8 @@ bool spansArea(const std::vector<Corner>& corners, int columns) {
   return differ([&](int id) { return id % columns; }) && differ([&](int id) { return id / columns; });
 }
 
-}  // namespace
-
-Marker squareMarker(int id, const Vector2d& low, double side) {
-  return {.id = id,
-          .corners = {low, low + Vector2d(side, 0), low + Vector2d(side, side), low + Vector2d(0, side)}};
-}
-
-Detection findMarkerBoard(const GrayImage& image, const Board& board,
-                          const std::vector<MarkerPattern>& patterns) {
-  expect(!image.empty() && !patterns.empty(), "an image with pixels, and a pattern");
-  const ChosenPattern chosen = choosePattern(image, patterns);
+// The board with the corners around the chosen markers.
+Detection boardAround(const ChosenPattern& chosen, const GrayImage& image, const Board& board) {
   const std::size_t num_agreeing = chosen.agreeing.size();
   const std::string_view points = board.words().points;
   const std::string_view marker = board.words().marker;
@@ -426,6 +427,27 @@ Detection findMarkerBoard(const GrayImage& image, const Board& board,
   detection.measures = measure(search, board, chosen.pattern->step_m, image.size);
   detection.describeMissing(board.numCorners(), points, missing, image.size);
   return detection;
+}
+
+}  // namespace
+
+Marker squareMarker(int id, const Vector2d& low, double side) {
+  return {.id = id,
+          .corners = {low, low + Vector2d(side, 0), low + Vector2d(side, side), low + Vector2d(0, side)}};
+}
+
+Detection findMarkerBoard(const GrayImage& image, const Board& board,
+                          const std::vector<MarkerPattern>& patterns) {
+  expect(!image.empty() && !patterns.empty(), "an image with pixels, and a pattern");
+  const ChosenPattern chosen = choosePattern(image, patterns);
+  if (chosen.mayBeMirrored()) {
+    const GrayImage mirror = mirroredOf(image);
+    const ChosenPattern mirrored = choosePattern(mirror, patterns);
+    Detection detection = boardAround(mirrored, mirror, board);
+    for (Corner& corner : detection.corners) corner.pixel.x() = image.size.width - 1 - corner.pixel.x();
+    if (detection.hasCorners()) return detection;
+  }
+  return boardAround(chosen, image, board);
 }
 
 }  // namespace alidade

@@ -28,7 +28,8 @@ struct MarkerPattern {
 
 /// Finds a board by its markers, which give ids and first guesses. The pattern on which
 /// neighbouring markers agree best is chosen. Corners are predicted from known ones around them, even next to
-/// undetected markers, and fitted by CornerFitter.
+/// undetected markers, and fitted by CornerFitter. If the markers are mirrored, as on the back of a board
+/// that is printed through or in a mirrored video, the board is found in the mirror image.
 /// @param patterns  possible prints of the board: at least one, all with the same corners
 [[nodiscard]] Detection findMarkerBoard(const GrayImage& image, const Board& board,
                                         const std::vector<MarkerPattern>& patterns);

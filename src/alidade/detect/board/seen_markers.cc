@@ -406,8 +406,7 @@ SeenMarkers seeMarkers(const GrayImage& image, std::span<const MarkerPrint> prin
     std::rotate(marker.corners.begin(), marker.corners.end() - marker.reading.turns, marker.corners.end());
     seen.of_prints[marker.print].push_back(inImage(marker.reading.id, marker.corners, look.scale));
   }
-  constexpr int kFewest = 3;
-  seen.are_framed = num_framed >= kFewest;
+  seen.num_framed = num_framed;
   return seen;
 }
 

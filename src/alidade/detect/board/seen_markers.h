@@ -47,9 +47,10 @@ struct MarkerLook {
 /// The markers of each print; an id may occur more than once.
 struct SeenMarkers {
   std::vector<std::vector<SeenMarker>> of_prints;
-  /// True if at least three outlines have a frame of one colour, as markers do. Otherwise a look at a larger
-  /// scale is not worth its time.
-  bool are_framed = false;
+  int num_framed = 0;  ///< outlines with a frame of one colour, as markers have
+
+  /// False if a look at a larger scale is not worth its time.
+  [[nodiscard]] bool areFramed() const { return num_framed >= 3; }
 };
 
 /// Searches for markers, dark on white or white on dark. The outlines are searched only once for all prints;

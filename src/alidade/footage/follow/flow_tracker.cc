@@ -8,6 +8,7 @@
 #include "alidade/footage/follow/front_end.h"
 #include "alidade/footage/follow/image_patch.h"
 #include "alidade/footage/follow/image_view.h"
+#include "alidade/imagery/opencv_versions.h"
 
 namespace alidade {
 namespace {
@@ -81,7 +82,7 @@ class FlowTracker final : public FrontEnd {
 };
 
 std::vector<TrackPixel> FlowTracker::follow(const GrayImage& image) {
-  cv::setNumThreads(1);
+  detail::useOneThread();
   const std::vector<cv::Mat> pyramid = pyramidOf(viewOf(image));
   if (!last_pyramid_.empty()) advance(pyramid, image);
   if (4 * points_.size() < 3 * num_points_) addPoints(image);

@@ -196,7 +196,7 @@ void KeyPointMatcher::align(const GrayImage& searched, double scale, Point& poin
 }
 
 std::vector<TrackPixel> KeyPointMatcher::follow(const GrayImage& image) {
-  cv::setNumThreads(1);
+  detail::useOneThread();
   const double scale = std::min(1.0, kLongestSide / std::max(image.size.width, image.size.height));
   if (scale * std::min(image.size.width, image.size.height) < kShortestSide) return {};
   const GrayImage resized = scale < 1 ? smaller(image, scale) : GrayImage();
