@@ -141,7 +141,7 @@ bool RigInputs::shiftTo(const RigCalibration& rig, const CommonOptions& common) 
   if (!std::ranges::all_of(inputs, hasVideoName) || !rig.frames.areShifted()) return false;
   leads.clear();
   for (std::size_t c = 0; c < rig.cameras.size(); ++c)
-    leads.push_back(std::round(rig.frames.leads[c] + rig.fit.cameras[c].delay * rig.frames.step));
+    leads.push_back(std::round(rig.frames.leads[c] - rig.fit.cameras[c].delay * rig.frames.step));
   const double least = std::ranges::min(leads);
   for (double& lead : leads) lead -= least;
   if (std::ranges::all_of(leads, [&](double lead) { return std::fmod(lead, rig.frames.step) == 0; }))
