@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "alidade/files/rig_file.h"
 #include "alidade/print/ink_of_board.h"
 #include "alidade/simulate/render.h"
 #include "alidade/target/board_spec.h"
@@ -87,6 +88,7 @@ TEST(RigVideos, AreAlignedByTheMotion) {
   const double delay = document.at("cameras").at(1).value("delay_intervals", 0.0);
   EXPECT_LT(std::abs(delay), 0.05);
   EXPECT_THAT(result.err, HasSubstr("the videos start at different times"));
+  EXPECT_NEAR(loadRig(rig).cameras.at(1).time_offset_s.value_or(0), kLead / kRate, 1e-3);
   const RunResult tested =
       runAlidade({"rig", "validate", rig, recordings().left, recordings().right, "--board", kBoard});
   EXPECT_THAT(tested, EndsWith(0));

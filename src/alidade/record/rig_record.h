@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ struct RigCameraRecord {
   /// Standard deviations of the tangent of camera_from_rig; zero for the camera at the rig's origin.
   Eigen::Vector3d translation_std_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d rotation_std_rad = Eigen::Vector3d::Zero();
+  /// Time at which it takes an image minus that of the first camera's image with the same number, s; nothing
+  /// if unknown.
+  std::optional<double> time_offset_s = {};
 };
 
 /// The content of a rig file: several cameras and their poses.

@@ -163,15 +163,19 @@ std::optional<CameraMotion> smallMotion(const JointFit& joint,
 
 std::vector<CameraMotion> cameraMotions(const JointViews& views, const JointFit& joint,
                                         const RigCovariance& covariance) {
+  if (!covariance.isKnown()) return {};  // nothing is known of the poses
   const std::vector<std::string>& frames = views.frames.names;
   const std::vector<std::vector<CommonView>> common = commonViews(views, joint);
   std::vector<CameraMotion> motions;
   for (std::size_t c = 0; c < common.size(); ++c) {
     if (auto motion = largeMotion(joint, c, common[c], frames)) motions.push_back(std::move(*motion));
   }
-  if (motions.empty() && covariance.isKnown()) {
-    if (auto motion = smallMotion(joint, common, frames, covariance.frame_variance))
-      motions.push_back(std::move(*motion));
+  if (motions.empty()) {
+    // Between frames, the path of a board is known to some per cent of its motion, the same for many frames.
+    constexpr double kPathError = 0.06;
+    const double least_px = joint.exposure ? kPathError * joint.exposure->shift_px : 0;
+    auto motion = smallMotion(joint, common, frames, covariance.frame_variance);
+    if (motion && motion->effect_px > least_px) motions.push_back(std::move(*motion));
   }
   std::ranges::stable_sort(motions, std::ranges::greater(), &CameraMotion::effect_px);
   return motions;

@@ -6,7 +6,7 @@
 
 #include "alidade/adjust/board/fit.h"
 #include "alidade/geometry/se3.h"
-#include "alidade/rig/exposure_scatter.h"
+#include "alidade/rig/rig_calibration.h"
 
 namespace alidade {
 

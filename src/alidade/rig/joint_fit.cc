@@ -516,7 +516,8 @@ std::optional<JointFit> looseFit(const JointViews& views, std::span<const std::s
                                  const CancelFlag* cancel) {
   JointFit joint = startedFit(views);
   joint.fit = withoutEmptyPlacements(joint.fit);
-  if (isAnyFlexible(joint.fit) || joint.unlinked.size() >= most_unlinked) return std::nullopt;
+  if (views.frames.are_simultaneous || isAnyFlexible(joint.fit) || joint.unlinked.size() >= most_unlinked)
+    return std::nullopt;
   Scatter scatter = startDeviations(joint.rig_from_board, views.frames.times, joint.fit);
   if (!(scatter.std_intervals > 0) || !settleDeviations(views, alone, most_unlinked, scatter, joint, cancel))
     return std::nullopt;

@@ -10,7 +10,7 @@
 
 #include "alidade/adjust/board/fit.h"
 #include "alidade/core/cancel.h"
-#include "alidade/rig/exposure_scatter.h"
+#include "alidade/rig/rig_calibration.h"
 #include "alidade/rig/rig_start.h"
 
 namespace alidade {

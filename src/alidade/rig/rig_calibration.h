@@ -15,7 +15,6 @@
 #include "alidade/core/diagnosis.h"
 #include "alidade/geometry/dense_matrix.h"
 #include "alidade/record/camera_record.h"
-#include "alidade/rig/exposure_scatter.h"
 #include "alidade/rig/rig_frames.h"
 
 namespace alidade {
@@ -95,6 +94,13 @@ struct RigLinks {
   std::size_t num_lone_views = 0;       ///< of these, views that are linked with no other
   std::size_t num_renumbered = 0;       ///< views of ambiguous boards that were renumbered
   std::vector<RigImage> unlinked = {};  ///< views that contradict the others of their frame
+};
+
+/// Scatter of the times at which the cameras of a rig take the images of one frame.
+struct ExposureScatter {
+  double std_intervals = 0;  ///< standard deviation, in intervals between frames
+  double shift_m = 0;        ///< RMS displacement of the middle of the boards by it and by the delays
+  double shift_px = 0;       ///< RMS displacement of their corners in the images
 };
 
 /// Several cameras, calibrated together.

@@ -270,7 +270,8 @@ std::optional<RigCalibration> freedRig(std::span<const Board> boards, std::vecto
 RigCalibration calibrate(std::span<const Board> boards, std::vector<RigViews> cameras,
                          const RigOptions& options) {
   requireCounts(cameras.size(), options);
-  const RigFrames frames = options.frames.empty() ? matchFrames(cameras) : framesOf(options.frames, cameras);
+  RigFrames frames = options.frames.empty() ? matchFrames(cameras) : framesOf(options.frames, cameras);
+  frames.are_simultaneous = options.are_simultaneous;
   JointViews views = linkedViews(boards, cameras, frames, options);
   const auto freed = isAnyGiven(options) ? freedRig(boards, cameras, views.frames, options) : std::nullopt;
   return joined(std::move(views), cameras, options, freed ? &*freed : nullptr);
@@ -315,6 +316,9 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
                               .camera_from_rig = rig.fit.cameras[c].camera_from_rig,
                               .translation_std_m = camera.link.translation_std_m,
                               .rotation_std_rad = camera.link.rotation_std_rad});
+    if (!(rig.frames.interval_s > 0) || !(rig.exposure || rig.frames.areShifted())) continue;
+    const double num_steps = (rig.frames.leads[c] - rig.frames.leads.front()) / rig.frames.step;
+    record.cameras.back().time_offset_s = rig.frames.interval_s * (rig.fit.cameras[c].delay - num_steps);
   }
   return record;
 }

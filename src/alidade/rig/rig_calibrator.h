@@ -21,8 +21,9 @@ struct RigOptions {
   std::vector<std::string> models = {};  ///< one per camera instead of CalibratorOptions::model; or empty
   /// One per camera, or empty: cameras calibrated before, whose lenses are kept.
   std::vector<std::optional<CameraRecord>> given = {};
-  FrameTable frames = {};  ///< images taken together; empty: matched by their names
-  double rate_hz = 0;      ///< of images whose names count them, such as frames of videos; 0: unknown
+  FrameTable frames = {};         ///< images taken together; empty: matched by their names
+  bool are_simultaneous = false;  ///< images of one frame were taken at one instant; times are not estimated
+  double rate_hz = 0;             ///< of images whose names count them, such as frames of videos; 0: unknown
 };
 
 /// Calibrates each camera alone, links cameras by boards that two of them see at the same time, and solves

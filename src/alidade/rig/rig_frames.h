@@ -47,6 +47,8 @@ struct RigFrames {
   double interval_s = 0;           ///< of the usual interval; 0 if unknown
   std::vector<double> leads = {};  ///< RigViews::lead of each camera
 
+  bool are_simultaneous = false;  ///< images of one frame were certainly taken at one instant
+
   /// True if recordings start at different times.
   [[nodiscard]] bool areShifted() const;
 };

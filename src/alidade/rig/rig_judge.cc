@@ -245,8 +245,10 @@ void judgeHoldout(const RigCalibration& rig, double tolerance_px, std::vector<Di
   diagnoses.push_back(
       {.id = "holdout_error",
        .severity = std::max(Severity::kWarning, severityOf(effect_px, tolerance_px)),
-       .cause = fmt::format("on frames that were left out, the RMS is {:.3f} px instead of {:.3f} px",
-                            rig.holdout.rms_px, fitted_px),
+       .cause = more > 0
+                    ? fmt::format("on frames that were left out, the RMS is {:.3f} px instead of {:.3f} px",
+                                  rig.holdout.rms_px, fitted_px)
+                    : std::string("many corners of frames that were left out cannot be predicted"),
        .evidence = rig.holdout.num_unseen > 0
                        ? fmt::format("{} corners have no error there", rig.holdout.num_unseen)
                        : "",
@@ -292,10 +294,16 @@ void judgeBaselines(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses
     for (std::size_t b = a + 1; b < rig.cameras.size(); ++b) {
       const Baseline baseline = baselineOf(rig.fit, rig.covariance, a, b);
       if (!(baseline.vector_m.dot(baseline.covariance.ldlt().solve(baseline.vector_m)) < kChance)) continue;
+      // The boards say nothing of places that are this uncertain, relative to their distance.
+      constexpr double kUnknown = 0.1;
+      const bool is_unknown =
+          baseline.lengthStd() > kUnknown * rig.cameras[b].calibration.uncertainty.board_distance_m;
       diagnoses.push_back(
           {.id = "no_baseline",
-           .cause = fmt::format("{} and {} may be the same camera twice: they are at the same place",
-                                rig.cameras[a].name, rig.cameras[b].name),
+           .cause = fmt::format("{} and {} may be {}", rig.cameras[a].name, rig.cameras[b].name,
+                                is_unknown
+                                    ? "anywhere: the frames hardly tell where they are relative to each other"
+                                    : "the same camera twice: they are at the same place"),
            .evidence =
                fmt::format("{:.3f} mm apart, standard deviation {:.3f} mm",
                            kMillimetres * baseline.vector_m.norm(), kMillimetres * baseline.lengthStd()),

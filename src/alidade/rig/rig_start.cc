@@ -33,8 +33,8 @@ std::vector<Tracks> tracksOf(std::span<const PosedView> views, const RigFrames& 
                              std::size_t num_cameras) {
   constexpr double kEven = 0.1;
   constexpr double kMostTime = 1e5;
-  const bool is_even = frames.step > 0 && frames.time_spread == 0 && frames.times.back() < kMostTime &&
-                       std::ranges::all_of(frames.times, [](double time) {
+  const bool is_even = !frames.are_simultaneous && frames.step > 0 && frames.time_spread == 0 &&
+                       frames.times.back() < kMostTime && std::ranges::all_of(frames.times, [](double time) {
                          return std::abs(time - std::round(time)) < kEven;
                        });
   std::vector<Tracks> tracks(num_cameras);

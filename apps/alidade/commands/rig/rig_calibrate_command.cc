@@ -194,6 +194,11 @@ class RigCalibrateCommand final : public Command {
               "Camera files of cameras calibrated before, one for each camera, separated by commas ('-': "
               "calibrate this one); their lenses are kept",
               {.word = kFilePath.word, .separator = ','});
+    flags.add(
+        "--offsets", &offsets_,
+        "Times at which the cameras take the images of one frame. auto: estimated if the images tell that they "
+        "differ; none: the cameras are triggered together",
+        oneOf({"auto", "none"}));
     flags.add("--board-shape", &shape_,
               "Shape of the boards. flat: boards are flat; warp: their bend is estimated; uneven: the "
               "place of every point; flexible: a bend in each frame; auto: what is seen",
@@ -221,6 +226,7 @@ class RigCalibrateCommand final : public Command {
     RigInputViews given = readRigViews(views_, names, common_);
     options.frames = given.frames;
     options.rate_hz = views_.rateOfVideos(common_);
+    options.are_simultaneous = offsets_ == "none";
     RigCalibration rig = calibrate(given.boards, std::move(given.cameras), options);
     if (views_.shiftTo(rig, common_)) {
       given = readRigViews(views_, names, common_);
@@ -347,6 +353,7 @@ class RigCalibrateCommand final : public Command {
   RigInputs views_;
   std::vector<std::string> models_;
   std::string shape_ = "auto";
+  std::string offsets_ = "auto";
   std::vector<std::string> fixed_;
   std::string output_;
   std::string evidence_;

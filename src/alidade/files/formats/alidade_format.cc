@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -235,11 +236,18 @@ std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows) {
 }
 
 void readPoseStd(const YamlNode& entry, RigCameraRecord& record) {
+  if (const auto offset = entry.find("time_offset_s")) record.time_offset_s = offset->number();
   const auto std = entry.find("camera_from_rig_std");
   if (!std) return;
   std->allowKeys({"translation_m", "rotation_rad"});
   record.translation_std_m = Eigen::Vector3d(std->at("translation_m").numbers(3).data());
   record.rotation_std_rad = Eigen::Vector3d(std->at("rotation_rad").numbers(3).data());
+}
+
+// NaN if corners of a calibration that must not be used cannot be projected.
+double readRms(const YamlNode& calibration, Verdict verdict) {
+  const bool may_lack = verdict == Verdict::kNo && !calibration.find("rms_px");
+  return may_lack ? std::numeric_limits<double>::quiet_NaN() : calibration.at("rms_px").number();
 }
 
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
@@ -255,7 +263,7 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
     if (record.accuracy_distance_m <= 0) throw n->error(n->text(), "metres above 0");
   }
   if (const auto n = node.find("covered_share")) record.covered_share = n->number();
-  record.rms_px = node.at("rms_px").number();
+  record.rms_px = readRms(node, record.verdict);
   if (const auto n = node.find("holdout_rms_px")) record.holdout_rms_px = n->number();
   record.num_views = readCount(node.at("num_views"));
   record.num_corners = readCount(node.at("num_corners"));
@@ -355,7 +363,7 @@ void readRigRest(const YamlNode& root, RigRecord& rig) {
   if (const auto calibration = root.find("calibration")) {
     calibration->allowKeys({"verdict", "rms_px", "num_frames", "findings"});
     rig.verdict = readVerdict(calibration->at("verdict"));
-    rig.rms_px = calibration->at("rms_px").number();
+    rig.rms_px = readRms(*calibration, rig.verdict);
     rig.num_frames = calibration->at("num_frames").integer();
     rig.findings = calibration->at("findings").texts();
   }

@@ -100,6 +100,7 @@ std::string cameraEntry(const RigCameraRecord& camera) {
     writeEntries(out, "camera_from_rig_std",
                  flowMap("translation_m", camera.translation_std_m, "rotation_rad", camera.rotation_std_rad));
   }
+  if (camera.time_offset_s) writeEntries(out, "time_offset_s", *camera.time_offset_s);
   out << YAML::EndMap;
   std::string entry = indented(detail::withBytesShown(detail::documentText(out)) + "camera:\n" +
                                    indented(cameraFileText(camera.camera), 2),
@@ -159,9 +160,13 @@ std::string rigFileText(const RigRecord& rig) {
   YAML::Emitter out;
   out << YAML::BeginMap;
   if (rig.isCalibrated()) {
-    writeEntries(out, "calibration",
-                 flowMap("verdict", verdictName(rig.verdict), "rms_px", rig.rms_px, "num_frames",
-                         rig.num_frames, "findings", rig.findings));
+    const auto entries = [&](const auto&... rms) {
+      writeEntries(out, "calibration",
+                   flowMap("verdict", verdictName(rig.verdict), rms..., "num_frames", rig.num_frames,
+                           "findings", rig.findings));
+    };
+    if (std::isfinite(rig.rms_px)) entries("rms_px", rig.rms_px);
+    if (!std::isfinite(rig.rms_px)) entries();
   }
   if (!rig.covariance.empty()) writeEntries(out, "covariance", detail::triangleRows(rig.covariance));
   if (!rig.created_by.empty()) writeEntries(out, "created_by", rig.created_by);
