@@ -24,6 +24,7 @@ RigRecord stereoRig() {
     camera.camera.name.name = i == 0 ? "left" : "right";
     camera.translation_std_m.setConstant(0.5 * i);
     camera.rotation_std_rad.setConstant(0.25 * i);
+    camera.time_offset_s = 0.0125 * i;
     rig.cameras.push_back(std::move(camera));
   }
   rig.num_frames = 10;

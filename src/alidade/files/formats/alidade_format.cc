@@ -343,7 +343,7 @@ CameraRecord readCameraRoot(const YamlNode& root) {
 
 // Reads an item of a rig file's `cameras`.
 RigCameraRecord readRigCamera(const YamlNode& entry) {
-  entry.allowKeys({"name", "camera_from_rig", "camera_from_rig_std", "camera"});
+  entry.allowKeys({"name", "camera_from_rig", "camera_from_rig_std", "time_offset_s", "camera"});
   RigCameraRecord record{.camera = readCameraRoot(entry.at("camera")),
                          .camera_from_rig = readPose(entry.at("camera_from_rig"))};
   record.camera.name.name = entry.at("name").text();
