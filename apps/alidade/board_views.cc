@@ -133,7 +133,7 @@ void checkLengths(const CornersFile& file, bool is_quiet, std::vector<std::strin
 GivenViews readCorners(const BoardInputs& inputs, const CommonOptions& options) {
   if (inputs.areFlipped()) {
     throw flagError("--mirrored image", "the corners file " + inputs.inputs.front(), "images",
-                    "give it to alidade detect, which then finds the corners in the images flipped back");
+                    "run alidade detect --mirrored image on the images, and give its corners file");
   }
   const auto other = std::ranges::find_if_not(inputs.inputs, isCornersFile);
   if (other != inputs.inputs.end()) {
@@ -275,7 +275,8 @@ GivenViews runDetection(const BoardInputs& inputs, const CommonOptions& options)
   given.notes = images.notes();
   if (inputs.areFlipped())
     given.notes.push_back(
-        "the images were flipped left to right; all results are those of the flipped images");
+        "the images were flipped left to right; all results are those of the flipped images, and other "
+        "commands need them flipped, too");
   given.image_set = images;
   for (const BoardSurvey& survey : given.surveys) {
     for (const Diagnosis& note : survey.notes) given.notes.push_back(note.message());
@@ -380,16 +381,9 @@ void BoardInputs::addDetection(Flags& flags, bool has_debug) {
   flags.under(nullptr);
 }
 
-void BoardInputs::addMirrored(Flags& flags, bool are_many) {
+void BoardInputs::addMirrored(Flags& flags) {
   flags.under(kBoardGroup);
-  flags.add(
-      "--mirrored", &mirrored,
-      std::string(
-          "Why boards look mirrored. image: a camera in mirror mode took the images; they are flipped "
-          "back, and results are those of the flipped images. back: they show the back of a board that is "
-          "printed through") +
-          (are_many ? ". For all cameras, or one value for each, separated by commas ('-': neither)" : ""),
-      are_many ? oneOf({"image", "back", "-"}, ',') : oneOf({"image", "back"}));
+  flags.add("--mirrored", &mirrored, kMirroredText, oneOf({"image"}));
   flags.under(nullptr);
 }
 
@@ -420,6 +414,20 @@ std::string measuresText(const BoardSurvey& survey) {
                      range([](const ViewMeasures& m) { return m.spacing_px; }),
                      range([](const ViewMeasures& m) { return m.tilt_deg; }),
                      range([](const ViewMeasures& m) { return 100 * m.area_share; }));
+}
+
+void explainMirrors(const std::string& mirrored, const std::string& camera,
+                    std::vector<Diagnosis>& diagnoses) {
+  for (Diagnosis& diagnosis : diagnoses) {
+    const bool is_asked =
+        diagnosis.id == DiagnosisId("mirrored_view") && diagnosis.severity != Severity::kNote;
+    if (!is_asked || !diagnosis.cause.starts_with(camera)) continue;
+    if (mirrored == "back") diagnosis.severity = Severity::kNote;
+    if (mirrored == "image") {
+      diagnosis.evidence = "they are, after the images were flipped";
+      diagnosis.next_step = "leave out --mirrored image";
+    }
+  }
 }
 
 bool isCornersFile(const std::string& path) {

@@ -26,9 +26,8 @@ struct BoardInputs {
   std::size_t num_frames = 100;          ///< to search in each video or sequence
   /// Frames of videos are evenly spaced from this number on, so that those of several match.
   std::optional<std::size_t> even_from = {};
-  /// "image": all images are flipped left to right; "back": the back of a board printed through is seen. One
-  /// value, or one for each camera of a rig ("-": neither).
-  std::vector<std::string> mirrored = {};
+  /// "image": all images are flipped left to right; "back": they show the back of a board printed through.
+  std::string mirrored = {};
   std::string cache = {};  ///< folder for results of detection; empty: none
   /// Folder for images with the detections drawn on them; empty: none.
   std::string debug_folder = {};
@@ -41,16 +40,18 @@ struct BoardInputs {
   void addBoards(Flags& flags);
   /// The flags --frames and --cache, and --debug for commands that only find boards.
   void addDetection(Flags& flags, bool has_debug);
-  /// The flag --mirrored.
-  /// @param are_many  of several cameras
-  void addMirrored(Flags& flags, bool are_many);
-  [[nodiscard]] bool areFlipped() const { return !mirrored.empty() && mirrored.front() == "image"; }
+  /// The flag --mirrored, for commands to which it makes no difference which side of the board is seen.
+  void addMirrored(Flags& flags);
+  [[nodiscard]] bool areFlipped() const { return mirrored == "image"; }
   /// Checks before any long work that the debug folder and the output differ.
   /// @throws Error (kUsage)
   void checkDebugFolder(const std::string& output) const;
 };
 
 inline const Values kBoardShapes = oneOf({kBoardShapeModes.begin(), kBoardShapeModes.end()});
+
+inline constexpr const char* kMirroredText =
+    "image: a camera in mirror mode took the images. They are flipped back, and results are those of the flipped images";
 
 /// The views given to a command, with the information that its reports need.
 struct GivenViews : GivenImages {
@@ -75,6 +76,11 @@ void requireBoards(const GivenViews& found, const BoardInputs& given, const Comm
 
 /// The range of each measure over the images with corners, in one line for people; empty without images.
 [[nodiscard]] std::string measuresText(const BoardSurvey& survey);
+
+/// Adapts what is said of mirrored views to the value of --mirrored.
+/// @param camera  beginning of the cause, in a rig
+void explainMirrors(const std::string& mirrored, const std::string& camera,
+                    std::vector<Diagnosis>& diagnoses);
 
 /// True for the name of a corners file.
 [[nodiscard]] bool isCornersFile(const std::string& path);

@@ -95,6 +95,22 @@ TEST(RigVideos, AreAlignedByTheMotion) {
   EXPECT_THAT(tested.out, HasSubstr("start at different times"));
 }
 
+TEST(RigVideos, KeepTheirMirrorsWhenTheyAreSorted) {
+  const ScratchFolder& scratch = recordings().scratch;
+  const std::string rig = scratch.path("flipped.yaml");
+  ASSERT_EQ(runAlidade({"rig", "calibrate", recordings().left, recordings().mirrored, "--board", kBoard,
+                        "--model", "radtan", "--mirrored", "-,image", "--keep-untrustworthy", "-o", rig})
+                .out.find("error"),
+            std::string::npos);
+  const RunResult sorted = runAlidade({"rig", "validate", rig, recordings().mirrored, recordings().left,
+                                       "--board", kBoard, "--mirrored", "image,-"});
+  EXPECT_THAT(sorted, EndsWith(0));
+  EXPECT_THAT(sorted.err, HasSubstr("assigned to the cameras by their names"));
+  EXPECT_THAT(runAlidade({"rig", "validate", rig, recordings().left, recordings().mirrored, "--footage",
+                          "--mirrored", "image"}),
+              FailsWith(2, HasSubstr("--mirrored with --footage")));
+}
+
 TEST(RigVideos, OfACameraInMirrorModeAreFlippedBackOnRequest) {
   const std::vector<std::string> command = {"rig",     "calibrate", recordings().left, recordings().mirrored,
                                             "--board", kBoard,      "--model",         "radtan"};
@@ -111,7 +127,17 @@ TEST(RigVideos, OfACameraInMirrorModeAreFlippedBackOnRequest) {
   EXPECT_THAT(runAlidade({"calibrate", recordings().mirrored, "--board", kBoard, "--model", "radtan",
                           "--mirrored", "image", "--keep-untrustworthy", "--verbose"})
                   .out,
-              Not(HasSubstr("all views are mirrored")));
+              Not(HasSubstr("views are mirrored")));
+  // Flipped although it is not mirrored.
+  EXPECT_THAT(runAlidade({"calibrate", recordings().left, "--board", kBoard, "--model", "radtan",
+                          "--mirrored", "image", "--keep-untrustworthy", "--verbose"})
+                  .out,
+              AllOf(HasSubstr("all views are mirrored: they are, after the images were flipped"),
+                    HasSubstr("leave out --mirrored image")));
+  EXPECT_THAT(runAlidade({"calibrate", recordings().mirrored, "--board", kBoard, "--model", "radtan",
+                          "--mirrored", "back", "--keep-untrustworthy", "--verbose"})
+                  .out,
+              HasSubstr("Note     all views are mirrored"));
 }
 
 }  // namespace

@@ -76,12 +76,13 @@ TEST_F(OpenImages, ReadsRunsOfEqualNumbersFromSeveralVideos) {
     return numbers;
   };
   std::vector<std::size_t> expected;  // of 30 frames a second every fourth; the first half without a gap
-  for (std::size_t i = 0; i < 12; ++i) expected.push_back(4 * i);
+  for (std::size_t i = 0; i < 13; ++i) expected.push_back(4 * i);
   const std::vector<std::size_t> a = numbersOf("a.avi", {.num_frames = 25, .even_from = 0});
   const std::vector<std::size_t> b = numbersOf("b.avi", {.num_frames = 25, .even_from = 0});
-  ASSERT_GE(a.size(), 12u);
-  EXPECT_EQ(std::vector(a.begin(), a.begin() + 12), expected);
-  EXPECT_TRUE(std::ranges::includes(a, b));
+  ASSERT_EQ(a.size(), 25u);
+  EXPECT_EQ(std::vector(a.begin(), a.begin() + 13), expected);
+  EXPECT_EQ(b.size(), 25u);
+  EXPECT_EQ(numbersOf("a.avi", {.num_frames = 1, .even_from = 3}), std::vector<std::size_t>{3});
   const std::vector<std::size_t> later = numbersOf("a.avi", {.num_frames = 200, .even_from = 5});
   ASSERT_EQ(later.size(), 29u);
   EXPECT_EQ(later.front(), 5u);

@@ -201,7 +201,7 @@ Error unreadableVideo(const std::string& path, std::string found, std::string ne
 
 // Six to twelve frames a second from a first one on, enough to follow the motion of a hand. Of a longer
 // video, the first half of the frames is without a gap, so that recordings that start at different times have
-// frames in common; the others are in runs, which are left out by chance, the same in all videos.
+// frames in common; the others are in runs, chosen by chance, but alike in all videos.
 class EvenFrames {
  public:
   EvenFrames(std::size_t first, std::size_t num_wanted, double rate_hz)
@@ -212,43 +212,39 @@ class EvenFrames {
   }
 
   void add(std::size_t number) {
-    if (number < first_ || !isChosen(number)) return;
-    numbers_.push_back(number);
-    while (numbers_.size() > num_wanted_ && one_of_ < kMostRuns) {
-      one_of_ *= 2;
-      std::erase_if(numbers_, [&](std::size_t other) { return !isChosen(other); });
-    }
-    if (numbers_.size() > num_wanted_) numbers_.pop_back();
+    if (number >= first_ && (number - first_) % step_ == 0) numbers_.push_back(number);
   }
-  [[nodiscard]] const std::vector<std::size_t>& chosen() const { return numbers_; }
+  [[nodiscard]] std::vector<std::size_t> chosen() const {
+    const std::size_t num_first = (num_wanted_ + 1) / 2;
+    std::vector<std::size_t> chosen = numbers_;
+    std::ranges::sort(chosen, {}, [&](std::size_t number) {
+      const std::size_t place = (number - first_) / step_;
+      return std::pair(place < num_first ? 0 : mixed(place / kRun), number);
+    });
+    chosen.resize(std::min(chosen.size(), num_wanted_));
+    std::ranges::sort(chosen);
+    return chosen;
+  }
 
  private:
-  [[nodiscard]] bool isChosen(std::size_t number) const {
-    const std::size_t place = (number - first_) / step_;
-    if ((number - first_) % step_ != 0) return false;
-    return place < num_wanted_ / 2 || mixed(place / kRun) % one_of_ == 0;
-  }
-  // The low bits look random (Steele, Lea and Flood 2014, the finaliser of SplitMix).
+  // Looks random (Steele, Lea and Flood 2014, the finaliser of SplitMix), and is not 0.
   static std::uint64_t mixed(std::uint64_t run) {
     run = (run + 0x9e3779b97f4a7c15U) * 0xbf58476d1ce4e5b9U;
     run = (run ^ (run >> 27U)) * 0x94d049bb133111ebU;
-    return run ^ (run >> 31U);
+    return (run ^ (run >> 31U)) | 1U;
   }
 
   static constexpr std::size_t kRun = 30;  // frames
-  static constexpr std::size_t kMostRuns = std::size_t{1} << 20U;
   std::size_t first_;
   std::size_t num_wanted_;
   std::size_t step_ = 1;
-  std::size_t one_of_ = 1;  // the share of runs that are chosen
   std::vector<std::size_t> numbers_;
 };
 
 VideoChoice chooseFrames(const std::string& path, const OpenImagesOptions& options) {
   VideoReader reader(path, {.cancel = options.cancel});
   FrameChooser chooser(options.num_frames);
-  const double rate_hz = static_cast<double>(reader.statedFrames()) / reader.statedSeconds();
-  EvenFrames even(options.even_from.value_or(0), options.num_frames, std::isfinite(rate_hz) ? rate_hz : 0);
+  EvenFrames even(options.even_from.value_or(0), options.num_frames, reader.frameRate());
   VideoChoice choice;
   while (reader.advance()) {
     ++choice.num_frames;

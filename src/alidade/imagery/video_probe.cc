@@ -177,6 +177,10 @@ class Probe {
     facts_.start_ticks = stream.number("start_pts");
     facts_.stated_frames =
         static_cast<std::size_t>(std::max<std::int64_t>(stream.number("nb_frames").value_or(0), 0));
+    const std::vector<std::string_view> rate = split(stream.text("avg_frame_rate"), '/');
+    const double frames = parseDouble(rate.front()).value_or(0);
+    const double seconds = parseDouble(rate.back()).value_or(0);
+    facts_.frame_rate_hz = rate.size() == 2 && frames > 0 && seconds > 0 ? frames / seconds : 0;
     of_stream_ = static_cast<double>(stream.number("duration_ts").value_or(0)) * facts_.seconds_per_tick;
   }
 
@@ -222,7 +226,7 @@ VideoFacts probeVideo(const std::string& path, std::int64_t max_pixels, const Ca
       "ffprobe", path,
       {"-v", "warning", "-of", "compact", "-show_entries",
        "program_version=version:packet=stream_index,pts,dts,duration,size,pos,flags:stream=index,codec_type,"
-       "codec_name,width,height,pix_fmt,time_base,start_pts,duration_ts,nb_frames,bit_rate:stream_disposition="
+       "codec_name,width,height,pix_fmt,time_base,start_pts,duration_ts,nb_frames,avg_frame_rate,bit_rate:stream_disposition="
        "default,attached_pic:stream_side_data_list:format=format_name,start_time,duration"},
       {});
   Probe probe(path, max_pixels);

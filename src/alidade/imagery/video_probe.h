@@ -29,6 +29,7 @@ struct VideoFacts {
   int exif_orientation = 1;
   std::size_t stated_frames = 0;  ///< 0 if unknown
   double stated_seconds = 0;      ///< 0 if unknown
+  double frame_rate_hz = 0;       ///< average; 0 if unknown
   double reached_seconds = 0;     ///< end of the last packet of any stream, from where the stated ones count
   bool are_all_key = true;        ///< every picture is coded on its own
   std::vector<Gap> gaps;          ///< in their order

@@ -207,6 +207,10 @@ std::size_t VideoReader::statedFrames() const {
   return state_->facts.stated_frames;
 }
 
+double VideoReader::frameRate() const {
+  return state_->facts.frame_rate_hz;
+}
+
 double VideoReader::statedSeconds() const {
   return state_->facts.stated_seconds;
 }

@@ -56,6 +56,8 @@ class VideoReader {
   /// The number of frames and the seconds that the file states; 0 if unknown.
   [[nodiscard]] std::size_t statedFrames() const;
   [[nodiscard]] double statedSeconds() const;
+  /// Average number of frames in a second; 0 if unknown.
+  [[nodiscard]] double frameRate() const;
   /// At the end: share of the stated frames and seconds that was not reached; the smaller one if the file
   /// states both. Headers may count frames that are not shown, and round a duration.
   [[nodiscard]] double missingShare() const;

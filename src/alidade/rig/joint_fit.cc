@@ -561,7 +561,7 @@ JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, 
   }
   if (!hasFailed(joint) && !std::isfinite(rms(joint.fit))) {
     joint.fit.summary.termination = Termination::kFailed;
-    joint.fit.summary.reason = "a corner does not project";
+    joint.fit.summary.reason = "a corner cannot be projected";
   }
   if (hasFailed(joint)) joint = separateFit(views, joint);
   std::ranges::sort(joint.unlinked);

@@ -148,26 +148,31 @@ std::optional<std::vector<Board>> boardsAsSeen(std::span<const Board> stated,
   return is_any ? std::optional(boards) : std::nullopt;
 }
 
-// Which of two groups of cameras has the mirrored images: that with most boards from behind, or the smaller
-// one.
+// Which of two groups of cameras has the mirrored images: that with the larger share of boards from behind,
+// or the smaller one.
 void requireUnmirrored(const std::vector<RigViews>& cameras, const JointViews& views) {
   std::array<std::vector<std::string>, 2> groups;
-  std::array<int, 2> num_from_behind = {};
+  std::array<double, 2> num_views = {};
+  std::array<double, 2> num_from_behind = {};
   for (std::size_t c = 0; c < cameras.size(); ++c)
     groups[views.are_mirrored[c] ? 1 : 0].push_back(cameras[c].name);
   if (groups[1].empty()) return;
-  for (const PosedView& view : views.poses)
-    num_from_behind[views.are_mirrored[view.camera] ? 1 : 0] +=
-        seesPrintedSide(view.camera_from_board) ? 0 : 1;
-  const bool are_first = num_from_behind[0] != num_from_behind[1] ? num_from_behind[0] > num_from_behind[1]
-                                                                  : groups[0].size() < groups[1].size();
+  for (const PosedView& view : views.poses) {
+    const std::size_t group = views.are_mirrored[view.camera] ? 1 : 0;
+    ++num_views[group];
+    num_from_behind[group] += seesPrintedSide(view.camera_from_board) ? 0 : 1;
+  }
+  const double apart = num_from_behind[0] * num_views[1] - num_from_behind[1] * num_views[0];
+  const bool are_first = apart != 0 ? apart > 0 : groups[0].size() < groups[1].size();
   throw inputError(
       {.where = "rig",
-       .found = fmt::format("mirrored images of {}: before {} the boards move the other way",
+       .found = fmt::format("mirrored images of {}: in the images of {} the boards move in the opposite "
+                            "direction",
                             join(groups[are_first ? 0 : 1], ", "), join(groups[are_first ? 1 : 0], ", ")),
        .expected = "images that are not flipped",
        .next_step = "switch the mirror mode of these cameras off, or give --mirrored image for them "
-                    "('-' for the others): the rig is then that of the images flipped back"});
+                    "('-' for the others), so that their images are flipped back; where that was given, "
+                    "leave it out"});
 }
 
 // Cameras calibrated alone; throws unless all of them are linked. If recordings started at different times,

@@ -92,15 +92,14 @@ void judgeFrames(const RigCalibration& rig, double tolerance_px, std::vector<Dia
   if (rig.frames.areShifted()) {
     std::vector<std::string> together;
     for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-      together.push_back(fmt::format("{:.9g} in {}", rig.frames.leads[c] - std::ranges::min(rig.frames.leads),
+      together.push_back(fmt::format("{:.9g} of {}", rig.frames.leads[c] - std::ranges::min(rig.frames.leads),
                                      rig.cameras[c].name));
     }
     diagnoses.push_back(
         {.id = "starts_differ",
-         .cause =
-             "the recordings start at different times: as the motion of the boards shows, the numbers of "
-             "frames that were taken together are larger by " +
-             join(together, ", ")});
+         .cause = "the recordings start at different times. As the motion of the boards shows, these images "
+                  "were taken together, and so on: number " +
+                  join(together, ", ")});
   }
   if (rig.frames.time_spread > 0) {
     diagnoses.push_back(

@@ -214,7 +214,7 @@ double ratioVarianceOfRig(const RigRecord& record, const std::vector<std::vector
   const Eigen::VectorXd inverse = scale.cwiseInverse();
   const SymmetricEigen axes(inverse.asDiagonal() * covariance.view() * inverse.asDiagonal());
   constexpr double kNothing = 1e-9;                        // of the largest axis
-  constexpr std::array kSmall = {0.1, -0.1, 0.01, -0.01};  // standard deviations; the ratio is linear there
+  constexpr std::array kSmall = {0.1, -0.1, 1e-3, -1e-3};  // standard deviations; the ratio is linear there
   const double as_stated = meanLengthRatio(rig, points);
   double variance = 0;
   for (Eigen::Index k = 0; k < count; ++k) {
@@ -240,6 +240,7 @@ void measurePoints(const RigRecord& record, const Fit& fit, RigValidation& resul
   double sum = 0;
   std::size_t num_pixels = 0;
   std::vector<double> ratios;
+  std::vector<std::vector<CommonPoint>> measured;
   for (const std::vector<CommonPoint>& of_placement : points) {
     result.num_points += of_placement.size();
     for (const CommonPoint& common : of_placement) {
@@ -249,7 +250,9 @@ void measurePoints(const RigRecord& record, const Fit& fit, RigValidation& resul
       num_pixels += point.residuals.size();
     }
     const double ratio = lengthRatioOf(rig, of_placement);
-    if (!std::isnan(ratio)) ratios.push_back(ratio);
+    if (std::isnan(ratio)) continue;
+    ratios.push_back(ratio);
+    measured.push_back(of_placement);
   }
   if (num_pixels > 0) result.epipolar_px = std::sqrt(sum / static_cast<double>(num_pixels));
   if (ratios.size() < 2) return;
@@ -258,7 +261,7 @@ void measurePoints(const RigRecord& record, const Fit& fit, RigValidation& resul
   double scatter = 0;
   for (const double ratio : ratios) scatter += (ratio - mean) * (ratio - mean);
   result.length_ratio = mean;
-  result.length_ratio_std = std::sqrt(scatter / (count * (count - 1)) + ratioVarianceOfRig(record, points) +
+  result.length_ratio_std = std::sqrt(scatter / (count * (count - 1)) + ratioVarianceOfRig(record, measured) +
                                       std::pow(result.freed.covariance.size_std, 2));
 }
 

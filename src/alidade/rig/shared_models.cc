@@ -76,8 +76,10 @@ std::vector<std::string> sharedModels(std::span<const Calibration> alone) {
       std::pair<int, double> cost = {0, 0};
       for (const std::size_t c : group) {
         const Excess excess = excessOf(alone[c], modelOf(alone[of]));
-        cost.first += excess.isTried() ? 0 : 1;
-        if (excess.isTried()) cost.second += static_cast<double>(numCorners(alone[c].fit)) * excess.share;
+        if (excess.isTried())
+          cost.second += static_cast<double>(numCorners(alone[c].fit)) * excess.share;
+        else
+          ++cost.first;
       }
       return cost;
     };

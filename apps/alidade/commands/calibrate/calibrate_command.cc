@@ -50,7 +50,11 @@ class CalibrateCommand final : public Command {
               "Image size in pixels (WIDTHxHEIGHT), for .vnl files, which do not state it", kSizeText);
     addFitOptions(flags);
     given_.addDetection(flags, true);
-    given_.addMirrored(flags, false);
+    flags.under(kBoardGroup);
+    flags.add("--mirrored", &given_.mirrored,
+              std::string("Why boards look mirrored. ") + kMirroredText +
+                  "; back: they show the back of a board that is printed through",
+              oneOf({"image", "back"}));
     addResultOptions(flags);
     flags.addCommon(common_, true);
   }
@@ -63,10 +67,7 @@ class CalibrateCommand final : public Command {
     const GivenViews given = readViews(given_, common_);
     requireViews(given);
     Calibration result = calibrate(given.boards, given.views, options_);
-    for (Diagnosis& diagnosis : result.diagnoses) {
-      if (diagnosis.id == DiagnosisId("mirrored_view") && !given_.mirrored.empty())
-        diagnosis.severity = Severity::kNote;
-    }
+    explainMirrors(given_.mirrored, "", result.diagnoses);
     const Guidance guidance = guide(result, given.views, parsePixels(target_sigma_));
     write(result, given, guidance, flags);
     print(result, given, guidance);

@@ -84,7 +84,7 @@ class DetectCommand final : public Command {
     given_.addBoards(flags);
     flags.add("--camera", &camera_, "Camera name to write into the corners file");
     given_.addDetection(flags, true);
-    given_.addMirrored(flags, false);
+    given_.addMirrored(flags);
     flags.add("-o,--output", &output_,
               "Corners file to write: .csv, or .vnl for mrcal; CSV to standard output if omitted or -",
               aside(kFilePath));

@@ -223,15 +223,17 @@ class RigCalibrateCommand final : public Command {
     RigOptions options = rigOptions();
     const std::vector<std::string> names = views_.cameraNames(common_);
     options.given = givenCameras(names);
+    options.rate_hz = views_.rateOfVideos(common_);
     RigInputViews given = readRigViews(views_, names, common_);
     options.frames = given.frames;
-    options.rate_hz = views_.rateOfVideos(common_);
     options.are_simultaneous = offsets_ == "none";
     RigCalibration rig = calibrate(given.boards, std::move(given.cameras), options);
     if (views_.shiftTo(rig, common_)) {
       given = readRigViews(views_, names, common_);
       rig = calibrate(given.boards, std::move(given.cameras), options);
     }
+    for (std::size_t c = 0; c < names.size(); ++c)
+      explainMirrors(views_.mirroredOf(c), names[c] + ": ", rig.diagnoses);
     const RigRecord record = recordOf(rig, programName());
     write(rig, record, options.camera.tolerance_px);
     print(rig, given.given, record.num_frames);

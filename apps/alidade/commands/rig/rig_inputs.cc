@@ -105,7 +105,13 @@ void RigInputs::addOptions(Flags& flags) {
             {.separator = ','});
   addMatch(flags);
   addDetection(flags, false);
-  addMirrored(flags, true);
+  flags.under(kBoardGroup);
+  flags.add("--mirrored", &mirrored_of,
+            std::string(
+                "Why boards look mirrored; for all cameras, or one value for each, separated by commas ('-': "
+                "they do not). ") +
+                kMirroredText + "; back: they show the back of a board that is printed through",
+            oneOf({"image", "back", "-"}, ','));
 }
 
 void RigInputs::addMatch(Flags& flags) {
@@ -117,13 +123,12 @@ void RigInputs::addMatch(Flags& flags) {
 }
 
 double RigInputs::rateOfVideos(const CommonOptions& common) const {
-  constexpr double kSame = 0.05;
+  constexpr double kSame = 0.01;
   double first = 0;
   for (const std::string& input : inputs) {
     if (!hasVideoName(input)) return 0;
-    const VideoReader video(input, {.cancel = common.cancel});
-    const double rate = static_cast<double>(video.statedFrames()) / video.statedSeconds();
-    if (!std::isfinite(rate)) return 0;
+    const double rate = VideoReader(input, {.cancel = common.cancel}).frameRate();
+    if (!(rate > 0)) return 0;
     if (first == 0) first = rate;
     if (!match.empty() || std::abs(rate - first) < kSame * first) continue;
     throw inputError(
@@ -151,6 +156,11 @@ bool RigInputs::shiftTo(const RigCalibration& rig, const CommonOptions& common) 
   return true;
 }
 
+std::string RigInputs::mirroredOf(std::size_t camera) const {
+  if (mirrored_of.empty()) return "";
+  return mirrored_of.size() == 1 ? mirrored_of.front() : mirrored_of[camera];
+}
+
 std::vector<std::string> RigInputs::sources() const {
   std::vector<std::string> sources = {match};
   for (const std::string& input : inputs)
@@ -160,6 +170,7 @@ std::vector<std::string> RigInputs::sources() const {
 
 std::vector<std::string> RigInputs::cameraNames(const CommonOptions& common) const {
   requireDifferentInputs(common.command, inputs);
+  requireMirroredCount();
   std::vector<std::string> result = names.empty() ? namesOf(inputs) : names;
   const std::set<std::string> unique(result.begin(), result.end());
   if (result.size() != inputs.size() || unique.size() != result.size() || unique.contains("")) {
@@ -175,16 +186,29 @@ std::vector<std::string> RigInputs::cameraNames(const CommonOptions& common) con
 
 void RigInputs::sortLike(const std::vector<std::string>& cameras, const CommonOptions& common) {
   requireDifferentInputs(common.command, inputs);
+  requireMirroredCount();
   expect(inputs.size() == cameras.size(), "an input for each camera");
   const auto places = placesByName(namesOf(inputs), cameras);
   if (!places || places->empty() || std::ranges::is_sorted(*places)) return;
-  std::vector<std::string> sorted(inputs.size());
-  for (std::size_t i = 0; i < inputs.size(); ++i) sorted[(*places)[i]] = inputs[i];
-  inputs = std::move(sorted);
+  placeAt(*places);
   if (common.quiet) return;
   std::vector<std::string> assigned;
   for (std::size_t c = 0; c < cameras.size(); ++c) assigned.push_back(inputs[c] + " to " + cameras[c]);
   printMessage("note: the inputs were assigned to the cameras by their names: " + join(assigned, ", "));
+}
+
+void RigInputs::requireMirroredCount() const {
+  if (mirrored_of.size() < 2 || mirrored_of.size() == inputs.size()) return;
+  throw flagError("--mirrored", fmt::format("{} values for {} cameras", mirrored_of.size(), inputs.size()),
+                  "one value, or one for each camera");
+}
+
+void RigInputs::placeAt(const std::vector<std::size_t>& places) {
+  for (std::vector<std::string>* values : {&inputs, &mirrored_of}) {
+    if (values->size() < 2) continue;
+    const std::vector<std::string> given = *values;
+    for (std::size_t i = 0; i < given.size(); ++i) (*values)[places[i]] = given[i];
+  }
 }
 
 std::optional<std::vector<std::size_t>> placesByName(const std::vector<std::string>& names,
@@ -208,16 +232,11 @@ void tellIfRejected(const RigRecord& rig, const std::string& path, bool is_quiet
 RigInputViews readRigViews(const RigInputs& inputs, const std::vector<std::string>& names,
                            const CommonOptions& common) {
   RigInputViews result;
-  if (inputs.mirrored.size() > 1 && inputs.mirrored.size() != inputs.inputs.size()) {
-    throw flagError("--mirrored",
-                    fmt::format("{} values for {} cameras", inputs.mirrored.size(), inputs.inputs.size()),
-                    "one value, or one for each camera");
-  }
   if (!inputs.match.empty()) result.frames = readFrameTable(inputs.match);
   for (std::size_t c = 0; c < inputs.inputs.size(); ++c) {
     BoardInputs of_camera = inputs;
     of_camera.inputs = {inputs.inputs[c]};
-    if (inputs.mirrored.size() > 1) of_camera.mirrored = {inputs.mirrored[c]};
+    of_camera.mirrored = inputs.mirroredOf(c);
     const double lead = inputs.leads.empty() ? 0 : inputs.leads[c];
     if (lead != 0) of_camera.even_from = static_cast<std::size_t>(lead);
     GivenViews given = readViews(of_camera, common);

@@ -20,7 +20,9 @@ namespace alidade {
 /// The inputs and options of a command for a rig: one input per camera.
 struct RigInputs : BoardInputs {
   std::vector<std::string> names = {};  ///< of the cameras; empty: derived from the inputs
-  std::string match = {};               ///< table of frames; empty: none
+  std::vector<std::string> mirrored_of =
+      {};                  ///< --mirrored: one value, or one for each camera ("-": neither)
+  std::string match = {};  ///< table of frames; empty: none
   /// The frame of each video that was taken together with frame 0 of some of them; empty: all start together.
   std::vector<double> leads = {};
 
@@ -34,6 +36,8 @@ struct RigInputs : BoardInputs {
   /// Sets the leads of videos that start at different times, and prints a note. False if their frames that
   /// were taken together are those that the rig was calibrated from.
   bool shiftTo(const RigCalibration& rig, const CommonOptions& common);
+  /// The value of --mirrored for a camera.
+  [[nodiscard]] std::string mirroredOf(std::size_t camera) const;
   /// All files to be read.
   [[nodiscard]] std::vector<std::string> sources() const;
   /// @throws Error (kUsage) for names that are missing, empty or not unique, and for inputs or images that
@@ -43,6 +47,11 @@ struct RigInputs : BoardInputs {
   /// order.
   /// @throws Error (kUsage) as cameraNames()
   void sortLike(const std::vector<std::string>& cameras, const CommonOptions& common);
+  /// Moves the input of each camera, and its value of --mirrored, to a new place.
+  void placeAt(const std::vector<std::size_t>& places);
+
+ private:
+  void requireMirroredCount() const;
 };
 
 /// The index of the camera with each name; nothing if a name has none, or two names have the same.

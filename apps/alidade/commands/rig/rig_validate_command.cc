@@ -111,6 +111,8 @@ class RigValidateCommand final : public Command {
 
   int run(const Flags& /*flags*/) override {
     if (rig_path_.empty()) throw missing("no rig file", "a rig file and images");
+    if (is_footage_ && !views_.mirrored_of.empty())
+      throw misuse("--mirrored with --footage", "images that are not mirrored");
     const RigRecord rig = loadRig(rig_path_);
     if (views_.inputs.size() != rig.cameras.size()) {
       throw missing(fmt::format("{} inputs", views_.inputs.size()),
@@ -141,9 +143,9 @@ class RigValidateCommand final : public Command {
     double tolerance = rigTolerancePx(rig);
     if (!tolerance_.empty()) tolerance = options.camera.tolerance_px = *parsePixels(tolerance_);
     const std::vector<std::string> names = mapped(rig.cameras, nameOf);
+    options.rate_hz = views_.rateOfVideos(common_);
     RigInputViews given = readRigViews(views_, names, common_);
     options.frames = given.frames;
-    options.rate_hz = views_.rateOfVideos(common_);
     RigValidation tested = validateRig(rig, given.boards, std::move(given.cameras), tolerance, options);
     if (views_.shiftTo(tested.freed, common_)) {
       given = readRigViews(views_, names, common_);
@@ -175,8 +177,7 @@ class RigValidateCommand final : public Command {
           names, [&](const auto& name) { return std::ranges::count(cameras, name) == 0; });
       throw flagError("--names", "'" + *unknown + "'", "the cameras of the rig: " + join(cameras, ", "));
     }
-    const std::vector<std::string> given = views_.inputs;
-    for (std::size_t i = 0; i < given.size(); ++i) views_.inputs[(*places)[i]] = given[i];
+    views_.placeAt(*places);
     views_.names = cameras;
   }
 

@@ -66,7 +66,7 @@ class ValidateCommand final : public Command {
               kFilePath);
     images_.addBoards(flags);
     images_.addDetection(flags, false);
-    images_.addMirrored(flags, false);
+    images_.addMirrored(flags);
     flags.under(kFootageGroup);
     flags.add("--footage", &footage_,
               "Pictures of a scene in which nothing moves: a video, a numbered sequence (img%04d.png), or "
@@ -120,6 +120,8 @@ class ValidateCommand final : public Command {
                       "choose another name, otherwise the file would be overwritten");
     }
     if (!report_.empty()) checkOutputs(outputs, allSources(listed), common_, 1);
+    if (images_.inputs.empty() && !images_.mirrored.empty())
+      throw misuse("--mirrored without --images", "--images with photographs of a board");
     if (footage_.empty() && !front_end_.empty())
       throw misuse("--front-end without --footage", "--footage with a video or photographs");
   }

@@ -236,7 +236,6 @@ std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows) {
 }
 
 void readPoseStd(const YamlNode& entry, RigCameraRecord& record) {
-  if (const auto offset = entry.find("time_offset_s")) record.time_offset_s = offset->number();
   const auto std = entry.find("camera_from_rig_std");
   if (!std) return;
   std->allowKeys({"translation_m", "rotation_rad"});
@@ -358,6 +357,7 @@ void readRigRest(const YamlNode& root, RigRecord& rig) {
   std::size_t num_columns = 6 * (entries.size() - 1);
   for (std::size_t c = 0; c < entries.size(); ++c) {
     readPoseStd(entries[c], rig.cameras[c]);
+    if (const auto offset = entries[c].find("time_offset_s")) rig.cameras[c].time_offset_s = offset->number();
     num_columns += rig.cameras[c].camera.camera.parameters().size();
   }
   if (const auto calibration = root.find("calibration")) {

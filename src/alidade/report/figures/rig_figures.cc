@@ -157,12 +157,18 @@ Figure epipolarOverTimeFigure(const ReportedRig& rig, const std::vector<Epipolar
     legend.emplace_back(fmt::format("line hue{} course", rank), pairName(rig, pair));
   }
   if (!others.empty()) legend.emplace_back("line residuals", "other pairs");
+  const bool do_times_differ =
+      std::ranges::find(rig.findings, DiagnosisId("exposures_differ"), &Diagnosis::id) != rig.findings.end();
   return canvas.drawn(
       {.id = "epipolar-time",
        .title = "Epipolar error over time",
-       .reading = "The lines should be level; a step means that a camera moved on the rig, and a single peak "
-                  "that a frame was not taken at the same time. Lines are broken where a frame has no common "
-                  "board.",
+       .reading =
+           std::string(do_times_differ
+                           ? "The cameras do not take a frame at one instant, so the lines rise where the "
+                             "board moves; the rig takes this into account."
+                           : "The lines should be level; a step means that a camera moved on the rig, and a "
+                             "single peak that a frame was not taken at the same time.") +
+           " Lines are broken where a frame has no common board.",
        .alt = fmt::format("Epipolar errors of {} pairs in {} frames, at most {} px.", pairs.size(),
                           rig.frames.size(), shortNumber(most))},
       legend);
