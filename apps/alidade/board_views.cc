@@ -366,7 +366,7 @@ void BoardInputs::addDetection(Flags& flags, bool has_debug) {
   flags.add(
       "--frames", &num_frames,
       fmt::format("How many frames of each video or image sequence to search for boards: {} (default: {})",
-                  even_from ? "of videos, about eight a second" : "sharp ones that differ from each other",
+                  even_from ? "of videos, 6 to 12 a second" : "sharp ones that differ from each other",
                   num_frames),
       {.complaint = [](const std::string& text) { return wholeComplaint(text, 1, 10000); }});
   flags.add("--cache", &cache,

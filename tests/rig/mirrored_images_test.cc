@@ -90,6 +90,10 @@ TEST(MirroredImages, AreNotTheBacksOfBoards) {
     ASSERT_NE(mirrored, rig.diagnoses.end());
     EXPECT_THAT(mirrored->cause, HasSubstr("back: all views are mirrored"));
     EXPECT_EQ(mirrored->severity, Severity::kNote);
+    for (const Diagnosis& diagnosis : rig.cameras[1].calibration.diagnoses) {
+      const bool is_mirrored = diagnosis.id == DiagnosisId("mirrored_view");
+      EXPECT_TRUE(!is_mirrored || diagnosis.severity == Severity::kNote);
+    }
     ++num_rigs;
   }
   std::printf("facing cameras: wrong by at most %.2f standard deviations\n", worst);

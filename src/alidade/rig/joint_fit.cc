@@ -409,6 +409,7 @@ JointFit separateFit(JointViews views, const JointFit& failed) {
   JointFit joint = startedFit(views);
   joint.unlinked = failed.unlinked;
   joint.fit.summary = failed.fit.summary;
+  joint.are_points_lost = failed.are_points_lost;
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     const FitView& alone = *views.poses[v].view;
     std::map<int, Eigen::Vector2d> error_of;

@@ -216,6 +216,20 @@ RigLinks linksOf(const JointViews& views, const JointFit& joint) {
   return links;
 }
 
+// Cameras that see different sides of the boards agree only if none is mirrored, so nothing is left to ask.
+void settleMirrors(RigCalibration& rig) {
+  const bool is_front_seen = std::ranges::any_of(
+      rig.fit.views, [&](const FitView& view) { return seesPrintedSide(cameraFromBoard(rig.fit, view)); });
+  if (!is_front_seen) return;
+  for (RigCamera& camera : rig.cameras) {
+    for (Diagnosis& diagnosis : camera.calibration.diagnoses) {
+      if (diagnosis.id != DiagnosisId("mirrored_view")) continue;
+      diagnosis.severity = Severity::kNote;
+      diagnosis.next_step.clear();
+    }
+  }
+}
+
 // Solves a rig of linked cameras.
 // @param freed  the same rig with the given lenses freed, for comparison; may be null
 RigCalibration joined(JointViews views, const std::vector<RigViews>& cameras, const RigOptions& options,
@@ -247,6 +261,7 @@ RigCalibration joined(JointViews views, const std::vector<RigViews>& cameras, co
     camera.alone = std::move(views.alone[c]);
     rig.cameras.push_back(std::move(camera));
   }
+  settleMirrors(rig);
   rig.diagnoses = judgeRig(rig, options.camera.tolerance_px);
   for (RigCamera& camera : rig.cameras) {
     const double found_px = std::max(foundErrorPx(camera), foundErrorPx(rig.cameras[camera.link.partner]));

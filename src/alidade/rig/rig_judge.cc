@@ -18,7 +18,6 @@
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
-#include "alidade/target/board_turns.h"
 
 namespace alidade {
 namespace {
@@ -381,16 +380,9 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
   judgeBaselines(rig, diagnoses);
   judgeBoards(rig, diagnoses);
   judgeGivenLenses(rig, tolerance_px, diagnoses);
-  // Cameras that see different sides of the boards agree only if none is mirrored.
-  const bool are_sides_known = std::ranges::any_of(
-      rig.fit.views, [&](const FitView& view) { return seesPrintedSide(cameraFromBoard(rig.fit, view)); });
   for (const RigCamera& camera : rig.cameras) {
     for (Diagnosis diagnosis : camera.calibration.diagnoses) {
       if (camera.given && diagnosis.id.kind().subject == Subject::kLens) continue;
-      if (diagnosis.id == DiagnosisId("mirrored_view") && are_sides_known) {
-        diagnosis.severity = Severity::kNote;
-        diagnosis.next_step.clear();
-      }
       diagnosis.cause = camera.name + ": " + diagnosis.cause;
       // A rig has no suggestion for the next view.
       if (diagnosis.id == DiagnosisId("poor_coverage"))

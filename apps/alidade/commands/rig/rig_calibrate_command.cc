@@ -232,8 +232,10 @@ class RigCalibrateCommand final : public Command {
       given = readRigViews(views_, names, common_);
       rig = calibrate(given.boards, std::move(given.cameras), options);
     }
-    for (std::size_t c = 0; c < names.size(); ++c)
+    for (std::size_t c = 0; c < names.size(); ++c) {
       explainMirrors(views_.mirroredOf(c), names[c] + ": ", rig.diagnoses);
+      explainMirrors(views_.mirroredOf(c), "", rig.cameras[c].calibration.diagnoses);
+    }
     const RigRecord record = recordOf(rig, programName());
     write(rig, record, options.camera.tolerance_px);
     print(rig, given.given, record.num_frames);

@@ -23,7 +23,8 @@ struct RigInputs : BoardInputs {
   std::vector<std::string> mirrored_of =
       {};                  ///< --mirrored: one value, or one for each camera ("-": neither)
   std::string match = {};  ///< table of frames; empty: none
-  /// The frame of each video that was taken together with frame 0 of some of them; empty: all start together.
+  /// The frame of each video that was taken together with the first one of the recording that started last;
+  /// empty: all start together.
   std::vector<double> leads = {};
 
   /// All flags, and the inputs as arguments.
