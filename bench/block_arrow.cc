@@ -86,7 +86,7 @@ class Solver {
   }
 
  private:
-  const ViewKernel& kernel_ = viewKernel("radtan");
+  const ViewKernel& kernel_ = viewKernel("radtan", kNumParams<Radtan>);
   std::vector<std::vector<CornerGroup>> corners_;
   HuberLoss loss_;
 };

@@ -472,6 +472,7 @@ CalibratorOptions calibratorOptions(Keywords& keywords) {
                             .held = keywords.take<std::vector<std::string>>("fix", {}),
                             .same_focal = keywords.take<bool>("same_focal", false)};
   options.board_shape = shapeModeOf(keywords.take<std::string>("board_shape", "auto"));
+  options.num_pupil = keywords.take<std::optional<std::size_t>>("pupil", std::nullopt);
   options.tolerance_px = keywords.take<double>("tolerance_px", 1);
   options.distance_m = keywords.take<double>("distance_m", std::numeric_limits<double>::infinity());
   for (const auto& [name, value] :

@@ -160,8 +160,11 @@ AnyCamera madeCamera(const std::string& model, const py::object& parameters) {
 }
 
 CameraValue newCamera(const std::string& model, const py::object& size, const py::object& parameters,
-                      const std::string& name) {
-  CameraRecord record = bareRecord(madeCamera(model, parameters), sizeOf(size, "size"), creatorName());
+                      const std::string& name, const std::pair<double, double>& pupil) {
+  const EntrancePupil moving{.s1_m = pupil.first, .s2_m = pupil.second};
+  moving.validate();
+  const AnyCamera camera = madeCamera(model, parameters).withPupil(moving);
+  CameraRecord record = bareRecord(camera, sizeOf(size, "size"), creatorName());
   record.name.name = name;
   return {record};
 }
@@ -289,6 +292,13 @@ void bindAttributes(py::class_<CameraValue>& type) {
           },
           doc("Camera.max_angle_deg"))
       .def_property_readonly(
+          "pupil",
+          [](const CameraValue& self) {
+            const EntrancePupil& pupil = self.record.camera.pupil();
+            return py::make_tuple(pupil.s1_m, pupil.s2_m);
+          },
+          doc("Camera.pupil"))
+      .def_property_readonly(
           "camera_from_rig",
           [](const CameraValue& self) -> py::object {
             if (!self.camera_from_rig) return py::none();
@@ -326,7 +336,7 @@ void bindCamera(py::module_& module) {
   py::class_<CameraValue> type(module, "Camera", doc("Camera"));
   bindAttributes(type);
   type.def(py::init(&newCamera), "model"_a, "size"_a, "parameters"_a, py::kw_only(), "name"_a = "",
-           doc("Camera.__init__"))
+           "pupil"_a = std::pair(0.0, 0.0), doc("Camera.__init__"))
       .def("project", &project, "points"_a, "camera_from_points"_a = py::none(), py::kw_only(),
            "out"_a = py::none(), "jobs"_a = 1, doc("Camera.project"))
       .def("project_with_jacobians", &projectWithJacobians, "points"_a, "camera_from_points"_a = py::none(),

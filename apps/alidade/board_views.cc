@@ -467,4 +467,17 @@ PictureSource picturesOf(const std::vector<std::string>& names, const std::optio
   return source;
 }
 
+void addPupilFlag(Flags& flags, std::string& value) {
+  flags.add(
+      "--pupil", &value,
+      "How many numbers describe how the entrance pupil of a wide lens moves with the angle; auto: as many "
+      "as the views show",
+      oneOf({"auto", "0", "1", "2"}));
+}
+
+std::optional<std::size_t> pupilNumbers(const std::string& value) {
+  if (value == "auto") return std::nullopt;
+  return static_cast<std::size_t>(value.front() - '0');
+}
+
 }  // namespace alidade

@@ -50,6 +50,10 @@ struct BoardInputs {
 
 inline const Values kBoardShapes = oneOf({kBoardShapeModes.begin(), kBoardShapeModes.end()});
 
+/// --pupil, and the CalibratorOptions::num_pupil that its value means.
+void addPupilFlag(Flags& flags, std::string& value);
+[[nodiscard]] std::optional<std::size_t> pupilNumbers(const std::string& value);
+
 inline constexpr const char* kMirroredText =
     "image: a camera in mirror mode took the images. They are flipped back, and results are those of the flipped images";
 

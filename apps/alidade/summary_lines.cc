@@ -81,6 +81,11 @@ std::string pixels(double px) {
   return px >= 100 ? fmt::format("{:.0f} px", px) : fmt::format("{:.{}f} px", px, decimalsFor(px, 4));
 }
 
+std::string millimetresText(double value_m, double std_m) {
+  const int decimals = decimalsFor(1e3 * std_m, 6);
+  return fmt::format("{:.{}f} +- {:.{}f}", 1e3 * value_m, decimals, 1e3 * std_m, decimals);
+}
+
 std::string turnText(const SO3& rotation) {
   const auto [angles, gimbal_lock] = eulerFromRotation(rotation);
   const auto degrees = [](double rad) {
@@ -130,6 +135,20 @@ Lines addDiagnoses(Lines& lines, std::span<const Diagnosis> diagnoses, std::size
     }
   }
   return moreLines(num_warnings, num_notes);
+}
+
+Lines pupilLines(const Calibration& result) {
+  const std::vector<double>& std_m = result.uncertainty.pupil_std_m;
+  if (std_m.empty()) return {};
+  const EntrancePupil pupil = cameraOf(result.fit).pupil();
+  if (std_m.front() == 0) return wrapped("Pupil", "as given");
+  const auto at = [&](double degrees) { return 1e3 * pupil.at(degrees / kDegPerRad); };
+  return wrapped(
+      "Pupil", std_m.size() == 1
+                   ? fmt::format("moves by {} mm at 57 degrees off the axis",
+                                 millimetresText(pupil.s1_m, std_m.front()))
+                   : fmt::format("moves by {:.2g} mm at 30 degrees and {:.2g} mm at 60 degrees off the axis",
+                                 at(30), at(60)));
 }
 
 Lines parameterLines(const Calibration& result) {

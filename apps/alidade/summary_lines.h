@@ -40,6 +40,8 @@ void addLines(Lines& lines, std::string_view label, fmt::format_string<Args...> 
 [[nodiscard]] int decimalsFor(double std, int most);
 /// An uncertain value with two digits, without an exponent: "0.12 px"; "unknown" if it is not finite.
 [[nodiscard]] std::string pixels(double px);
+/// "1.02 +- 0.01"
+[[nodiscard]] std::string millimetresText(double value_m, double std_m);
 
 /// "2.144 degrees (0.100 about z, 2.139 about the new y, 0.050 about the new x)".
 [[nodiscard]] std::string turnText(const SO3& rotation);
@@ -61,6 +63,8 @@ void addLines(Lines& lines, std::string_view label, fmt::format_string<Args...> 
 
 /// The parameters with their standard deviations, four per line.
 [[nodiscard]] Lines parameterLines(const Calibration& result);
+/// How the entrance pupil moves; none if it is not estimated.
+[[nodiscard]] Lines pupilLines(const Calibration& result);
 /// One line per board; if there is not enough room, as many as fit and the number of the others.
 [[nodiscard]] Lines boardLines(const Fit& fit, std::size_t room);
 

@@ -77,10 +77,10 @@ class Camera:
     Arrays that are C-contiguous and float64 are used where they are. Others, such as float32 or strided ones, are
     converted, which takes a copy. Results are new arrays.
     """
-    def __init__(self, model: str, size: _Size, parameters: Union[Mapping[str, float], ArrayLike], *, name: str = "") -> None:
+    def __init__(self, model: str, size: _Size, parameters: Union[Mapping[str, float], ArrayLike], *, name: str = "", pupil: tuple[float, float] = (0.0, 0.0)) -> None:
         """A camera from all of its parameters, by name or in storage order.
 
-        size: (width, height) in pixels.
+        size: (width, height) in pixels. pupil: s1 and s2 of the entrance pupil, in metres.
         UsageError: unknown model or parameter name. InputError: a missing parameter or a value out of its range.
         """
     @property
@@ -101,6 +101,9 @@ class Camera:
     @property
     def parameter_values(self) -> _Floats:
         """The parameters in storage order, (P,); a copy."""
+    @property
+    def pupil(self) -> tuple[float, float]:
+        """s1 and s2 of the entrance pupil: the ray at the angle t (rad) starts s1 t^2 + s2 t^4 metres along the axis."""
     @property
     def calibration(self) -> Optional[CalibrationInfo]:
         """What the camera file says about the calibration; None if it says nothing."""
@@ -393,7 +396,7 @@ class Calibration:
     def report(self, path: _Path) -> None:
         """Writes the report: one HTML file with all figures. InputError: it cannot be written."""
 
-def calibrate(views: Any, board: Union[Board, str, Sequence[Union[Board, str]], None] = None, *, image_size: Optional[_Size] = None, names: Optional[Sequence[str]] = None, sigma_px: Optional[ArrayLike] = None, model: str = "auto", initial: Optional[Camera] = None, fix: Sequence[str] = (), same_focal: bool = False, board_shape: str = "auto", tolerance_px: float = 1, distance_m: float = float("inf"), name: str = "", serial: str = "", color: str = "bgr", num_frames: int = 100, cache: Optional[_Path] = None, jobs: int = 0, progress: _Progress = None) -> Calibration:
+def calibrate(views: Any, board: Union[Board, str, Sequence[Union[Board, str]], None] = None, *, image_size: Optional[_Size] = None, names: Optional[Sequence[str]] = None, sigma_px: Optional[ArrayLike] = None, model: str = "auto", initial: Optional[Camera] = None, fix: Sequence[str] = (), same_focal: bool = False, board_shape: str = "auto", pupil: Optional[int] = None, tolerance_px: float = 1, distance_m: float = float("inf"), name: str = "", serial: str = "", color: str = "bgr", num_frames: int = 100, cache: Optional[_Path] = None, jobs: int = 0, progress: _Progress = None) -> Calibration:
     """Calibrates a camera. An initial guess is not needed.
 
     views: one of
@@ -406,6 +409,7 @@ def calibrate(views: Any, board: Union[Board, str, Sequence[Union[Board, str]], 
     model: one of models(), or "auto": chosen by cross-validation. initial: a camera to start from.
     fix: names of parameters that keep the values of initial (without it, the image centre and 0).
     same_focal: fx = fy. board_shape: "auto", "flat", "warp", "uneven" or "flexible".
+    pupil: how many numbers of the entrance pupil are estimated, 0 to 2; None: those that a wide lens needs.
     tolerance_px: the error of a projected point (95 %) that you accept. distance_m: of these points.
     jobs: threads; the result does not depend on it. progress: is called with (stage, done, total).
 
@@ -444,7 +448,7 @@ class RigCalibration:
     def report(self, path: _Path) -> None:
         """Writes the report: one HTML file with all figures. InputError: it cannot be written."""
 
-def calibrate_rig(views: Mapping[str, Any], board: Union[Board, str, Sequence[Union[Board, str]], None] = None, *, image_size: Optional[_Size] = None, names: Optional[Sequence[str]] = None, sigma_px: Optional[ArrayLike] = None, model: str = "auto", fix: Sequence[str] = (), same_focal: bool = False, board_shape: str = "auto", tolerance_px: float = 1, distance_m: float = float("inf"), color: str = "bgr", num_frames: int = 100, cache: Optional[_Path] = None, jobs: int = 0, progress: _Progress = None) -> RigCalibration:
+def calibrate_rig(views: Mapping[str, Any], board: Union[Board, str, Sequence[Union[Board, str]], None] = None, *, image_size: Optional[_Size] = None, names: Optional[Sequence[str]] = None, sigma_px: Optional[ArrayLike] = None, model: str = "auto", fix: Sequence[str] = (), same_focal: bool = False, board_shape: str = "auto", pupil: Optional[int] = None, tolerance_px: float = 1, distance_m: float = float("inf"), color: str = "bgr", num_frames: int = 100, cache: Optional[_Path] = None, jobs: int = 0, progress: _Progress = None) -> RigCalibration:
     """Calibrates cameras that are fixed to each other.
 
     views: {name of the camera: its views as calibrate() takes them}. Images of different cameras with the same name, or

@@ -46,7 +46,7 @@ TYPED_TEST_SUITE(DiscRowsOf, AllModelTypes, ModelName);
 
 TYPED_TEST(DiscRowsOf, AreZeroWhereTheCentroidsAreSeen) {
   const DiscSet set = discSet<TypeParam>(0);
-  const ViewKernel& kernel = viewKernel(TypeParam::kId);
+  const ViewKernel& kernel = viewKernel(TypeParam::kId, kNumParams<TypeParam>);
   std::size_t num_checked = 0;
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     std::vector<Eigen::Vector2d> errors(set.views[v].size());
@@ -60,7 +60,7 @@ TYPED_TEST(DiscRowsOf, AreZeroWhereTheCentroidsAreSeen) {
 TYPED_TEST(DiscRowsOf, HaveTheDerivativesOfTheErrors) {
   using M = TypeParam;
   const DiscSet set = discSet<M>(2);
-  const ViewKernel& kernel = viewKernel(M::kId);
+  const ViewKernel& kernel = viewKernel(M::kId, kNumParams<M>);
   const int size = kernel.numParams() + 7;
   const auto& view = set.views.front();
   const auto corners = groupsOf(view);
@@ -104,7 +104,7 @@ TYPED_TEST(DiscRowsOf, HaveTheDerivativesOfTheErrors) {
 TYPED_TEST(DiscRowsOf, MakeUpFactorAndCost) {
   using M = TypeParam;
   const DiscSet set = discSet<M>(2);
-  const ViewKernel& kernel = viewKernel(M::kId);
+  const ViewKernel& kernel = viewKernel(M::kId, kNumParams<M>);
   const int size = kernel.numParams() + 7;
   int num_far = 0;
   for (std::size_t v = 0; v < set.views.size(); ++v) {
@@ -138,7 +138,7 @@ TYPED_TEST(DiscRowsOf, MakeUpFactorAndCost) {
 
 TEST(DiscRows, RefuseADiscOfWhichAPartDoesNotProject) {
   const DiscSet set = discSet<Pinhole>(0);
-  const ViewKernel& kernel = viewKernel("pinhole");
+  const ViewKernel& kernel = viewKernel("pinhole", kNumParams<Pinhole>);
   const auto& view = set.views.front();
   const auto corners = groupsOf(view);
   // Seen edge-on from a millimetre off its middle, a disc reaches behind the camera.

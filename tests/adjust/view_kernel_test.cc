@@ -62,7 +62,7 @@ TYPED_TEST_SUITE(ViewKernelOf, AllModelTypes, ModelName);
 
 TYPED_TEST(ViewKernelOf, SumsWhatCornersGiveOneByOne) {
   using M = TypeParam;
-  const ViewKernel& kernel = viewKernel(M::kId);
+  const ViewKernel& kernel = viewKernel(M::kId, kNumParams<M>);
   ASSERT_EQ(kernel.numParams(), kNumParams<M>);
   int num_checked = 0;
   int num_far = 0;
@@ -116,7 +116,7 @@ TYPED_TEST(ViewKernelOf, RefusesCornersBehindTheCamera) {
     EXPECT_FALSE(sees_all);
   }
   const auto corners = groupsOf(view);
-  const ViewKernel& kernel = viewKernel(M::kId);
+  const ViewKernel& kernel = viewKernel(M::kId, kNumParams<M>);
   withAndWithoutAvx2([&] {
     EXPECT_EQ(viewFactor(kernel, params, pose, corners, kLoss, Unseen::kRefuse).has_value(), sees_all);
     EXPECT_EQ(std::isfinite(kernel.sumOfRho(params.data(), pose, corners, kLoss)), sees_all);
@@ -132,7 +132,7 @@ TEST(ViewKernel, LeavesOutTheCornersThatCannotBeProjected) {
   pose.rotation = SO3::exp({0, 1.2, 0});
   pose.translation = {-0.05, -0.05, 0.1};
   const auto corners = groupsOf(view);
-  const ViewKernel& kernel = viewKernel("radtan");
+  const ViewKernel& kernel = viewKernel("radtan", kNumParams<Radtan>);
   std::size_t num_seen = 0;
   Reprojection<Radtan> corner;
   for (const Observation& o : view)
@@ -159,7 +159,7 @@ TEST(ViewKernel, RefusesAFoldedLens) {
   std::vector<double>& params = fit.cameras.front().params;
   const auto corners = groupsOf(fit.views[0].corners);
   const SE3 pose = cameraFromBoard(fit, fit.views[0]);
-  const ViewKernel& kernel = viewKernel("radtan");
+  const ViewKernel& kernel = viewKernel("radtan", kNumParams<Radtan>);
   EXPECT_TRUE(viewFactor(kernel, params, pose, corners, kLoss, Unseen::kRefuse));
   params[4] = -30;  // folds at six degrees from the axis
   EXPECT_FALSE(viewFactor(kernel, params, pose, corners, kLoss, Unseen::kRefuse));
@@ -172,8 +172,8 @@ TEST(ViewKernel, FactorsWhatOneFlatViewTells) {
   constexpr int kSize = kNumParams<Rational> + 7;
   const double* params = fit.cameras.front().params.data();
   const SE3 pose = cameraFromBoard(fit, fit.views[0]);
-  const auto factor =
-      viewFactor(viewKernel("rational"), fit.cameras.front().params, pose, corners, kLoss, Unseen::kRefuse);
+  const auto factor = viewFactor(viewKernel("rational", kNumParams<Rational>), fit.cameras.front().params,
+                                 pose, corners, kLoss, Unseen::kRefuse);
   ASSERT_TRUE(factor);
   const Eigen::MatrixXd again = gramOf(*factor);
   ASSERT_TRUE(again.allFinite());
@@ -186,6 +186,54 @@ TEST(ViewKernel, FactorsWhatOneFlatViewTells) {
     ++num_checked;
   }
   EXPECT_EQ(num_checked, kSize);
+}
+
+// The rows of a camera with an entrance pupil that moves, against errors beside it.
+TYPED_TEST(ViewKernelOf, DerivesByTheEntrancePupil) {
+  using M = TypeParam;
+  constexpr double kStep = 1e-6;  // metres, and of the tangent
+  int num_checked = 0;
+  for (const std::size_t num_pupil : {1U, 2U}) {
+    const ViewKernel& kernel = viewKernel(M::kId, kNumParams<M> + num_pupil);
+    ASSERT_EQ(kernel.numParams(), kNumParams<M> + static_cast<int>(num_pupil));
+    const Fit fit = bundleSet<M>(2, 0.0);
+    std::vector<double> params = fit.cameras.front().params;
+    params.insert(params.end(), {0.003, -0.002});
+    const FitView& view = fit.views.front();
+    const SE3 pose = cameraFromBoard(fit, view);
+    const auto corners = groupsOf(view.corners);
+    const auto width = static_cast<std::size_t>(kernel.numParams() + 7);
+    const auto errorsAt = [&](const std::vector<double>& at, const SE3& from) {
+      std::vector<Eigen::Vector2d> errors(view.corners.size());
+      kernel.errors(at.data(), from, corners, errors);
+      return errors;
+    };
+    withAndWithoutAvx2([&] {
+      std::vector<double> rows(2 * width * view.corners.size());
+      kernel.rows(params.data(), pose, corners, rows);
+      for (std::size_t column = 0; column < 6 + static_cast<std::size_t>(kernel.numParams()); ++column) {
+        if (column >= 6 && column < 6 + kNumParams<M>) continue;  // as without a pupil
+        const auto beside = [&](double step) {
+          if (column < 6)
+            return errorsAt(params,
+                            pose * SE3::exp(step * SE3::Tangent::Unit(static_cast<Eigen::Index>(column))));
+          std::vector<double> at = params;
+          at[column - 6] += step;
+          return errorsAt(at, pose);
+        };
+        const auto above = beside(kStep);
+        const auto below = beside(-kStep);
+        for (std::size_t i = 0; i < view.corners.size(); ++i) {
+          const Eigen::Vector2d slope =
+              std::sqrt(view.corners[i].weight) * (above[i] - below[i]) / (2 * kStep);
+          const Eigen::Vector2d found(rows[2 * i * width + column], rows[(2 * i + 1) * width + column]);
+          ASSERT_NEAR((found - slope).norm(), 0, 1e-6 * (1 + slope.norm())) << column << " " << i;
+          ++num_checked;
+        }
+      }
+    });
+  }
+  EXPECT_EQ(num_checked, 2 * (7 + 8) * 54);
 }
 
 }  // namespace

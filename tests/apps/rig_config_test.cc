@@ -97,6 +97,7 @@ std::vector<TwinCase> twinCases() {
             {"verbose"},
             {"keep-untrustworthy"},
             {"offsets", {"none"}},
+            {"pupil", {"0"}},
             {"output", {"made/rig.yaml"}},
             {"evidence", {"made/rig.json"}},
             {"report", {"made/rig.html"}},
@@ -190,7 +191,7 @@ TEST_F(RigConfig, IsTestedForEveryFlag) {
     EXPECT_EQ(tested, known) << command;
     num_flags += known.size();
   }
-  EXPECT_EQ(num_flags, 21U + 13U + 8U + 21U);
+  EXPECT_EQ(num_flags, 22U + 13U + 8U + 21U);
 }
 
 }  // namespace

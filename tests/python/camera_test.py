@@ -86,6 +86,21 @@ def test_jacobians_are_derivatives(camera):
     assert list(ok) == [0, 0]
 
 
+def test_entrance_pupil_is_seen_by_near_points():
+    parameters = [260, 260, 320, 240, 0.01, 0, 0, 0]
+    fixed = alidade.Camera("kannala_brandt", (640, 480), parameters)
+    moving = alidade.Camera("kannala_brandt", (640, 480), parameters, pupil=(0.002, 0))
+    assert fixed.pupil == (0, 0)
+    assert moving.pupil == (0.002, 0)
+    far = [[1e8, 2e7, 1e8]]
+    np.testing.assert_allclose(moving.project(far)[0], fixed.project(far)[0], atol=1e-6)
+    ray = np.array([1, 0, 1]) / np.sqrt(2)
+    start = np.array([0, 0, 0.002 * (np.pi / 4) ** 2])
+    np.testing.assert_allclose(moving.project([start + 0.2 * ray])[0], fixed.project([ray])[0], atol=1e-9)
+    with pytest.raises(alidade.InputError, match="-0.1 to 0.1"):
+        alidade.Camera("kannala_brandt", (640, 480), parameters, pupil=(1, 0))
+
+
 @pytest.mark.parametrize("jobs", [0, 1, 3])
 def test_threads_do_not_change_a_digit(camera, jobs):
     given = points(100_000)

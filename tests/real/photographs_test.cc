@@ -250,7 +250,7 @@ TEST(Photographs, OfAFisheyeFromFiveViewsGiveAUsableCamera) {
     boards = file.boards;
     views.push_back(std::move(file.views.front()));
   }
-  const Calibration result = calibrate(boards, views, {});
+  const Calibration result = calibrate(boards, views, {.num_pupil = 0});
   const auto isNamed = [&](std::string_view id) {
     return std::ranges::find(result.diagnoses, id, &Diagnosis::id) != result.diagnoses.end();
   };
@@ -261,6 +261,13 @@ TEST(Photographs, OfAFisheyeFromFiveViewsGiveAUsableCamera) {
   EXPECT_EQ(std::ranges::count(candidates, "rejected", &ModelCandidate::verdict), 1);
   EXPECT_EQ(std::ranges::count(candidates, "chosen", &ModelCandidate::verdict), 1);
   EXPECT_GT(result.uncertainty.accuracy->covered_px, 2);
+  // Its entrance pupil moves, and the camera is twice as accurate if this is taken into account.
+  const Calibration moving = calibrate(boards, views, {});
+  EXPECT_EQ(moving.verdict(), Verdict::kReservations);
+  ASSERT_EQ(moving.uncertainty.pupil_std_m.size(), 1U);
+  EXPECT_NEAR(moving.camera().pupil().s1_m, 2.6e-3, 1e-3);
+  EXPECT_LT(moving.uncertainty.holdout.rms_px, 0.6 * result.uncertainty.holdout.rms_px);
+  EXPECT_LT(moving.uncertainty.accuracy->covered_px, 0.7 * result.uncertainty.accuracy->covered_px);
 }
 
 // Tags whose four corners are found; two boards in one image are told apart by their ids.

@@ -61,7 +61,7 @@ inline RigScene sceneOf(std::vector<TrueCamera> cameras, const Board& board, int
                             "frame" + std::to_string(i) + ".png");
       if (view.corners.size() < 12) continue;
       for (Corner& corner : view.corners)
-        corner.pixel = camera.camera.project(camera_from_board * pointOn(board, shape, corner.id)).pixel;
+        corner.pixel = camera.camera.projectPoint(camera_from_board * pointOn(board, shape, corner.id)).pixel;
       if (noise_px > 0) addCornerNoise(view, noise_px, random);
       for (Corner& corner : view.corners) corner.sigma_px = std::numeric_limits<double>::quiet_NaN();
       std::erase_if(view.corners,

@@ -299,6 +299,47 @@ TEST(Rig, KeepsLensesThatAreGiven) {
   EXPECT_THAT(contradicted.diagnoses, Contains(Field(&Diagnosis::id, testing::Eq("given_lens_misfits"))));
 }
 
+// Entrance pupils that move have no place in the covariance of a file, and are part of the uncertainty.
+TEST(Rig, KnowsEntrancePupils) {
+  const std::vector<double> fisheye = {420, 421, 512, 383, 0.01, -0.003, 0.001, 0};
+  const AnyCamera moving = AnyCamera::make("kannala_brandt", fisheye).withPupil({.s1_m = 0.003});
+  const RigScene scene =
+      sceneOf({{moving, {1024, 768}, {}},
+               {AnyCamera::make("kannala_brandt", fisheye), {1024, 768}, poseAt(-0.2, 0.01, 0.02, 0.15)},
+               {moving.withPupil({.s1_m = 0.002}), {1024, 768}, poseAt(0.18, -0.02, 0.01, -0.1)}},
+              kCharuco, 25, 0.1, 31);
+  RigOptions options = optionsFor(scene);
+  const RigCalibration rig = calibrate(std::span(&kCharuco, 1), scene.views, options);
+  EXPECT_EQ(rig.verdict(), Verdict::kTrustworthy);
+  int num_moving = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Calibration& camera = rig.cameras[c].calibration;
+    const EntrancePupil found = camera.camera().pupil();
+    EXPECT_EQ(found.isFixed(), c == 1) << c;
+    if (found.isFixed()) continue;
+    const double std_m = camera.uncertainty.pupil_std_m.front();
+    EXPECT_NEAR(found.s1_m, scene.cameras[c].camera.pupil().s1_m, 3 * std_m);
+    EXPECT_LT(std_m, 3e-4);
+    ++num_moving;
+  }
+  EXPECT_EQ(num_moving, 2);
+  EXPECT_LT(poseError(scene, rig, 2).head<3>().norm(), 3e-4);
+  const RigRecord record = recordOf(rig, "");
+  const std::size_t num_unknowns = 3 * 8 + 2 * 6;
+  EXPECT_EQ(record.covariance.size(), num_unknowns * (num_unknowns + 1) / 2);
+  EXPECT_EQ(record.cameras[2].camera.calibration->parameter_std.size(), 8U);
+  const RigValidation valid = validateRig(record, std::span(&kCharuco, 1), scene.views, 1, options);
+  EXPECT_EQ(valid.num_failed, 0U);
+  EXPECT_NEAR(valid.length_ratio, 1, 4 * valid.length_ratio_std);
+  EXPECT_LT(valid.length_ratio_std, 1e-3);
+  // A given lens keeps its pupil, and is not contradicted by the lens that the images give.
+  options.given = {record.cameras[0].camera, std::nullopt, record.cameras[2].camera};
+  const RigCalibration given = calibrate(std::span(&kCharuco, 1), scene.views, options);
+  EXPECT_EQ(given.fit.cameras[0].params, fitParams(record.cameras[0].camera.camera));
+  EXPECT_FALSE(given.cameras[0].misfit);
+  EXPECT_FALSE(given.cameras[2].misfit);
+}
+
 TEST(Rig, NeedsTwoCameras) {
   RigScene scene = sceneOf(threeCameras(), kCharuco, 6, 0.1, 29);
   scene.views.resize(1);

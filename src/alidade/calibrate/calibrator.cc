@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <string_view>
 #include <utility>
 
 #include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/adjust/noise/larger_model.h"
 #include "alidade/calibrate/choose/model_solution.h"
 #include "alidade/calibrate/clean/outliers.h"
@@ -16,6 +19,7 @@
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/calibrate/uncertainty/uncertainty_of.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
@@ -50,6 +54,7 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
   // Restore the caller's view indices.
   for (FitView& view : fit.views) view.source = given.sources[view.source];
   for (Outlier& outlier : dropped.outliers) outlier.source = given.sources[outlier.source];
+  choice.is_pupil_undetermined = options.num_pupil.value_or(0) > 0 && !onlyCamera(fit).hasPupil();
   const AnyCamera camera = cameraOf(fit);
   DomainCertificate domain = certifyDomain(camera, onlyCamera(fit).size);
   Calibration result{.fit = std::move(fit),
@@ -198,7 +203,54 @@ CalibrationRecord calibrationRecord(const Calibration& of) {
   record.covariance = lowerTriangle(known.statedCovariance());
   record.is_covariance_by_views = known.isNoiseExceeded();
   for (int i = 0; i < known.covariance->rows(); ++i) record.parameter_std.push_back(known.parameterStd(i));
+  record.pupil_std = known.pupil_std_m;
   return record;
+}
+
+// True if the views of a wide lens show that its rays do not meet at one point.
+bool showsMovingPupil(const Calibration& of) {
+  constexpr double kWideRad = 45 * std::numbers::pi / 180;  // off the axis
+  constexpr double kSure = 4;
+  const auto& errors = of.uncertainty.common_errors;
+  const auto pupil = std::ranges::find(errors, CommonCause::kPupil, &CommonError::cause);
+  if (pupil == errors.end() || !(pupil->sigmas() > kSure)) return false;
+  return std::ranges::any_of(of.fit.views, [&](const FitView& view) {
+    const SE3 pose = cameraFromBoard(of.fit, view);
+    return std::ranges::any_of(view.corners, [&](const Observation& corner) {
+      const Eigen::Vector3d p = pose * corner.p_board;
+      return std::atan2(p.head<2>().norm(), p.z()) > kWideRad;
+    });
+  });
+}
+
+// True if the last number of the entrance pupil is certain and predicts corners significantly better.
+bool needsPupil(Calibration& of, const CalibratorOptions& options) {
+  constexpr double kSure = 4;
+  FitCamera camera = onlyCamera(of.fit);
+  const std::vector<double>& std_m = of.uncertainty.pupil_std_m;
+  const double value_m = camera.params.back();
+  if (std_m.empty() || EntrancePupil::complaint(value_m) || !(std::abs(value_m) > kSure * std_m.back()))
+    return false;
+  camera.params.pop_back();
+  Fit without = of.fit;
+  onlyCamera(without) = camera;
+  without = solve(std::move(without), {.cancel = options.cancel});
+  const auto errors = heldOutErrors(of.fit, options.jobs, options.cancel);
+  const auto errors_without = heldOutErrors(without, options.jobs, options.cancel);
+  if (!errors || !errors_without) return false;
+  of.choice.pupil_excess = excessOf(scoreOf(*errors_without, without), scoreOf(*errors, of.fit));
+  return of.choice.pupil_excess->is_significant;
+}
+
+// Of a pupil that was requested.
+void requireLikelyPupil(const EntrancePupil& pupil) {
+  for (const double value_m : {pupil.s1_m, pupil.s2_m}) {
+    if (!EntrancePupil::complaint(value_m)) continue;
+    throw inputError({.where = "entrance pupil",
+                      .found = "a lens whose pupil would move by " + numberText("%.2g", value_m) + " m",
+                      .expected = "millimetres",
+                      .next_step = "check the board's size, or take the pupil as fixed: --pupil 0"});
+  }
 }
 
 }  // namespace
@@ -209,6 +261,14 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
   named.model = namedModel(options);
   if (named.model != kAutoModel)
     static_cast<void>(parameterNames(named.model));  // throws for an unknown model
+  if (named.num_pupil.value_or(0) > EntrancePupil::kSize) {
+    throw usageError({.where = "numbers of the entrance pupil",
+                      .found = std::to_string(*named.num_pupil),
+                      .expected = "0, 1 or 2"});
+  }
+  if (const std::size_t num_params = named.model == kAutoModel ? 0 : parameterNames(named.model).size();
+      named.initial && constraintOf(named).held.size() == num_params)
+    named.num_pupil = numPupil(named.initial->camera);  // a given lens keeps its pupil
   static_cast<void>(constraintOf(named));
   PreparedViews given = prepareViews(boards, std::move(views));
   const auto calibrated = [&] {
@@ -221,6 +281,21 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
     if (!reviseGaps(result.fit, result.uncertainty.common_errors, boards, given.boards)) break;
     result = calibrated();
   }
+  if (!named.num_pupil && showsMovingPupil(result)) {
+    for (const std::size_t num_pupil : {1U, 2U}) {
+      named.num_pupil = num_pupil;
+      try {
+        Calibration moving = calibrated();
+        if (!needsPupil(moving, named) || (result.isUsable() && !moving.isUsable())) break;
+        result = std::move(moving);
+      } catch (const Error&) {  // no camera with a moving pupil explains the views
+        break;
+      }
+      // A stiff model leaves its misfit to every further number.
+      if (modelTraits(onlyCamera(result.fit).model).is_stiff) break;
+    }
+    named.num_pupil = result.uncertainty.pupil_std_m.size();
+  }
   Fit last = result.fit;
   for (int i = 0; i < kMaxRevisions && renumberTurnedViews(last, given); ++i) {
     try {
@@ -231,6 +306,7 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
       break;
     }
   }
+  requireLikelyPupil(result.camera().pupil());
   return result;
 }
 

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "alidade/camera/camera_variant.h"
+#include "alidade/camera/centred_point.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -154,6 +155,44 @@ const CertifiedCone& AnyCamera::cone() const {
 
 Projection AnyCamera::project(const Eigen::Vector3d& p_cam, double* J_px_cam, double* J_px_params) const {
   return std::visit([&](const auto& c) { return c.project(p_cam, J_px_cam, J_px_params); }, camera_->camera);
+}
+
+Projection AnyCamera::projectPoint(const Eigen::Vector3d& p_cam_m, double* J_px_cam,
+                                   double* J_px_params) const {
+  if (pupil_.isFixed()) return project(p_cam_m, J_px_cam, J_px_params);
+  const auto moved = detail::centredPoint(pupil_.s1_m, pupil_.s2_m, p_cam_m.data());
+  if (!(moved.certainty > moved.kLeast)) return {.status = ProjectStatus::kOutsideDomain};
+  const Projection projection = project({p_cam_m.x(), p_cam_m.y(), moved.z}, J_px_cam, J_px_params);
+  if (projection.ok() && J_px_cam != nullptr) moved.apply(J_px_cam);
+  return projection;
+}
+
+Eigen::Vector3d AnyCamera::startOf(const Eigen::Vector3d& ray) const {
+  if (pupil_.isFixed()) return Eigen::Vector3d::Zero();
+  return pupil_.at(std::atan2(ray.head<2>().norm(), ray.z())) * Eigen::Vector3d::UnitZ();
+}
+
+AnyCamera AnyCamera::withPupil(const EntrancePupil& pupil) const {
+  expect(std::isfinite(pupil.s1_m) && std::isfinite(pupil.s2_m), "a finite entrance pupil");
+  AnyCamera camera = *this;
+  camera.pupil_ = pupil;
+  return camera;
+}
+
+std::optional<std::string> EntrancePupil::complaint(double value_m) {
+  constexpr double kMost = 0.1;  // ten times what the largest lenses have
+  if (std::isfinite(value_m) && std::abs(value_m) <= kMost) return std::nullopt;
+  return "a number of metres from -0.1 to 0.1";
+}
+
+void EntrancePupil::validate() const {
+  for (const auto& [name, value_m] : {std::pair(kNames[0], s1_m), std::pair(kNames[1], s2_m)}) {
+    if (const auto expected = complaint(value_m)) {
+      throw inputError({.where = "entrance pupil " + std::string(name),
+                        .found = exactText(value_m),
+                        .expected = *expected});
+    }
+  }
 }
 
 std::optional<Eigen::Vector3d> AnyCamera::unproject(const Eigen::Vector2d& pixel, double* J_ray_pixel) const {

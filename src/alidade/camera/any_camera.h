@@ -12,6 +12,7 @@
 
 #include <Eigen/Core>
 
+#include "alidade/camera/entrance_pupil.h"
 #include "alidade/camera/project_status.h"
 #include "alidade/core/image.h"
 
@@ -63,23 +64,36 @@ class AnyCamera {
   /// A parameter by its name. @throws Error (kUsage) for a name that the model does not have
   [[nodiscard]] double parameter(std::string_view name) const;
   [[nodiscard]] const CertifiedCone& cone() const;
+  [[nodiscard]] const EntrancePupil& pupil() const { return pupil_; }
+  /// The same lens with another entrance pupil.
+  /// @pre its numbers are finite
+  [[nodiscard]] AnyCamera withPupil(const EntrancePupil& pupil) const;
 
-  /// The pixel of a point in the camera frame, in any unit of length, or why it has none. The camera does not
-  /// know its image size: the pixel may lie outside the image.
+  /// The pixel of a ray of the camera frame, or of a far point on it in any unit of length, or why it has
+  /// none; it does not depend on the entrance pupil. The camera does not know its image size: the pixel may
+  /// lie outside the image.
   /// The row-major Jacobians J_px_cam (2x3) and J_px_params (2xN) may be null. They are written only if the
   /// status is kOk. projectBatch() takes many points and also has the Jacobians of a pose.
   [[nodiscard]] Projection project(const Eigen::Vector3d& p_cam, double* J_px_cam = nullptr,
                                    double* J_px_params = nullptr) const;
+  /// The same for a near point, metres, which an entrance pupil that moves sees in another direction. Without
+  /// one, the same as project().
+  [[nodiscard]] Projection projectPoint(const Eigen::Vector3d& p_cam_m, double* J_px_cam = nullptr,
+                                        double* J_px_params = nullptr) const;
   /// The unit ray in the camera frame that projects to `pixel`; std::nullopt if no ray of the domain does.
   /// The row-major Jacobian J_ray_pixel (3x2) may be null. It is written only if there is a ray.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel,
                                                          double* J_ray_pixel = nullptr) const;
+
+  /// Where on the axis a ray starts, metres in the camera frame.
+  [[nodiscard]] Eigen::Vector3d startOf(const Eigen::Vector3d& ray) const;
 
   /// The camera of its model, for the library's own loops.
   [[nodiscard]] const detail::CameraVariant& variant() const { return *camera_; }
 
  private:
   std::shared_ptr<const detail::CameraVariant> camera_;
+  EntrancePupil pupil_ = {};
 };
 
 /// The domain in which the projection is one-to-one, and how much of the image it covers.

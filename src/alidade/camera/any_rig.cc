@@ -35,7 +35,7 @@ std::size_t AnyRig::index(std::string_view name) const {
 
 Projection AnyRig::project(std::size_t i, const Eigen::Vector3d& p_rig) const {
   const MountedCamera& camera = cameras_.at(i);
-  return camera.camera.project(camera.camera_from_rig * p_rig);
+  return camera.camera.projectPoint(camera.camera_from_rig * p_rig);
 }
 
 std::vector<Projection> AnyRig::project(const Eigen::Vector3d& p_rig) const {
@@ -49,7 +49,8 @@ std::optional<RigRay> AnyRig::unproject(std::size_t i, const Eigen::Vector2d& pi
   const auto ray = camera.camera.unproject(pixel);
   if (!ray) return std::nullopt;
   const SE3 rig_from_camera = camera.camera_from_rig.inverse();
-  return RigRay{.origin = rig_from_camera.translation, .direction = rig_from_camera.rotation * *ray};
+  return RigRay{.origin = rig_from_camera * camera.camera.startOf(*ray),
+                .direction = rig_from_camera.rotation * *ray};
 }
 
 }  // namespace alidade

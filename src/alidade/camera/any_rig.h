@@ -26,7 +26,7 @@ struct MountedCamera {
 
 /// A half line in the rig's frame: origin + distance * direction, distance >= 0.
 struct RigRay {
-  Eigen::Vector3d origin;     ///< the camera's centre, metres
+  Eigen::Vector3d origin;     ///< on the camera's axis, metres: its centre if its pupil does not move
   Eigen::Vector3d direction;  ///< of unit length
 };
 

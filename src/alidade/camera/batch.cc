@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "alidade/camera/camera_variant.h"
+#include "alidade/camera/centred_point.h"
 #include "alidade/camera/projection.h"
 #include "alidade/core/error.h"
 #include "alidade/core/lanes.h"
@@ -179,7 +180,8 @@ class ProjectLoop {
   static constexpr std::size_t kNumByParams = 2 * kNumParams<M>;
   static constexpr std::array<std::size_t, 5> kWidths = {1, 1, 6, 12, kNumByParams};
 
-  ProjectLoop(const Camera<M>& camera, const Pose& pose) : params_(camera.params()), pose_(pose) {
+  ProjectLoop(const Camera<M>& camera, const EntrancePupil& pupil, const Pose& pose)
+      : params_(camera.params()), pupil_(pupil), is_central_(pupil.isFixed()), pose_(pose) {
     const double c = std::cos(camera.cone().max_angle_rad);
     signed_cos2_ = c * std::abs(c);
   }
@@ -195,6 +197,11 @@ class ProjectLoop {
       const auto& t = pose_.t;
       for (std::size_t r = 0; r < 3; ++r)
         p_cam[r] = R[3 * r] * p[0] + (R[3 * r + 1] * p[1] + (R[3 * r + 2] * p[2] + t[r]));
+    }
+    detail::CentredPoint<Lanes> moved;
+    if (!is_central_) {
+      moved = detail::centredPoint(pupil_.s1_m, pupil_.s2_m, p_cam);
+      p_cam[2] = lane::select(moved.certainty > moved.kLeast, moved.z, Lanes{} + lane::kNaN);
     }
     // Same as Camera::classify(), but with squared lengths.
     const Lanes norm2 = p_cam[0] * p_cam[0] + p_cam[1] * p_cam[1] + p_cam[2] * p_cam[2];
@@ -228,6 +235,7 @@ class ProjectLoop {
     if constexpr (kHasJacobians) {
       if (by_params_out != nullptr)
         scatter<kNumByParams>(J_px_params, nothing, by_params_out + i * kNumByParams);
+      if (!is_central_) moved.apply(J_px_cam);
       Lanes by_point[6];
       for (std::size_t r = 0; r < 2; ++r) {
         const Lanes* row = J_px_cam + 3 * r;
@@ -255,6 +263,8 @@ class ProjectLoop {
   static constexpr double kMaxLength2 = 1e200;
 
   typename Camera<M>::Params params_;
+  EntrancePupil pupil_;
+  bool is_central_;
   Pose pose_;
   double signed_cos2_;
 };
@@ -327,11 +337,11 @@ void project(const AnyCamera& camera, const SE3* camera_from_points, const Array
   const Pose pose(camera_from_points != nullptr ? *camera_from_points : SE3());
   const auto run = [&]<class M>(const Camera<M>& c) {
     if (has_jacobians) {
-      runLoop(ProjectLoop<M, true, true>(c, pose), arrays, count);
+      runLoop(ProjectLoop<M, true, true>(c, camera.pupil(), pose), arrays, count);
     } else if (camera_from_points != nullptr) {
-      runLoop(ProjectLoop<M, true, false>(c, pose), arrays, count);
+      runLoop(ProjectLoop<M, true, false>(c, camera.pupil(), pose), arrays, count);
     } else {
-      runLoop(ProjectLoop<M, false, false>(c, pose), arrays, count);
+      runLoop(ProjectLoop<M, false, false>(c, camera.pupil(), pose), arrays, count);
     }
   };
   std::visit(run, camera.variant().camera);

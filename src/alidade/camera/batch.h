@@ -34,9 +34,9 @@ struct PixelJacobians {
   double* by_params = nullptr;  ///< n times 2xN, of the N parameters of the camera in storage order
 };
 
-/// Projects many points in the camera frame. The results agree with those of AnyCamera::project() to 1e-12
-/// relative. It processes several points at a time, with AVX2 if the processor supports it, which may change
-/// the last digits. It allocates no memory.
+/// Projects many points in the camera frame. The results agree with those of AnyCamera::projectPoint() to
+/// 1e-12 relative. It processes several points at a time, with AVX2 if the processor supports it, which may
+/// change the last digits. It allocates no memory.
 void projectBatch(const AnyCamera& camera, const PointColumns& points_cam, const PixelResults& pixels,
                   const PixelJacobians& jacobians = {});
 

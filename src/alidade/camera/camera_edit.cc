@@ -36,7 +36,8 @@ EditedCamera apply(const ParameterMap& map, const AnyCamera& camera, ImageSize n
       map.J * Eigen::Map<const Eigen::VectorXd>(old.data(), static_cast<Eigen::Index>(old.size())) +
       map.offset;
   return {
-      .camera = AnyCamera::make(camera.modelId(), {params.data(), static_cast<std::size_t>(params.size())}),
+      .camera = AnyCamera::make(camera.modelId(), {params.data(), static_cast<std::size_t>(params.size())})
+                    .withPupil(camera.pupil()),
       .size = new_size,
       .J_new_old = map.J};
 }

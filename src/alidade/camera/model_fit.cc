@@ -124,18 +124,21 @@ ModelFit fitModel(const AnyCamera& source, ImageSize size, std::string_view mode
          .expected = "a camera that sees its image",
          .next_step = "run alidade validate for details"});
   }
+  const auto made = [&](std::span<const double> values) {
+    return AnyCamera::make(model_id, values).withPupil(source.pupil());
+  };
   const auto params = sameLensParameters(source, model_id);
   const bool is_allowed = params && std::none_of(absent.begin(), absent.end(), [&](std::string_view name) {
                             const auto i = parameterIndex(parameterNames(model_id), name);
                             return i && (*params)[*i] != 0;
                           });
   if (is_allowed) {
-    ModelFit fit = judge(source, AnyCamera::make(model_id, *params), size, samples);
+    ModelFit fit = judge(source, made(*params), size, samples);
     fit.is_exact = !(fit.max_error_px > kExactPx);
     if (fit.is_exact) return fit;
   }
   const LensFit best = bestLens(model_id, source, sampleRays(source, size, kFitCells).inside, absent);
-  return judge(source, AnyCamera::make(model_id, best.params), size, samples);
+  return judge(source, made(best.params), size, samples);
 }
 
 }  // namespace alidade

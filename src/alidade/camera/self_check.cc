@@ -17,13 +17,13 @@ std::optional<SelfCheckPoint> checkPointNear(const AnyCamera& camera, ImageSize 
   constexpr double kShareOfSide = 0.01;  // outermost points are two such steps from the border
   for (const double steps_per_m : {1e4, 1e6, 1e8}) {
     const Eigen::Vector3d point = (exact * steps_per_m).array().round() / steps_per_m;
-    const Projection projection = camera.project(point);
+    const Projection projection = camera.projectPoint(point);
     const bool is_near =
         ((projection.pixel - pixel).array().abs() <= kShareOfSide * Eigen::Array2d(size.width, size.height))
             .all();
     if (projection.ok() && is_near) return SelfCheckPoint{point, projection.pixel};
   }
-  const Projection projection = camera.project(exact);
+  const Projection projection = camera.projectPoint(exact);
   if (!projection.ok()) return std::nullopt;
   return SelfCheckPoint{exact, projection.pixel};
 }
@@ -39,7 +39,8 @@ std::vector<SelfCheckPoint> makeSelfCheck(const AnyCamera& camera, ImageSize siz
       const auto ray = camera.unproject(pixel);
       depth += 0.25;
       if (!ray) continue;
-      if (const auto point = checkPointNear(camera, size, depth * *ray, pixel)) points.push_back(*point);
+      if (const auto point = checkPointNear(camera, size, camera.startOf(*ray) + depth * *ray, pixel))
+        points.push_back(*point);
     }
   }
   return points;
@@ -58,7 +59,7 @@ SelfCheckOutcome runSelfCheck(const AnyCamera& camera, ImageSize size,
     const bool is_inside =
         (point.pixel.array() > -0.5 - slack).all() && (point.pixel.array() < side - 0.5 + slack).all();
     if (!is_inside && !outcome.outside_image) outcome.outside_image = i;
-    const Projection projection = camera.project(point.point);
+    const Projection projection = camera.projectPoint(point.point);
     const double off =
         projection.ok() ? (projection.pixel - point.pixel).norm() : std::numeric_limits<double>::infinity();
     if (off <= outcome.worst_px) continue;

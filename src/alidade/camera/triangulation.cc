@@ -33,7 +33,8 @@ struct PointState {
 struct PixelRow {
   Vector2d error;  // px, projected minus given pixel
   Matrix23 J_px_m;
-  Vector3d m;  // the point in the camera frame times inverse_m
+  Vector3d m;                                // the point in the camera frame times inverse_m
+  Vector2d J_px_inverse = Vector2d::Zero();  // by inverse_m alone, for an entrance pupil that moves
 };
 
 // Two directions normal to a unit vector, and to each other.
@@ -42,6 +43,20 @@ Matrix32 tangentBasis(const Vector3d& unit) {
   basis.col(0) = unit.unitOrthogonal();
   basis.col(1) = unit.cross(basis.col(0));
   return basis;
+}
+
+// True if the point is so near that an entrance pupil matters if it moves.
+bool isNear(const AnyCamera& camera, double inverse_m) {
+  constexpr double kNear = 1e-4;  // per metre
+  return !camera.pupil().isFixed() && inverse_m > kNear;
+}
+
+// The pixel of a point from `m`, which is the point times inverse_m. The derivatives J_px_m of a near one are
+// by the point itself.
+Projection seenBy(const AnyCamera& camera, const Vector3d& m, double inverse_m, double* J_px_m,
+                  double* J_px_params = nullptr) {
+  if (!isNear(camera, inverse_m)) return camera.project(m, J_px_m, J_px_params);
+  return camera.projectPoint(m / inverse_m, J_px_m, J_px_params);
 }
 
 class PointProblem {
@@ -73,9 +88,15 @@ class PointProblem {
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       const SE3& camera_from_rig = cameraOf(pixels_[i]).camera_from_rig;
       PixelRow& row = rows[i];
+      row.J_px_inverse.setZero();
       row.m = camera_from_rig.rotation * state.direction + state.inverse_m * (camera_from_rig * anchor_);
-      const Projection projection = cameraOf(pixels_[i]).camera.project(row.m, row.J_px_m.data());
+      const AnyCamera& camera = cameraOf(pixels_[i]).camera;
+      const Projection projection = seenBy(camera, row.m, state.inverse_m, row.J_px_m.data());
       if (!projection.ok()) return std::nullopt;
+      if (isNear(camera, state.inverse_m)) {
+        row.J_px_m /= state.inverse_m;
+        row.J_px_inverse = -row.J_px_m * row.m / state.inverse_m;
+      }
       row.error = projection.pixel - pixels_[i].pixel;
       cost += (row.error / pixels_[i].sigma_px).squaredNorm();
     }
@@ -89,7 +110,9 @@ class PointProblem {
     const SE3& camera_from_rig = cameraOf(pixel).camera_from_rig;
     Matrix3d J_m_state;
     J_m_state << camera_from_rig.rotation.matrix() * basis, camera_from_rig * anchor_ / unit_m_;
-    return row.J_px_m * J_m_state / pixel.sigma_px;
+    Eigen::Matrix<double, 2, 3> J = row.J_px_m * J_m_state;
+    J.col(2) += row.J_px_inverse / unit_m_;
+    return J / pixel.sigma_px;
   }
 
   // Normal equations for these rows.
@@ -250,8 +273,8 @@ Eigen::MatrixXd stateByRig(const AnyRig& rig, const PointProblem& problem, std::
         problem.byState(row, pixel, basis).transpose() / pixel.sigma_px;
     const auto num_parameters = static_cast<Eigen::Index>(camera.camera.parameters().size());
     Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> by_parameters(2, num_parameters);
-    const Projection projection = camera.camera.project(row.m, nullptr, by_parameters.data());
-    expect(projection.ok(), "the cameras see the point");
+    expect(seenBy(camera.camera, row.m, solution.state.inverse_m, nullptr, by_parameters.data()).ok(),
+           "the cameras see the point");
     const RigColumns columns = columnsOf(rig, pixel.camera);
     sum.middleCols(columns.parameters, num_parameters) += weighted * by_parameters;
     if (!columns.pose) continue;

@@ -34,7 +34,8 @@ std::optional<Eigen::Vector2d> transferred(const RigCameraRecord& from, const Ri
                                            double distance_m) {
   const auto ray = from.camera.camera.unproject(pixel);
   if (!ray) return std::nullopt;
-  const Projection seen = to.camera.camera.project(to_from_from * (distance_m * *ray));
+  const Projection seen =
+      to.camera.camera.projectPoint(to_from_from * (from.camera.camera.startOf(*ray) + distance_m * *ray));
   const bool is_inside = seen.ok() && seen.pixel.x() >= -0.5 && seen.pixel.y() >= -0.5 &&
                          seen.pixel.x() < to.camera.image_size.width - 0.5 &&
                          seen.pixel.y() < to.camera.image_size.height - 0.5;

@@ -90,6 +90,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"bent_board", Subject::kBoard},
     {"board_flexes", Subject::kBoard, Severity::kWarning, Rank::kCause},
     {"board_even", Subject::kBoard, Severity::kNote},
+    {"pupil_undetermined", Subject::kLens, Severity::kNote},
     {"uneven_board", Subject::kBoard, Severity::kNote},
     {"bend_ignored", Subject::kBoard},
     {"influential_view", Subject::kViews, detail::kByRule, Rank::kOrdinary, detail::kNeedsFocal},

@@ -62,7 +62,7 @@ void checkRenderSize(const YamlNode& node, const ImageSize& size) {
 CameraRecord readSceneCamera(const YamlNode& node, const std::filesystem::path& folder,
                              std::vector<std::string>& remarks, std::vector<std::string>& files) {
   if (node.isMap()) {
-    node.allowKeys({"model", "image_size", "parameters"});
+    node.allowKeys({"model", "image_size", "parameters", "pupil"});
     const YamlNode size_node = node.at("image_size");
     const ImageSize size = detail::readImageSize(size_node);
     checkRenderSize(size_node, size);
@@ -168,8 +168,11 @@ FootageScene footageSceneFrom(const YamlNode& root, const std::filesystem::path&
   std::vector<std::string> remarks;
   std::vector<std::string> files;
   const CameraRecord camera = readSceneCamera(root.at("camera"), folder, remarks, files);
-  FootageScene scene{
-      .camera = camera.camera, .image_size = camera.image_size, .camera_remarks = remarks, .files = files};
+  if (!camera.camera.pupil().isFixed()) remarks.emplace_back("its entrance pupil does not move in footage");
+  FootageScene scene{.camera = camera.camera.withPupil({}),
+                     .image_size = camera.image_size,
+                     .camera_remarks = remarks,
+                     .files = files};
   const YamlNode footage = root.at("footage");
   FootageEffects& effects = scene.effects;
   readNumbers(footage, {"surroundings", "path", "frames", "moving_objects"},

@@ -173,7 +173,7 @@ std::optional<SO3> squarePose(const AnyCamera& camera, const Eigen::Vector2d& pi
 BoardSighting sightBoard(const AnyCamera& camera, const Board& board, const SE3& camera_from_board) {
   BoardSighting sighting;
   const Eigen::Vector3d middle = camera_from_board * board.middle();
-  sighting.middle_px = camera.project(middle).pixel;
+  sighting.middle_px = camera.projectPoint(middle).pixel;
   sighting.distance_m = middle.norm();
   const auto square = squarePose(camera, sighting.middle_px);
   const SO3 camera_from_square = square ? *square : facingPose(middle.normalized());

@@ -162,7 +162,7 @@ class CandidateMaker {
   // corners of a partly visible board be identified.
   [[nodiscard]] bool showsASide(const SE3& pose) const {
     std::array<bool, 4> is_seen{};
-    for (std::size_t i = 0; i < 4; ++i) is_seen[i] = isInside(camera_.project(pose * ends_[i]));
+    for (std::size_t i = 0; i < 4; ++i) is_seen[i] = isInside(camera_.projectPoint(pose * ends_[i]));
     for (std::size_t i = 0; i < 4; ++i) {
       if (is_seen[i] && is_seen[(i + 1) % 4]) return true;
     }
@@ -304,7 +304,8 @@ std::vector<ViewCandidate> viewCandidates(const AnyCamera& camera, ImageSize siz
 
 Eigen::MatrixXd viewInformation(const AnyCamera& camera, const SE3& camera_from_board,
                                 const std::vector<Observation>& corners) {
-  return paramsInformation(*viewFactor(viewKernel(camera.modelId()), camera.parameters(), camera_from_board,
+  const auto params = camera.parameters();
+  return paramsInformation(*viewFactor(viewKernel(camera.modelId(), params.size()), params, camera_from_board,
                                        groupsOf(corners), kNoLoss, Unseen::kLeaveOut));
 }
 

@@ -29,6 +29,7 @@ RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size, ImageS
       .source_size = source_size, .size = size, .pixels = std::vector<SourcePixel>(width * height)};
   const double right = source_size.width - 0.5;
   const double bottom = source_size.height - 0.5;
+  const AnyCamera lens = camera.withPupil({});  // the image shows far points
   std::vector<std::size_t> num_without(height);
   parallelFor(
       height, num_jobs,
@@ -39,7 +40,7 @@ RemapTable makeRemapTable(const AnyCamera& camera, ImageSize source_size, ImageS
         rays_of(row, rays);
         // Pixels take the place of the rays.
         std::vector<ProjectStatus> status(width);
-        projectBatch(camera, {rays.x, rays.y, rays.z}, {rays.x, rays.y, status});
+        projectBatch(lens, {rays.x, rays.y, rays.z}, {rays.x, rays.y, status});
         std::size_t num_missing = 0;
         SourcePixel* const pixels = table.pixels.data() + row * width;
         for (std::size_t column = 0; column < width; ++column) {

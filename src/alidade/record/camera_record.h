@@ -40,7 +40,9 @@ struct CalibrationRecord {
   std::vector<WarpRecord> warps = {};  ///< in the order of the boards; boards without one were assumed flat
   std::vector<std::string> findings = {};  ///< ids of the findings behind the verdict
   std::vector<double> parameter_std = {};  ///< standard deviations, in parameter order; empty = unknown
-  std::vector<double> covariance = {};     ///< lower triangle row by row, in parameter order; empty = unknown
+  /// Standard deviations of the numbers of the entrance pupil that were estimated, metres.
+  std::vector<double> pupil_std = {};
+  std::vector<double> covariance = {};  ///< lower triangle row by row, in parameter order; empty = unknown
   /// The covariance assumes that views are independent, but not their corners.
   bool is_covariance_by_views = false;
   /// The means of the corners of the first kMaxViewCenters views, px, to recognise their images by.

@@ -44,6 +44,11 @@ CalibrationRecord editedRecord(const CalibrationRecord& record, const AnyCamera&
   edited.rms_px *= scale;
   edited.holdout_rms_px *= scale;
   edited.accuracy_px *= scale;
+  if (edit.camera.pupil() != calibrated.pupil()) {
+    edited.pupil_std.clear();
+    if (std::isfinite(record.accuracy_distance_m))
+      edited.accuracy_px = std::numeric_limits<double>::quiet_NaN();
+  }
   edited.parameter_std = carriedStd(record.parameter_std, edit.J_new_old);
   edited.covariance = carried(record.covariance, edit.J_new_old);
   if (edit.J_new_old.view() != Eigen::MatrixXd::Identity(edit.J_new_old.rows(), edit.J_new_old.cols()))
@@ -106,6 +111,10 @@ Conversion convertCamera(const CameraRecord& source, const ConversionRequest& re
   if (request.rotate_deg)
     take("rotate", std::to_string(*request.rotate_deg),
          rotateCamera(now.camera, now.size, *request.rotate_deg / 90));
+  if (request.drops_pupil && !now.camera.pupil().isFixed()) {
+    conversion.edit.camera = now.camera.withPupil({});
+    conversion.steps.push_back({"drop", "pupil", now.size});
+  }
   if (!request.model.empty()) {
     conversion.fit = fitModel(now.camera, now.size, request.model, request.absent);
     conversion.steps.push_back({"model", request.model, now.size});

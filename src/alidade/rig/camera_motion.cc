@@ -57,14 +57,14 @@ std::vector<std::vector<CommonView>> commonViews(const JointViews& views, const 
 double effectOf(const SE3& rig_from_rig, const JointFit& joint, std::size_t camera,
                 const std::vector<std::size_t>& of_camera) {
   const FitCamera& of = joint.fit.cameras[camera];
-  const AnyCamera lens = AnyCamera::make(of.model, of.params);
+  const AnyCamera lens = cameraOf(of);
   std::vector<double> distances;
   for (const std::size_t v : of_camera) {
     const FitView& view = joint.fit.views[v];
     const Eigen::Vector3d middle = boardOf(joint.fit, view).target.middle();
-    const Projection before = lens.project(of.camera_from_rig * joint.rig_from_board[v] * middle);
+    const Projection before = lens.projectPoint(of.camera_from_rig * joint.rig_from_board[v] * middle);
     const Projection after =
-        lens.project(of.camera_from_rig * rig_from_rig * joint.rig_from_board[v] * middle);
+        lens.projectPoint(of.camera_from_rig * rig_from_rig * joint.rig_from_board[v] * middle);
     const bool are_seen = before.ok() && after.ok();
     distances.push_back(are_seen ? (after.pixel - before.pixel).norm()
                                  : std::hypot(of.size.width, of.size.height));

@@ -208,12 +208,12 @@ ExposureScatter exposureScatter(double std_intervals, const Fit& fit) {
     squares(0) += (change * middle - middle).squaredNorm();
     ++num_views;
     const FitCamera& camera = fit.cameras[view.camera];
-    const AnyCamera lens = AnyCamera::make(camera.model, camera.params);
+    const AnyCamera lens = cameraOf(camera);
     const SE3 moved = cameraFromBoard(fit, view);
     const SE3 placed = moved * change.inverse();
     for (const Observation& corner : cornersOnShape(fit, view)) {
-      const Projection before = lens.project(placed * corner.p_board);
-      const Projection after = lens.project(moved * corner.p_board);
+      const Projection before = lens.projectPoint(placed * corner.p_board);
+      const Projection after = lens.projectPoint(moved * corner.p_board);
       if (!before.ok() || !after.ok()) continue;
       squares(1) += (after.pixel - before.pixel).squaredNorm();
       ++num_corners;

@@ -62,14 +62,18 @@ Calibration jointCamera(Calibration joint, const Fit& rig, const RigCovariance& 
   Uncertainty& known = joint.uncertainty;
   if (covariance.isKnown()) {
     const Eigen::Index at = jointColumns(rig).params[camera];
-    const auto size = static_cast<Eigen::Index>(onlyCamera(joint.fit).params.size());
+    const auto size = static_cast<Eigen::Index>(onlyCamera(joint.fit).numLensParams());
     known.covariance = covariance.matrix.view().block(at, at, size, size);
+    for (std::size_t i = 0; i < known.pupil_std_m.size(); ++i) {
+      const Eigen::Index of_pupil = at + size + static_cast<Eigen::Index>(i);
+      known.pupil_std_m[i] = std::sqrt(covariance.matrix.view()(of_pupil, of_pupil));
+    }
     known.coordinate_sigma_px = sigma_px;  // noise level of the joint covariance
     known.by_views.reset();
     known.ignored_bend.reset();
     known.ignored_stretches = {};  // part of the rig's covariance
     const std::vector<AnyCamera> others = mapped(known.other_optima, [&](const OtherOptimum& other) {
-      return AnyCamera::make(onlyCamera(joint.fit).model, other.params);
+      return cameraOf(onlyCamera(joint.fit).model, other.params);
     });
     // A lens that its own views do not determine has no pixel grid yet.
     if (known.accuracy) known.accuracy = accuracyOf(joint.fit, known, others, distance_m);

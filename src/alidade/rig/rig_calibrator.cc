@@ -30,6 +30,7 @@ namespace {
 CalibratorOptions optionsOf(std::size_t camera, const RigOptions& options) {
   CalibratorOptions of_camera = options.camera;
   if (!options.models.empty()) of_camera.model = options.models[camera];
+  if (!options.num_pupil.empty()) of_camera.num_pupil = options.num_pupil[camera];
   if (options.given.empty() || !options.given[camera]) return of_camera;
   const CameraRecord& given = *options.given[camera];
   of_camera.model = given.camera.modelId();
@@ -276,7 +277,11 @@ std::optional<RigCalibration> freedRig(std::span<const Board> boards, std::vecto
   RigOptions freed = options;
   freed.given.clear();
   freed.models.clear();
-  for (std::size_t c = 0; c < cameras.size(); ++c) freed.models.push_back(optionsOf(c, options).model);
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    freed.models.push_back(optionsOf(c, options).model);
+    const auto& given = options.given[c];
+    freed.num_pupil.push_back(given ? std::optional(numPupil(given->camera)) : options.camera.num_pupil);
+  }
   try {
     JointViews views = linkedViews(boards, cameras, frames, freed);
     return joined(std::move(views), cameras, freed, nullptr);
@@ -323,8 +328,15 @@ RigRecord recordOf(const RigCalibration& rig, const std::string& created_by) {
   }
   const JointColumns columns = jointColumns(rig.fit);
   if (rig.covariance.isKnown()) {
-    const int num_kept = columns.pose.back() + 6;  // without the boards' bends
-    record.covariance = lowerTriangle(rig.covariance.matrix.view().topLeftCorner(num_kept, num_kept));
+    std::vector<int> kept;  // without entrance pupils and the boards' bends
+    for (std::size_t c = 0; c < columns.params.size(); ++c) {
+      for (int i = 0; i < static_cast<int>(rig.fit.cameras[c].numLensParams()); ++i)
+        kept.push_back(columns.params[c] + i);
+    }
+    for (const int pose : columns.pose) {
+      for (int i = 0; pose >= 0 && i < 6; ++i) kept.push_back(pose + i);
+    }
+    record.covariance = lowerTriangle(rig.covariance.matrix.view()(kept, kept));
   }
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const RigCamera& camera = rig.cameras[c];

@@ -19,6 +19,7 @@ namespace alidade {
 struct RigOptions {
   CalibratorOptions camera = {};         ///< of each camera
   std::vector<std::string> models = {};  ///< one per camera instead of CalibratorOptions::model; or empty
+  std::vector<std::optional<std::size_t>> num_pupil = {};  ///< the same for CalibratorOptions::num_pupil
   /// One per camera, or empty: cameras calibrated before, whose lenses are kept.
   std::vector<std::optional<CameraRecord>> given = {};
   FrameTable frames = {};         ///< images taken together; empty: matched by their names

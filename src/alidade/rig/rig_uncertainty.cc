@@ -35,16 +35,12 @@ std::size_t partnerOf(const Fit& fit, std::size_t camera) {
   return static_cast<std::size_t>(std::ranges::max_element(counts) - counts.begin());
 }
 
-AnyCamera lensOf(const FitCamera& camera) {
-  return AnyCamera::make(camera.model, camera.params);
-}
-
 // Derivative of a pixel of one camera, transferred to a second one at a fixed distance, by all unknowns: 2 x
 // columns; nothing if one of the cameras does not see the point.
 std::optional<Eigen::MatrixXd> transferJacobian(const Fit& fit, const JointColumns& columns, std::size_t from,
                                                 std::size_t to, const Eigen::Vector3d& p_rig) {
-  const AnyCamera source = lensOf(fit.cameras[from]);
-  const AnyCamera target = lensOf(fit.cameras[to]);
+  const AnyCamera source = cameraOf(fit.cameras[from]);
+  const AnyCamera target = cameraOf(fit.cameras[to]);
   const SE3& source_from_rig = fit.cameras[from].camera_from_rig;
   const SE3& target_from_rig = fit.cameras[to].camera_from_rig;
   const Eigen::Vector3d p_source = source_from_rig * p_rig;
@@ -199,7 +195,7 @@ RigCovariance rigCovariance(const Fit& fit, std::span<const std::optional<Camera
   for (std::size_t c = 0; c < given.size(); ++c) {
     if (!given[c]) continue;
     const Eigen::Index at = columns.params[c];
-    const auto count = static_cast<Eigen::Index>(fit.cameras[c].params.size());
+    const auto count = static_cast<Eigen::Index>(fit.cameras[c].numLensParams());
     Eigen::MatrixXd response = Eigen::MatrixXd::Zero(columns.count, count);
     response.middleRows(at, count).setIdentity();
     response -= gains * information.middleCols(at, count);

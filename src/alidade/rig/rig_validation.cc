@@ -50,7 +50,7 @@ Fit statedFit(const RigRecord& rig, const Fit& freed, const CancelFlag* cancel) 
 
 // See TestedRigCamera::effect_px.
 double effectOf(const Fit& freed, const Fit& stated, std::size_t camera) {
-  const AnyCamera lens = AnyCamera::make(freed.cameras[camera].model, freed.cameras[camera].params);
+  const AnyCamera lens = cameraOf(freed.cameras[camera]);
   const ImageSize size = freed.cameras[camera].size;
   const double outside = std::hypot(size.width, size.height);
   std::vector<double> distances;
@@ -62,9 +62,9 @@ double effectOf(const Fit& freed, const Fit& stated, std::size_t camera) {
       const SE3& rig_from_board = freed.placements[freed.views[v].placement].rig_from_board;
       for (const Observation& corner : cornersOnShape(freed, freed.views[v])) {
         const Eigen::Vector3d p_rig = rig_from_board * corner.p_board;
-        const Projection a = lens.project(freed.cameras[camera].camera_from_rig * p_rig);
+        const Projection a = lens.projectPoint(freed.cameras[camera].camera_from_rig * p_rig);
         if (!a.ok() || !isInOrNearImage(a.pixel, size)) continue;
-        const Projection b = lens.project(stated.cameras[camera].camera_from_rig * p_rig);
+        const Projection b = lens.projectPoint(stated.cameras[camera].camera_from_rig * p_rig);
         distances.push_back(b.ok() ? (a.pixel - b.pixel).norm() : outside);
       }
     }
@@ -195,7 +195,7 @@ AnyRig stepped(const AnyRig& rig, const Eigen::VectorXd& step) {
     const auto params = camera.camera.parameters();
     std::vector<double> changed(params.begin(), params.end());
     for (double& param : changed) param += step(at++);
-    camera.camera = AnyCamera::make(camera.camera.modelId(), changed);
+    camera.camera = AnyCamera::make(camera.camera.modelId(), changed).withPupil(camera.camera.pupil());
   }
   for (std::size_t c = 1; c < cameras.size(); ++c, at += kTangent)
     cameras[c].camera_from_rig =

@@ -28,7 +28,7 @@ std::optional<Eigen::Vector2d> discCentroid(const AnyCamera& camera, ImageSize s
   Eigen::Matrix<double, 2, kPoints> rim;
   for (int i = 0; i < kPoints; ++i) {
     const Eigen::Vector3d offset(board.discRadius() * circle(0, i), board.discRadius() * circle(1, i), 0);
-    const Projection p = camera.project(camera_from_board * (board.corner(id) + offset));
+    const Projection p = camera.projectPoint(camera_from_board * (board.corner(id) + offset));
     if (!isInside(p, size)) return std::nullopt;
     rim.col(i) = p.pixel;
   }

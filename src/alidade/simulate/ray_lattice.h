@@ -33,6 +33,7 @@ class RayLattice {
   /// Both sides of `size` are positive. The blocks are spread over `num_jobs` threads (0: one per processor).
   RayLattice(const AnyCamera& camera, ImageSize size, int num_jobs);
 
+  [[nodiscard]] const AnyCamera& camera() const { return camera_; }
   [[nodiscard]] ImageSize size() const { return size_; }
 
   /// The expansions of all pixels of row `y`, from left to right; `out` is resized to the image's width.

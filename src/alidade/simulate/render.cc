@@ -35,28 +35,22 @@ class BoardLight {
         num_places_(spread_.size()),
         dark_(options.dark_level),
         bright_(options.bright_level),
-        background_(options.background_level) {
+        background_(options.background_level),
+        board_from_camera_(camera_from_board.inverse()) {
     // Whole groups of lanes; what fills the last one lies nowhere.
     while (spread_.size() % kNumLanes != 0) {
       spread_.x.push_back(lane::kNaN);
       spread_.y.push_back(lane::kNaN);
     }
-    // The ray from the camera centre c along d meets z = 0 at (c_x d_z - c_z d_x, c_y d_z - c_z d_y) / d_z,
-    // which is in front of the camera if d_z > 0, since c_z < 0 on the printed side.
-    const SE3 board_from_camera = camera_from_board.inverse();
-    const Eigen::Vector3d& c = board_from_camera.translation;
-    Eigen::Matrix3d plane_from_ray;
-    plane_from_ray << -c.z(), 0, c.x(),  //
-        0, -c.z(), c.y(),                //
-        0, 0, 1;
-    plane_from_camera_ray_ = plane_from_ray * board_from_camera.rotation.matrix();
+    plane_from_camera_ray_ = planeFromCameraRay(0);
   }
 
-  // Mean over the point spread around the pixel centre. `near` is a buffer.
-  [[nodiscard]] double at(const RayExpansion& pixel, Marks& near) const {
+  // Mean over the point spread around the pixel centre, whose ray starts at `start_m` on the optical axis.
+  // `near` is a buffer.
+  [[nodiscard]] double at(const RayExpansion& pixel, double start_m, Marks& near) const {
     if (!is_visible_) return background_;
     // Homogeneous coordinates on the board as quadratic polynomials of the place in the image.
-    const Terms terms = plane_from_camera_ray_ * pixel.terms;
+    const Terms terms = (start_m == 0 ? plane_from_camera_ray_ : planeFromCameraRay(start_m)) * pixel.terms;
     const Eigen::AlignedBox2d window = windowOf(terms);
     if (!pattern_.paper().intersects(window)) return background_;
     double num_dark = 0;
@@ -75,6 +69,17 @@ class BoardLight {
 
  private:
   using Terms = Eigen::Matrix<double, 3, 6>;
+
+  // The ray from c along d meets z = 0 at (c_x d_z - c_z d_x, c_y d_z - c_z d_y) / d_z, which is in front of
+  // the camera if d_z > 0, since c_z < 0 on the printed side.
+  [[nodiscard]] Eigen::Matrix3d planeFromCameraRay(double start_m) const {
+    const Eigen::Vector3d c = board_from_camera_ * Eigen::Vector3d(0, 0, start_m);
+    Eigen::Matrix3d plane_from_ray;
+    plane_from_ray << -c.z(), 0, c.x(),  //
+        0, -c.z(), c.y(),                //
+        0, 0, 1;
+    return plane_from_ray * board_from_camera_.rotation.matrix();
+  }
 
   // A box that holds the places of the whole point spread: empty if they are behind the camera, the whole
   // plane if the horizon is among them. With the centre at p = X / w, a place at offset d is at
@@ -163,6 +168,7 @@ class BoardLight {
   double dark_;
   double bright_;
   double background_;
+  SE3 board_from_camera_;
   Eigen::Matrix3d plane_from_camera_ray_;
 };
 
@@ -207,25 +213,27 @@ GrayImage renderPattern(const RayLattice& lattice, InkPattern pattern, const SE3
 
   // Threads take several rows at a time, so that buffers are allocated less often.
   constexpr std::size_t kRowsAtOnce = 8;
-  parallelFor(
-      (height + kRowsAtOnce - 1) / kRowsAtOnce, options.num_jobs,
-      [&](std::size_t piece) {
-        std::vector<RayExpansion> rays;
-        BoardLight::Marks near;
-        for (std::size_t y = piece * kRowsAtOnce; y < std::min(height, (piece + 1) * kRowsAtOnce); ++y) {
-          lattice.expandRow(static_cast<int>(y), rays);
-          // Seeded by row, so that noise does not depend on the threads.
-          Random random(streamSeed(options.seed, y));
-          for (std::size_t x = 0; x < width; ++x) {
-            double light = 0;
-            if (rays[x].has_ray) {
-              light = board_light.at(rays[x], near) * shading(rays[x], static_cast<double>(x), size, options);
-            }
-            image.pixels[y * width + x] = withNoise(light, options, random);
-          }
-        }
-      },
-      cancel);
+  parallelFor((height + kRowsAtOnce - 1) / kRowsAtOnce, options.num_jobs,
+              [&](std::size_t piece) {
+                std::vector<RayExpansion> rays;
+                BoardLight::Marks near;
+                for (std::size_t y = piece * kRowsAtOnce; y < std::min(height, (piece + 1) * kRowsAtOnce);
+                     ++y) {
+                  lattice.expandRow(static_cast<int>(y), rays);
+                  // Seeded by row, so that noise does not depend on the threads.
+                  Random random(streamSeed(options.seed, y));
+                  for (std::size_t x = 0; x < width; ++x) {
+                    double light = 0;
+                    if (rays[x].has_ray) {
+                      const double start_m = lattice.camera().startOf(rays[x].terms.col(0)).z();
+                      light = board_light.at(rays[x], start_m, near) *
+                              shading(rays[x], static_cast<double>(x), size, options);
+                    }
+                    image.pixels[y * width + x] = withNoise(light, options, random);
+                  }
+                }
+              },
+              cancel);
   return image;
 }
 

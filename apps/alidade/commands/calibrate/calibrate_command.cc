@@ -95,6 +95,7 @@ class CalibrateCommand final : public Command {
               "automatically, only cx and cy",
               {.separator = ','});
     flags.addSwitch("--same-focal", options_.same_focal, "Force fx = fy");
+    addPupilFlag(flags, pupil_);
     flags.add("--board-shape", &board_shape_,
               "Shape of the board. flat: assume a flat board; warp: estimate its bend; uneven: estimate "
               "the place of every point; flexible: estimate a bend for each view; auto: estimate what the "
@@ -188,6 +189,7 @@ class CalibrateCommand final : public Command {
       if (options_.distance_m <= 0) throw flagError("--distance", distance_, "a length above 0, such as 2m");
     }
     options_.board_shape = *boardShapeMode(board_shape_);
+    options_.num_pupil = pupilNumbers(pupil_);
     if (!init_.empty()) {
       const CameraRecord file = readCameraTelling(init_, {}, common_.quiet);
       options_.initial = {.camera = file.camera, .size = file.image_size};
@@ -199,6 +201,9 @@ class CalibrateCommand final : public Command {
   // Restricts models and parameters so that the format can store the camera.
   void restrictTo(const CameraFormat& format) {
     if (format.id == cameraFormats().front()->id) return;
+    if (options_.num_pupil.value_or(0) > 0)
+      throw flagError("--to " + format_, "--pupil " + pupil_, "the format alidade, which states a pupil");
+    options_.num_pupil = 0;
     const bool has_fixed = !options_.held.empty();
     options_.models = representableModels(format);
     const std::string model = namedModel(options_);
@@ -282,6 +287,7 @@ class CalibrateCommand final : public Command {
   CalibratorOptions options_;
   std::string init_;
   std::string board_shape_ = "auto";
+  std::string pupil_ = "auto";
   std::string output_;
   std::string format_ = "alidade";
   std::string tolerance_ = "1px";

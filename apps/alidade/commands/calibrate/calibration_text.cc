@@ -72,12 +72,6 @@ std::string labelled(std::string_view label, const std::string& lines) {
   return text;
 }
 
-// "1.02 +- 0.01"
-std::string millimetres(double value_m, double std_m) {
-  const int decimals = decimalsFor(1e3 * std_m, 6);
-  return fmt::format("{:.{}f} +- {:.{}f}", 1e3 * value_m, decimals, 1e3 * std_m, decimals);
-}
-
 // The results of the two tests for a bend.
 std::string bendTests(const ShapeReport& shape) {
   if (!shape.by_views) return fmt::format("F = {:.3g}", shape.f);
@@ -101,7 +95,7 @@ std::string boardShapeText(const Calibration& result, std::size_t board) {
       "Board    bent ({}): its centre is {} mm behind its left and right edges and {} mm behind its top and "
       "bottom edges;\n         with a flat board, the RMS would be {:.4g} px and fx {:.2f} instead of {:.2f} "
       "px\n",
-      bendTests(shape), millimetres(bend.bend_x_m, std_m.x()), millimetres(bend.bend_y_m, std_m.y()),
+      bendTests(shape), millimetresText(bend.bend_x_m, std_m.x()), millimetresText(bend.bend_y_m, std_m.y()),
       shape.flat_rms_px, shape.flat_params[0], onlyCamera(result.fit).params[0]);
 }
 
@@ -220,6 +214,7 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
       wrapped("Camera", fmt::format("{}, {} px{}", onlyCamera(result.fit).model, sizeText(result.imageSize()),
                                     result.choice.model ? ", model chosen by cross-validation" : ""));
   append(rest, parameterLines(result));
+  append(rest, pupilLines(result));
   append(rest, wrapped("Fit", fitText(result, given)));
   Lines last = wrapped("Views", viewsText(guidance.coverage));
   // The reason for a rejection is always shown.

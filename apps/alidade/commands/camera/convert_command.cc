@@ -141,6 +141,9 @@ std::string summaryText(const Converted& converted) {
     text +=
         fmt::format("  {:<6} {}\n", file.camera.parameterNames()[i], exactText(file.camera.parameters()[i]));
   }
+  const EntrancePupil& pupil = file.camera.pupil();
+  if (!pupil.isFixed())
+    text += fmt::format("Pupil    s1 {} m, s2 {} m\n", exactText(pupil.s1_m), exactText(pupil.s2_m));
   text +=
       fmt::format("Domain   valid up to {:.1f} degrees off-axis; {}", file.domain->max_angle_rad * kDegPerRad,
                   file.domain->full_image ? "every pixel of the image has a ray"
@@ -180,6 +183,7 @@ json summaryJson(const Converted& converted) {
       {"model", file.camera.modelId()},
       {"image_size", file.image_size},
       {"parameters", parametersJson(file.camera.parameterNames(), file.camera.parameters())},
+      {"entrance_pupil", json{{"s1", file.camera.pupil().s1_m}, {"s2", file.camera.pupil().s2_m}}},
       {"fit", conversion.fit ? fitJson(*conversion.fit) : json(nullptr)},
       {"camera_from_rig", orNull(pose)},
       {"domain", {{"max_angle_rad", file.domain->max_angle_rad}, {"full_image", file.domain->full_image}}},
@@ -219,6 +223,8 @@ class ConvertCommand final : public Command {
               "Largest accepted RMS error of the new model in pixels; the limit for a single pixel is "
               "ten times larger",
               {.complaint = nonNegativeNumber, .limits = "0 or more"});
+    flags.addSwitch("--drop-pupil", request_.drops_pupil,
+                    "Leave out an entrance pupil that moves, which near points see and far ones do not");
     flags.addSwitch("--keep-untrustworthy", keep_untrustworthy_,
                     "Write the camera file even if the result must not be used");
     addReadOptions(flags, camera_);

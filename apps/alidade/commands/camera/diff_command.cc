@@ -290,7 +290,17 @@ class DiffCommand final : public Command {
   // The cameras and the motion removed from their difference.
   [[nodiscard]] std::string headText(const LensComparison& lens) const {
     return fileText("A", files_[0], lens.a) + fileText("B", files_[1], lens.b) +
-           differenceText(lens.difference);
+           differenceText(lens.difference) + pupilText(lens);
+  }
+
+  // Far points, which are compared, do not see the entrance pupils.
+  [[nodiscard]] static std::string pupilText(const LensComparison& lens) {
+    const EntrancePupil& a = lens.a.camera->pupil();
+    const EntrancePupil& b = lens.b.camera->pupil();
+    if (a == b) return "";
+    return fmt::format(
+        "Pupil    moves by {:.3g} mm in A and {:.3g} mm in B at 57 degrees, which near points see\n",
+        1e3 * a.at(1), 1e3 * b.at(1));
   }
 
   [[nodiscard]] std::string figureOf(const LensComparison& lens) const {

@@ -199,6 +199,7 @@ class RigCalibrateCommand final : public Command {
         "Times at which the cameras take the images of one frame. auto: estimated if the images tell that they "
         "differ; none: the cameras are triggered together",
         oneOf({"auto", "none"}));
+    addPupilFlag(flags, pupil_);
     flags.add("--board-shape", &shape_,
               "Shape of the boards. flat: boards are flat; warp: their bend is estimated; uneven: the "
               "place of every point; flexible: a bend in each frame; auto: what is seen",
@@ -265,6 +266,7 @@ class RigCalibrateCommand final : public Command {
                        .models = {}};
     options.camera.cancel = common_.cancel;
     options.camera.board_shape = *boardShapeMode(shape_);
+    options.camera.num_pupil = pupilNumbers(pupil_);
     if (models_.size() == 1) options.camera.model = models_.front();
     if (models_.size() > 1) options.models = models_;
     return options;
@@ -357,6 +359,7 @@ class RigCalibrateCommand final : public Command {
   RigInputs views_;
   std::vector<std::string> models_;
   std::string shape_ = "auto";
+  std::string pupil_ = "auto";
   std::string offsets_ = "auto";
   std::vector<std::string> fixed_;
   std::string output_;

@@ -26,7 +26,7 @@ std::vector<Eigen::Vector2d> reprojectionErrors(std::string_view model_id, std::
                                                 const SE3& camera_from_board,
                                                 std::span<const Observation> corners) {
   std::vector<Eigen::Vector2d> errors(corners.size());
-  viewKernel(model_id).errors(params.data(), camera_from_board, groupsOf(corners), errors);
+  viewKernel(model_id, params.size()).errors(params.data(), camera_from_board, groupsOf(corners), errors);
   return errors;
 }
 

@@ -11,7 +11,42 @@
 namespace alidade {
 
 AnyCamera cameraOf(const Fit& fit) {
-  return AnyCamera::make(onlyCamera(fit).model, onlyCamera(fit).params);
+  return cameraOf(onlyCamera(fit));
+}
+
+AnyCamera cameraOf(std::string_view model, std::span<const double> params) {
+  const std::size_t num_lens = parameterNames(model).size();
+  const AnyCamera lens = AnyCamera::make(model, params.first(num_lens));
+  const auto pupil = params.subspan(num_lens);
+  if (pupil.empty()) return lens;
+  return lens.withPupil({.s1_m = pupil[0], .s2_m = pupil.size() > 1 ? pupil[1] : 0.0});
+}
+
+AnyCamera cameraOf(const FitCamera& camera) {
+  return cameraOf(camera.model, camera.params);
+}
+
+std::size_t numPupil(const AnyCamera& camera) {
+  return camera.pupil().isFixed() ? 0 : camera.pupil().s2_m == 0 ? 1 : 2;
+}
+
+std::vector<double> fitParams(const AnyCamera& camera) {
+  std::vector<double> params(camera.parameters().begin(), camera.parameters().end());
+  const std::array pupil = {camera.pupil().s1_m, camera.pupil().s2_m};
+  params.insert(params.end(), pupil.begin(), pupil.begin() + numPupil(camera));
+  return params;
+}
+
+void setLens(std::string_view model, std::span<const double> lens, FitCamera& camera) {
+  const auto pupil = camera.params.begin() + static_cast<std::ptrdiff_t>(camera.numLensParams());
+  std::vector<double> params(lens.begin(), lens.end());
+  params.insert(params.end(), pupil, camera.params.end());
+  camera.model = model;
+  camera.params = std::move(params);
+}
+
+std::size_t FitCamera::numLensParams() const {
+  return parameterNames(model).size();
 }
 
 Eigen::MatrixXd freeDirections(int num_params, const ParamConstraint& constraint) {

@@ -15,6 +15,7 @@
 #include "alidade/adjust/board/corner_noise.h"
 #include "alidade/adjust/board/lens_prior.h"
 #include "alidade/adjust/board/observation.h"
+#include "alidade/camera/entrance_pupil.h"
 #include "alidade/core/error.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
@@ -40,9 +41,11 @@ struct ParamConstraint {
 
 /// A camera of a rig. A single camera is a rig of one, at the rig's origin.
 struct FitCamera {
-  std::string model = {};           ///< an id of the model list
-  ImageSize size = {};              ///< of its images, pixels
-  std::vector<double> params = {};  ///< in the model's storage order: fx fy cx cy, then the lens
+  std::string model = {};  ///< an id of the model list
+  ImageSize size = {};     ///< of its images, pixels
+  /// In the model's storage order: fx fy cx cy, then the lens. Then s1, or s1 and s2, of the
+  /// EntrancePupil if it is estimated.
+  std::vector<double> params = {};
   ParamConstraint constraint = {};
   WeakPrior weak_prior = {};
   CornerNoise noise = {};  ///< of its corners
@@ -51,7 +54,20 @@ struct FitCamera {
   double delay =
       0;  ///< of its images within each frame, in intervals between frames; for views with a PoseDeviation
   bool is_delay_fixed = true;
+
+  [[nodiscard]] std::size_t numLensParams() const;
+  [[nodiscard]] bool hasPupil() const { return params.size() > numLensParams(); }
 };
+
+/// A camera from FitCamera::params.
+[[nodiscard]] AnyCamera cameraOf(std::string_view model, std::span<const double> params);
+[[nodiscard]] AnyCamera cameraOf(const FitCamera& camera);
+/// FitCamera::params of a camera.
+[[nodiscard]] std::vector<double> fitParams(const AnyCamera& camera);
+/// How many of them are the entrance pupil's: 0 if it does not move.
+[[nodiscard]] std::size_t numPupil(const AnyCamera& camera);
+/// Replaces the lens and keeps the entrance pupil.
+void setLens(std::string_view model, std::span<const double> lens, FitCamera& camera);
 
 /// False if a solver has left the range of cameras.
 [[nodiscard]] inline bool hasFocalLengths(const FitCamera& camera) {

@@ -108,7 +108,8 @@ bool guardFold(double sigma_px, FitCamera& camera) {
   constexpr double kUsualGrowth = 0.7;  // between the fold and the corner
   constexpr double kMostRad = 1.5;
   constexpr int kNumSteps = 8;
-  const AnyCamera lens = AnyCamera::make(camera.model, camera.params);
+  if (camera.hasPupil()) return false;  // FoldGuardBlock is of the lens alone
+  const AnyCamera lens = cameraOf(camera);
   if (!foldsInsideImage(lens, camera.size)) return false;
   const ModelTraits& model = modelTraits(camera.model);
   const double* params = camera.params.data();

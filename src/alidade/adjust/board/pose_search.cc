@@ -31,7 +31,7 @@ HuberLoss startLoss(ImageSize size) {
 bool improvePoses(std::string_view model_id, std::span<const std::vector<Observation>> views, HuberLoss loss,
                   PosedCamera& camera) {
   constexpr double kBetter = 0.99;  // of the cost: a larger reduction than a loose solve leaves possible
-  const AnyCamera unprojector = AnyCamera::make(model_id, camera.params);
+  const AnyCamera unprojector = cameraOf(model_id, camera.params);
   bool is_improved = false;
   std::vector<double> costs(views.size(), std::numeric_limits<double>::infinity());
   const auto costOf = [&](std::size_t v, const SE3& pose) {

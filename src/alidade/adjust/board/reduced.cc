@@ -60,7 +60,7 @@ detail::ViewGram detail::gramOf(std::string_view model_id, std::span<const doubl
                                 const SE3& camera_from_board, std::span<const Observation> view,
                                 HuberLoss loss, LossWeights weights, const ExtraColumns& extra,
                                 PointShifts shifts) {
-  const ViewKernel& kernel = viewKernel(model_id);
+  const ViewKernel& kernel = viewKernel(model_id, params.size());
   const Eigen::Index error = kernel.numParams() + 6;  // in the dense rows: pose, parameters, error
   const Eigen::Index last = error + extra.size;       // among all columns
   ViewFactor dense(2 * static_cast<Eigen::Index>(view.size()), error + 1);

@@ -20,7 +20,7 @@ ViewBlock::ViewBlock(const Fit& fit, const FitView& view)
       board_(boardOf(fit, view)),
       view_(view),
       loss_(fit.loss),
-      kernel_(viewKernel(camera_.model)),
+      kernel_(viewKernel(camera_.model, camera_.params.size())),
       has_rig_pose_(!camera_.is_rig_pose_fixed),
       has_shape_(!board_.is_shape_fixed),
       corners_(groupsOf(cornersOnShape(fit, view))) {

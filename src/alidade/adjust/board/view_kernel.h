@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -77,7 +78,8 @@ class ViewKernel {
 };
 
 /// The kernel of a known model.
-[[nodiscard]] const ViewKernel& viewKernel(std::string_view model_id);
+/// @param num_params  of the model, and those of EntrancePupil if the camera has one, see FitCamera
+[[nodiscard]] const ViewKernel& viewKernel(std::string_view model_id, std::size_t num_params);
 
 /// The factor of a view; nothing if a corner is rejected.
 [[nodiscard]] std::optional<ViewFactor> viewFactor(const ViewKernel& kernel, std::span<const double> params,

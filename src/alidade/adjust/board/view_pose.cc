@@ -195,7 +195,7 @@ std::optional<SE3> refitPose(const ViewKernel& kernel, std::span<const double> p
 std::optional<SE3> refitPose(std::string_view model_id, std::span<const double> params,
                              std::span<const Observation> corners, HuberLoss loss,
                              const SE3& camera_from_board) {
-  return refitPose(viewKernel(model_id), params, groupsOf(corners), loss, camera_from_board);
+  return refitPose(viewKernel(model_id, params.size()), params, groupsOf(corners), loss, camera_from_board);
 }
 
 }  // namespace alidade

@@ -38,7 +38,7 @@ ScaledInverse inverseAlong(const Eigen::MatrixXd& directions, const Eigen::Matri
 IntrinsicsInformation intrinsicsInformation(const Fit& fit) {
   const FitCamera& camera = onlyCamera(fit);
   // The Schur complement of the poses in J^T W J is that of a fit without a loss.
-  const ViewKernel& kernel = viewKernel(camera.model);
+  const ViewKernel& kernel = viewKernel(camera.model, camera.params.size());
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kernel.numParams(), kernel.numParams());
   for (const FitView& view : fit.views) {
     if (boardOf(fit, view).isFlexible()) {

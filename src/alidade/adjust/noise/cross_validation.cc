@@ -49,7 +49,7 @@ std::optional<Fit> withoutFold(int fold, const Fit& fit, const CancelFlag* cance
 std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view, const Fit& without) {
   const FitCamera& camera = without.cameras[view.camera];
   const FitBoard& board = without.boards[boardIndex(fit, view)];
-  const ViewKernel& kernel = viewKernel(camera.model);
+  const ViewKernel& kernel = viewKernel(camera.model, camera.params.size());
   const std::vector<Observation> all = onShape(board.target, shapeIn(board, view), view.corners);
   const SE3 pose = cameraFromBoard(fit, view);
   const CornerHalves halves = halvesOf(board.target, all);

@@ -22,8 +22,7 @@ constexpr int kGlance = 5;
 Fit enlarged(const Fit& fit, std::string_view id) {
   Fit larger = fit;
   FitCamera& camera = onlyCamera(larger);
-  camera.params = parametersByName(camera.model, camera.params, id);
-  camera.model = id;
+  setLens(id, parametersByName(camera.model, camera.params, id), camera);
   camera.weak_prior = {};
   fixShapes(larger);
   return larger;

@@ -13,7 +13,7 @@ std::size_t numCornersOutside(const Fit& fit, const AnyCamera& camera) {
   for (const FitView& view : fit.views) {
     const SE3 pose = cameraFromBoard(fit, view);
     for (const Observation& corner : cornersOnShape(fit, view)) {
-      if (!camera.project(pose * corner.p_board).ok()) ++count;
+      if (!camera.projectPoint(pose * corner.p_board).ok()) ++count;
     }
   }
   return count;
@@ -30,7 +30,7 @@ std::optional<Unsoundness> unsoundnessOf(const Fit& fit) {
   if (!information.inverse || information.condition < kMinCondition)
     return Unsoundness{.id = "ill_conditioned", .text = "these views leave its parameters undetermined"};
   const FitCamera& of = onlyCamera(fit);
-  const AnyCamera camera = AnyCamera::make(of.model, of.params);
+  const AnyCamera camera = cameraOf(of);
   if (numCornersOutside(fit, camera) > 0)
     return Unsoundness{.id = "corners_outside_domain", .text = "it cannot project all of the corners"};
   if (!foldsInsideImage(camera, of.size)) return std::nullopt;

@@ -67,7 +67,7 @@ double robustSigma(const Fit& fit) {
 
 std::vector<std::vector<double>> leverages(const Fit& fit) {
   const FitCamera& camera = onlyCamera(fit);
-  const ViewKernel& kernel = viewKernel(camera.model);
+  const ViewKernel& kernel = viewKernel(camera.model, camera.params.size());
   const Eigen::Index n = kernel.numParams();
   // Undetermined intrinsics have little influence on the errors, so zero covariance is used.
   const Eigen::MatrixXd params_cov = intrinsicsInformation(fit).inverse.value_or(Eigen::MatrixXd::Zero(n, n));

@@ -39,7 +39,7 @@ SymmetricEigen combinations(const Eigen::MatrixXd& covariance, const LensScale& 
   const auto num_lens = static_cast<Eigen::Index>(scale.size.size() - kNumAffine);
   const Eigen::VectorXd inverse =
       Eigen::Map<const Eigen::VectorXd>(scale.size.data() + kNumAffine, num_lens).cwiseInverse();
-  return SymmetricEigen(inverse.asDiagonal() * covariance.bottomRightCorner(num_lens, num_lens) *
+  return SymmetricEigen(inverse.asDiagonal() * covariance.block(kNumAffine, kNumAffine, num_lens, num_lens) *
                         inverse.asDiagonal());
 }
 
@@ -169,11 +169,18 @@ Eigen::VectorXd vectorOf(const std::vector<double>& values) {
 }  // namespace
 
 Fit regularised(Fit fit, const CancelFlag* cancel) {
-  if (onlyCamera(fit).params.size() == kNumAffine) return fit;
+  FitCamera& camera = onlyCamera(fit);
+  const bool is_pupil_given =
+      camera.hasPupil() && camera.constraint.holds(static_cast<int>(camera.numLensParams()));
+  if (camera.numLensParams() == kNumAffine || is_pupil_given) return fit;
   // The board keeps its shape during the search for the lens.
   const std::vector<FitBoard> boards = fit.boards;
   const Ladder ladder(fit, cancel);
   if (ladder.isSound(fit)) return fit;
+  if (camera.hasPupil()) {  // views that do not determine the lens say nothing about its pupil
+    camera.params.resize(camera.numLensParams());
+    return regularised(solve(std::move(fit), {.cancel = cancel}), cancel);
+  }
   fixShapes(fit);
   if (!priorOf(fit).isNone()) {
     onlyCamera(fit).weak_prior = {};

@@ -104,7 +104,9 @@ int numHeldOfLens(const ParamConstraint& constraint) {
 
 bool isAllowed(std::string_view id, const CalibratorOptions& options) {
   const auto& models = options.models;
-  return models.empty() || std::ranges::find(models, id) != models.end();
+  if (!models.empty()) return std::ranges::find(models, id) != models.end();
+  // The entrance pupil would take up how the real lens deviates from a stiff model.
+  return options.num_pupil.value_or(0) == 0 || !modelTraits(id).is_stiff;
 }
 
 // Sum of rho over all corners; corners of views that the camera does not explain count as far off.
@@ -279,14 +281,14 @@ Fit onCornersOf(const Fit& reference, const Candidate& candidate, const Prepared
   Fit fit = reference;
   fixShapes(fit);
   FitCamera& camera = onlyCamera(fit);
-  camera.model = candidate.id;
   camera.constraint = candidate.constraint;
   camera.weak_prior = {};
   if (!candidate.solution) {
-    camera.params = parametersByName(onlyCamera(reference).model, camera.params, candidate.id);
+    setLens(candidate.id, parametersByName(camera.model, camera.params, candidate.id), camera);
     return fit;
   }
   const Fit& own = candidate.solution->fit;
+  camera.model = candidate.id;
   camera.params = onlyCamera(own).params;
   for (const FitView& view : fit.views) {
     const auto at = std::ranges::find(own.views, view.source, &FitView::source);
@@ -398,7 +400,7 @@ std::vector<AnyCamera> rivalsOf(const Candidate& chosen, const Candidate& best, 
     if (&c == &chosen || !c.score || (!c.verdict.empty() && !c.folds)) continue;
     if (is_wide && modelTraits(c.id).family == LensFamily::kPerspective) continue;
     if (c.score->sum > chosen.score->sum && excessOf(*c.score, *best.score).is_significant) continue;
-    rivals.push_back(AnyCamera::make(c.id, c.params));
+    rivals.push_back(cameraOf(c.id, c.params));
   }
   return rivals;
 }
@@ -484,6 +486,8 @@ ModelSolution chosenAmong(bool are_all_lenses, const PreparedViews& given, const
 
 ModelSolution chooseModel(const PreparedViews& given, const CalibratorOptions& options) {
   constexpr double kManyOutliers = 0.05;  // may be corners that another lens explains
+  // The entrance pupil moves in fisheye lenses.
+  if (options.num_pupil.value_or(0) > 0) return chosenAmong(true, given, options);
   ModelSolution chosen = chosenAmong(false, given, options);
   if (!foldsInsideImage(chosen.fit) && shareLeftOut(chosen.fit, given) < kManyOutliers) return chosen;
   return chosenAmong(true, given, options);

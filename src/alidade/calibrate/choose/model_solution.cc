@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/calibrate/choose/model_solution.h"
 
+#include <algorithm>
+#include <array>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <utility>
 
@@ -20,7 +23,7 @@ namespace {
 
 // The fit with the camera and the poses of another solution; nothing if it explains fewer views.
 std::optional<Fit> movedTo(const PosedCamera& other, Fit fit) {
-  onlyCamera(fit).params = other.params;
+  setLens(onlyCamera(fit).model, other.params, onlyCamera(fit));
   for (const FitView& view : fit.views) {
     const auto& pose = other.poses[view.source];
     if (!pose) return std::nullopt;
@@ -86,6 +89,16 @@ ModelSolution fittedPlainly(const PreparedViews& given, const CalibratorOptions&
   }
   requireViews(given, fit);
   SettledFit settled = settledFromStart(std::move(fit), options.cancel);
+  if (const std::size_t num_pupil = options.num_pupil.value_or(0); num_pupil > 0) {
+    FitCamera& camera = onlyCamera(settled.fit);
+    std::vector<double> pupil(num_pupil);
+    if (options.initial) {
+      const EntrancePupil& initial = options.initial->camera.pupil();
+      std::ranges::copy(std::array{initial.s1_m, initial.s2_m} | std::views::take(num_pupil), pupil.begin());
+    }
+    camera.params.insert(camera.params.end(), pupil.begin(), pupil.end());
+    settled = settledWeights(solve(std::move(settled.fit), {.cancel = options.cancel}), options.cancel);
+  }
   ModelSolution solution{.fit = std::move(settled.fit),
                          .choice = {.start = start->report, .shapes = {}, .is_settled = settled.is_settled},
                          .close_params = {}};

@@ -51,7 +51,7 @@ void bentBoard(Evidence& of) {
     const double share = bendShare(of.fit.boards[board]);
     const std::vector<double>& flat = of.choice.shapes[board].flat_params;
     if (!(share > kBentShare) || flat.empty()) continue;
-    const double bend_effect = effectOfCamera(of, AnyCamera::make(onlyCamera(of.fit).model, flat));
+    const double bend_effect = effectOfCamera(of, cameraOf(onlyCamera(of.fit).model, flat));
     of.add({.id = "bent_board",
             .cause = "the board is strongly bent" + boardSuffix(of.fit, board),
             .evidence = "by " + numberText("%.2g", 100 * share) + " % of its size",

@@ -78,7 +78,7 @@ void modelTooLean(Evidence& of) {
           .evidence = better.id + " reduces the RMS from " + numberText("%.3g", better.lean_rms_px) + " to " +
                       numberText("%.3g", better.rms_px) + " px",
           .next_step = "use --model " + better.id},
-         effectOfCamera(of, AnyCamera::make(better.id, better.params)));
+         effectOfCamera(of, cameraOf(better.id, better.params)));
 }
 
 void lensDeviates(Evidence& of) {
@@ -293,7 +293,7 @@ std::string cameraText(const AnyCamera& camera, std::span<const double> params, 
 void ambiguousOptimum(Evidence& of) {
   if (of.uncertainty.other_optima.empty()) return;
   const OtherOptimum& other = of.uncertainty.other_optima.front();
-  const double effect_px = effectOfCamera(of, AnyCamera::make(onlyCamera(of.fit).model, other.params));
+  const double effect_px = effectOfCamera(of, cameraOf(onlyCamera(of.fit).model, other.params));
   of.add({.id = "ambiguous_optimum",
           .cause = "two cameras explain the views equally well",
           .evidence = cameraText(of.camera, of.camera.parameters(), weightedRms(of.fit)) + " and " +
@@ -309,6 +309,12 @@ std::string domainText(const DomainCertificate& domain) {
         "; pixel (" + numberText("%.1f", pixel->x()) + ", " + numberText("%.1f", pixel->y()) + ") has no ray";
   }
   return text;
+}
+
+void pupilUndetermined(Evidence& of) {
+  if (!of.choice.is_pupil_undetermined) return;
+  of.add({.id = "pupil_undetermined",
+          .cause = "the views do not determine the lens itself, so its entrance pupil was taken as fixed"});
 }
 
 void pixelsWithoutRay(Evidence& of) {
@@ -349,7 +355,7 @@ void diagnoseLens(Evidence& of) {
   for (const auto& diagnose :
        {notConverged, notSettled, parameterAtLimit, misfit, modelTooLean, lensDeviates, modelRejected,
         cornersOutsideDomain, principalPointOutside, oddAspect, undetermined, inaccurate, illConditioned,
-        ambiguousOptimum, pixelsWithoutRay, poorCoverage})
+        ambiguousOptimum, pupilUndetermined, pixelsWithoutRay, poorCoverage})
     diagnose(of);
 }
 

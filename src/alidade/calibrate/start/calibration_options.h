@@ -53,6 +53,9 @@ struct CalibratorOptions {
   std::vector<std::string> held = {};
   bool same_focal = false;  ///< holds fx = fy in pixels
   BoardShapeMode board_shape = BoardShapeMode::kAuto;
+  /// How many numbers of the entrance pupil (EntrancePupil) are estimated, 0 to 2. Nothing: those that a wide
+  /// lens needs, by cross-validation.
+  std::optional<std::size_t> num_pupil = {};
   double tolerance_px = 1;  ///< the error of a projected point (95 %) that the user accepts; see judge()
   /// Distance of the points that the accuracy is for, metres; infinite: distant points. See Accuracy.
   double distance_m = std::numeric_limits<double>::infinity();

@@ -74,6 +74,10 @@ ParamConstraint constraintOf(const CalibratorOptions& options) {
     if (!constraint.holds(i)) constraint.held.push_back(i);
   }
   std::ranges::sort(constraint.held);
+  // A given lens keeps its entrance pupil, too.
+  for (std::size_t i = 0;
+       !is_open && constraint.held.size() == known.size() + i && i < options.num_pupil.value_or(0); ++i)
+    constraint.held.push_back(static_cast<int>(known.size() + i));
   return constraint;
 }
 

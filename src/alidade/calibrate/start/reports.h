@@ -140,6 +140,10 @@ struct Choice {
   std::optional<HeldOutExcess> even_excess = {};
   /// True if offsets were requested, but the views show none beyond noise.
   bool are_offsets_undetermined = false;
+  /// Excess of held-out errors without the last number of the entrance pupil; nothing if not tested.
+  std::optional<HeldOutExcess> pupil_excess = {};
+  /// True if an entrance pupil was requested, but the views do not determine the lens itself.
+  bool is_pupil_undetermined = false;
   bool is_settled = false;                ///< noise estimate and outliers converged within the allowed rounds
   std::optional<ModelChoice> model = {};  ///< if the model was not named
   std::optional<BetterModel> better_model = {};  ///< if it was named

@@ -29,8 +29,7 @@ std::optional<Eigen::MatrixXd> flexibleCovariance(const Fit& flexible, const Fit
   // Width for LensScale: the deviation of a lens from a stiff model in the corner of the image, 5 % of its
   // diagonal, or a tenth of that if the model has its own polynomial.
   const double deviation = modelTraits(onlyCamera(fit).model).is_polynomial ? 0.01 : 0.1;
-  const LensPrior prior =
-      lensScale(of.model, AnyCamera::make(of.model, of.params), of.size).prior(deviation, variance);
+  const LensPrior prior = lensScale(of.model, cameraOf(of), of.size).prior(deviation, variance);
   for (std::size_t i = 0; i < prior.precision.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     information(at, at) += prior.precision[i];
@@ -41,7 +40,8 @@ std::optional<Eigen::MatrixXd> flexibleCovariance(const Fit& flexible, const Fit
   }
   const ScaledInverse scaled = scaledInverse(information);
   if (!scaled.inverse) return std::nullopt;
-  return variance * *scaled.inverse;
+  const auto num_lens = static_cast<Eigen::Index>(of.numLensParams());
+  return variance * scaled.inverse->topLeftCorner(num_lens, num_lens);
 }
 
 using Polygon = std::vector<Eigen::Vector2d>;
@@ -185,11 +185,9 @@ std::optional<Fit> flexibleFit(const Fit& fit) {
   if (flexible_id.empty()) return std::nullopt;
   Fit flexible = fit;
   FitCamera& of = onlyCamera(flexible);
-  of.model = flexible_id;
   try {
-    const AnyCamera same =
-        fitModel(AnyCamera::make(camera.model, camera.params), camera.size, of.model).camera;
-    of.params.assign(same.parameters().begin(), same.parameters().end());
+    const AnyCamera same = fitModel(cameraOf(camera), camera.size, std::string(flexible_id)).camera;
+    setLens(flexible_id, same.parameters(), of);
   } catch (const Error&) {  // a lens that sees hardly anything of its image
     return std::nullopt;
   }
@@ -205,7 +203,7 @@ Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const An
   Accuracy accuracy{
       .distance_m = distance_m, .columns = grid.columns, .rows = grid.rows, .pixels = grid.pixels};
   accuracy.is_covered = isCovered(accuracy.pixels, seenCorners(fit));
-  const AnyCamera result = AnyCamera::make(camera.model, camera.params);
+  const AnyCamera result = cameraOf(camera);
   const Alignment stated(result, accuracy.pixels, accuracy.is_covered, distance_m);
   const Eigen::MatrixXd covariance = known.statedCovariance();
   double variance = known.coordinate_sigma_px * known.coordinate_sigma_px;
@@ -215,8 +213,7 @@ Accuracy accuracyOf(const Fit& fit, const Uncertainty& known, std::span<const An
   const bool is_stiff = modelTraits(camera.model).is_stiff;
   std::optional<Alignment> open;
   if (flexible_covariance) {
-    open.emplace(AnyCamera::make(onlyCamera(*flexible).model, onlyCamera(*flexible).params), accuracy.pixels,
-                 accuracy.is_covered, distance_m);
+    open.emplace(cameraOf(onlyCamera(*flexible)), accuracy.pixels, accuracy.is_covered, distance_m);
   }
   const std::vector<double> open_px =
       largestDifferences(result, alternatives, accuracy.pixels, accuracy.is_covered, distance_m);

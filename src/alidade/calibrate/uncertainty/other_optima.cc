@@ -36,7 +36,7 @@ double savedByBends(const Fit& fit, const Fit& other) {
 
 double largestSigmas(const Fit& fit, const Uncertainty& known, std::span<const double> params) {
   double largest = 0;
-  for (std::size_t i = 0; i < params.size(); ++i) {
+  for (std::size_t i = 0; i < onlyCamera(fit).numLensParams(); ++i) {
     const double std = known.parameterStd(static_cast<int>(i));
     const double difference = std::abs(params[i] - onlyCamera(fit).params[i]);
     if (std > 0) largest = std::max(largest, difference / std);
@@ -48,22 +48,23 @@ std::optional<OtherOptimum> otherOptimum(const Fit& fit, const std::vector<doubl
                                          const Uncertainty& known, const CancelFlag* cancel) {
   // Poses from the corners' rays, because views may have been removed or added since the search.
   Fit start = fit;
-  onlyCamera(start).params = params;
+  FitCamera& of = onlyCamera(start);
+  setLens(of.model, std::span(params).first(of.numLensParams()), of);
   fixShapes(start);
   auto posed = posedAnew(std::move(start));
   if (!posed) return std::nullopt;
   const Fit at = solve(*std::move(posed), {.cancel = cancel});
   if (unsoundnessOf(at)) return std::nullopt;
   const FitCamera& camera = onlyCamera(at);
+  const auto num_lens = static_cast<std::ptrdiff_t>(camera.numLensParams());
   const double twice_more = 2 * (at.summary.cost - fit.summary.cost) - savedByBends(fit, at);
-  OtherOptimum other{.params = camera.params,
+  OtherOptimum other{.params = {camera.params.begin(), camera.params.begin() + num_lens},
                      .rms_px = weightedRms(at),
                      .excess_chi2 = twice_more / variance(known),
                      .sigmas = largestSigmas(fit, known, camera.params)};
   if (!(other.excess_chi2 < kNoiseChi2) || !(other.sigmas > kBeyondSigmas)) return std::nullopt;
   other.projection_px =
-      largestDifference(AnyCamera::make(camera.model, onlyCamera(fit).params),
-                        AnyCamera::make(camera.model, other.params), known.projection_far->pixels);
+      largestDifference(cameraOf(fit), cameraOf(camera.model, other.params), known.projection_far->pixels);
   return other;
 }
 

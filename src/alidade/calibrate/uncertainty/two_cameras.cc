@@ -293,7 +293,7 @@ std::optional<TwoCameras> twoCameras(const Fit& fit, double variance) {
   }
   const Eigen::VectorXd apart = division->offset[1] - division->offset[0];
   const Eigen::VectorXd step = (minority == 1 ? 1.0 : -1.0) * std::sqrt(variance) * (basis * apart);
-  result.params_step.assign(step.begin(), step.end());
+  result.params_step.assign(step.begin(), step.begin() + static_cast<std::ptrdiff_t>(camera.numLensParams()));
   return result;
 }
 

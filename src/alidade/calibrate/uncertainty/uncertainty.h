@@ -83,6 +83,9 @@ struct ParameterUncertainty {
   DenseMatrix information = {};
   DenseMatrix free_directions = {};  ///< N x M: the estimated directions, one per column
   double scaled_condition = 0;       ///< of `information`, its diagonal scaled to 1; near 0: undetermined
+  /// One standard deviation of each number of the entrance pupil, metres; empty if it is not estimated. The
+  /// other members are about the lens, with the pupil free.
+  std::vector<double> pupil_std_m = {};
 
   /// One standard deviation of parameter i, in storage order, from statedCovariance(): the one to report. NaN
   /// without a covariance.

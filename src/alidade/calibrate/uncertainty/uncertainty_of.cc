@@ -173,6 +173,43 @@ ParameterUncertainty parameterUncertainty(const Fit& fit, const Residuals& resid
   return result;
 }
 
+// The uncertainty of the lens alone, from that of a lens and its entrance pupil.
+ParameterUncertainty withoutPupil(const FitCamera& camera, ParameterUncertainty known) {
+  const auto n = static_cast<Eigen::Index>(camera.numLensParams());
+  const Eigen::Index num_pupil = known.information.rows() - n;
+  if (num_pupil == 0) return known;
+  const auto keep = [n](DenseMatrix& matrix) {
+    matrix = Eigen::MatrixXd(matrix.view().topLeftCorner(n, std::min<Eigen::Index>(n, matrix.cols())));
+  };
+  if (known.covariance) {
+    for (Eigen::Index i = n; i < n + num_pupil; ++i)
+      known.pupil_std_m.push_back(known.parameterStd(static_cast<int>(i)));
+    keep(*known.covariance);
+  }
+  const Eigen::Index num_held = std::ranges::count_if(camera.constraint.held, [n](int i) { return i >= n; });
+  const Eigen::Index num_free = num_pupil - num_held;
+  Eigen::MatrixXd information = known.information.view().topLeftCorner(n, n);
+  if (num_free > 0) {
+    const Eigen::MatrixXd own = known.information.view().bottomRightCorner(num_pupil, num_pupil);
+    const Eigen::MatrixXd coupling = known.information.view().bottomLeftCorner(num_pupil, n);
+    information -= coupling.transpose() * solveSpd(own, coupling);
+  }
+  known.information = information;
+  known.free_directions =
+      Eigen::MatrixXd(known.free_directions.view().topLeftCorner(n, known.free_directions.cols() - num_free));
+  if (known.by_views) {
+    known.by_views->freedom.resize(camera.numLensParams());
+    keep(known.by_views->covariance);
+    keep(known.by_views->larger);
+    if (known.by_views->common_error.rows() > 0) keep(known.by_views->common_error);
+  }
+  if (known.ignored_bend) {
+    keep(known.ignored_bend->params_step);
+    if (known.ignored_bend->covariance) keep(*known.ignored_bend->covariance);
+  }
+  return known;
+}
+
 // Corners with equal stated sigmas need no weights; tau is the rest of their variance.
 double unexplainedSigma(const Fit& fit, double variance) {
   const CornerNoise& noise = onlyCamera(fit).noise;
@@ -217,9 +254,11 @@ Uncertainty uncertaintyOf(const ModelSolution& solution, const CalibratorOptions
   const bool is_flat = options.board_shape == BoardShapeMode::kFlat;
   const double local_sigma_px = localSigma(fit);
   const double smoothness = std::fmax(1.0, weightedRms(fit) / std::sqrt(2.0) / local_sigma_px);
-  Uncertainty result{parameterUncertainty(fit, residuals, is_flat ? ignoredBend(fit) : std::nullopt,
-                                          mapped(solution.choice.shapes, &ShapeReport::std_m)),
-                     viewEvidence(fit, residuals, smoothness)};
+  Uncertainty result{
+      withoutPupil(onlyCamera(fit),
+                   parameterUncertainty(fit, residuals, is_flat ? ignoredBend(fit) : std::nullopt,
+                                        mapped(solution.choice.shapes, &ShapeReport::std_m))),
+      viewEvidence(fit, residuals, smoothness)};
   result.ignored_stretches = ignoredStretches(fit.boards, result.common_errors);
   includeOffsets(fit, result.common_errors);
   result.unexplained_sigma_px = unexplainedSigma(fit, residuals.variance);
@@ -237,7 +276,7 @@ Uncertainty uncertaintyOf(const ModelSolution& solution, const CalibratorOptions
   if (!result.covariance) return result;
   std::vector<AnyCamera> rivals = solution.rivals;
   for (const OtherOptimum& other : result.other_optima)
-    rivals.push_back(AnyCamera::make(onlyCamera(fit).model, other.params));
+    rivals.push_back(cameraOf(onlyCamera(fit).model, other.params));
   result.accuracy = accuracyOf(fit, result, rivals, options.distance_m);
   return result;
 }

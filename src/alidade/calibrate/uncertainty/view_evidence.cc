@@ -177,7 +177,7 @@ std::vector<HeldCause> heldCauses(const FitCamera& camera, Eigen::Index num_free
     both.direction.head<2>() << camera.params[0], camera.params[1];
   }
   for (const int i : constraint.held) {
-    if (constraint.same_focal && isFocal(i)) continue;
+    if ((constraint.same_focal && isFocal(i)) || i >= static_cast<int>(camera.numLensParams())) continue;
     causes.push_back({{.cause = CommonCause::kHeld, .parameter = i}, Eigen::VectorXd::Unit(n, i)});
   }
   return causes;
@@ -379,6 +379,7 @@ std::vector<CommonError> commonErrors(std::span<const Reduced> scores, const Eig
     std::optional<std::size_t> surest;
     double most = 0;
     for (int column = 0; column < own.numCauses(); ++column) {
+      if (camera.hasPupil() && own.named(column).cause == CommonCause::kPupil) continue;  // estimated
       std::vector<int> others = found;
       const bool is_new = std::erase(others, column) == 0;
       const bool is_excluded = std::ranges::any_of(others, [&](int other) {
@@ -401,6 +402,7 @@ std::vector<CommonError> commonErrors(std::span<const Reduced> scores, const Eig
     if (!surest) {
       for (std::size_t i = 0; i < errors.size(); ++i)
         errors[i].params_step = own.stepFor(columns[i], errors[i].value);
+      for (CommonError& error : errors) error.params_step.resize(camera.numLensParams());
       return errors;
     }
     found.push_back(columns[*surest]);

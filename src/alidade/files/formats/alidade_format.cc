@@ -56,6 +56,18 @@ std::vector<double> readByName(const YamlNode& node, std::span<const std::string
   return mapped(strings(names), [&](const std::string& name) { return node.at(name).number(); });
 }
 
+EntrancePupil readPupil(const YamlNode& node) {
+  node.allowKeys(strings(EntrancePupil::kNames));
+  const auto valueAt = [&](std::string_view name) {
+    const auto value = node.find(std::string(name));
+    if (!value) return 0.0;
+    if (const auto expected = EntrancePupil::complaint(value->number()))
+      throw value->error(value->text(), *expected);
+    return value->number();
+  };
+  return {.s1_m = valueAt(EntrancePupil::kNames[0]), .s2_m = valueAt(EntrancePupil::kNames[1])};
+}
+
 void checkVersion(const YamlNode& version) {
   if (version.integer() == 1) return;
   throw version.error("format version " + version.text(), "1",
@@ -252,7 +264,7 @@ double readRms(const YamlNode& calibration, Verdict verdict) {
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
   node.allowKeys(
       words("verdict accuracy_px accuracy_distance_m covered_share rms_px holdout_rms_px num_views "
-            "num_corners board board_warp findings parameter_std covariance covariance_by "
+            "num_corners board board_warp findings parameter_std pupil_std covariance covariance_by "
             "view_centers"));
   CalibrationRecord record;
   if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
@@ -272,6 +284,15 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
     for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
   }
   if (const auto n = node.find("parameter_std")) record.parameter_std = readByName(*n, parameter_names);
+  if (const auto n = node.find("pupil_std")) {
+    n->allowKeys(strings(EntrancePupil::kNames));
+    for (const std::string_view name : EntrancePupil::kNames) {
+      const auto std = n->find(std::string(name));
+      if (!std && name == EntrancePupil::kNames.front()) throw n->error("no s1", "s1, or s1 and s2");
+      if (std && std->number() < 0) throw std->error(std->text(), "0 or more");
+      if (std) record.pupil_std.push_back(std->number());
+    }
+  }
   if (const auto n = node.find("covariance")) record.covariance = readTriangle(*n, parameter_names.size());
   if (const auto n = node.find("covariance_by")) {
     if (n->text() != "views") throw n->error("'" + n->text() + "'", "'views'");
@@ -314,7 +335,9 @@ AnyCamera readCamera(const YamlNode& root) {
     if (const auto complaint = parameterComplaint(id, i, values[i]))
       throw parameters.at(std::string(parameterNames(id)[i])).error(exactText(values[i]), *complaint);
   }
-  return AnyCamera::make(id, values);
+  const AnyCamera camera = AnyCamera::make(id, values);
+  const auto pupil = root.find("pupil");
+  return pupil ? camera.withPupil(readPupil(*pupil)) : camera;
 }
 
 namespace {
@@ -326,8 +349,8 @@ CameraRecord readCameraRoot(const YamlNode& root) {
                      "add the line: alidade_camera: 1");
   }
   checkVersion(root.at("alidade_camera"));
-  root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "camera", "conventions", "domain",
-                  "self_check", "calibration", "created_by"});
+  root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "pupil", "camera", "conventions",
+                  "domain", "self_check", "calibration", "created_by"});
   CameraRecord file{.camera = readCamera(root), .image_size = readImageSize(root.at("image_size"))};
   if (const auto n = root.find("camera")) file.name = readName(*n);
   if (const auto n = root.find("conventions")) checkConventions(*n);
@@ -439,6 +462,7 @@ const CameraFormat& alidade() {
                                        .models = {modelIds().begin(), modelIds().end()},
                                        .max_cameras = CameraFormat::kAnyNumber,
                                        .poses = CameraFormat::Poses::kFromRig,
+                                       .holds_pupil = true,
                                        .marks = {"alidade_camera", "alidade_rig"},
                                        .recognises = recognises,
                                        .read = read,

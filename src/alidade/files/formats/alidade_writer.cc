@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/files/formats/alidade_writer.h"
 
+#include <array>
 #include <cmath>
 
 #include <yaml-cpp/yaml.h>
@@ -18,7 +19,7 @@ using detail::listOf;
 using detail::writeEntries;
 
 auto byName(std::span<const std::string_view> names, std::span<const double> values) {
-  return [names, values](YAML::Emitter& out) {
+  return [names, values = std::vector(values.begin(), values.end())](YAML::Emitter& out) {
     out << YAML::Flow << YAML::BeginMap;
     for (std::size_t i = 0; i < names.size(); ++i) writeEntries(out, names[i], values[i]);
     out << YAML::EndMap;
@@ -75,6 +76,9 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
   writeEntries(out, "findings", record.findings);
   if (!record.parameter_std.empty())
     writeEntries(out, "parameter_std", byName(parameter_names, record.parameter_std));
+  if (!record.pupil_std.empty())
+    writeEntries(out, "pupil_std",
+                 byName(std::span(EntrancePupil::kNames).first(record.pupil_std.size()), record.pupil_std));
   if (!record.covariance.empty()) {
     writeEntries(out, "covariance", detail::triangleRows(record.covariance));
     if (record.is_covariance_by_views) writeEntries(out, "covariance_by", "views");
@@ -118,6 +122,14 @@ std::string cameraFileText(const CameraRecord& file) {
   writeEntries(out, "alidade_camera", 1, "model", file.camera.modelId(), "image_size",
                flowMap("width", file.image_size.width, "height", file.image_size.height), "parameters",
                byName(names, file.camera.parameters()));
+  const EntrancePupil& pupil = file.camera.pupil();
+  if (!pupil.isFixed()) {
+    const std::array values = {pupil.s1_m, pupil.s2_m};
+    const std::size_t num_stated = pupil.s2_m == 0 ? 1 : 2;
+    writeEntries(
+        out, "pupil",
+        byName(std::span(EntrancePupil::kNames).first(num_stated), std::span(values).first(num_stated)));
+  }
   if (!file.name.isEmpty()) {
     // Quoted, because a serial number must not become a number.
     const auto quoted = [](const std::string& text) {

@@ -9,6 +9,7 @@
 #include "alidade/camera/same_lens.h"
 #include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/pose_numbers.h"
@@ -54,9 +55,35 @@ bool projectsEqually(const AnyCamera& a, const AnyCamera& b, ImageSize size) {
   });
 }
 
+// The largest shift of a pixel, px, if points this far away are projected without the entrance pupil.
+double shiftByPupil(const AnyCamera& camera, ImageSize size, double distance_m) {
+  const AnyCamera central = camera.withPupil({});
+  double largest = 0;
+  for (const SelfCheckPoint& check : makeSelfCheck(central, size)) {
+    const Eigen::Vector3d point = distance_m * check.point.normalized();
+    const Projection moved = camera.projectPoint(point);
+    if (moved.ok()) largest = std::max(largest, (moved.pixel - central.projectPoint(point).pixel).norm());
+  }
+  return largest;
+}
+
+void requirePupilHeld(const CameraFormat& format, const NamedCamera& named) {
+  if (format.holds_pupil || named.camera.pupil().isFixed()) return;
+  const auto shift = [&](double distance_m) {
+    return numberText("%.2g", shiftByPupil(named.camera, named.image_size, distance_m)) + " px at " +
+           numberText("%g", distance_m) + " m";
+  };
+  throw detail::errorAt(
+      named.where,
+      "an entrance pupil that moves; without it, pixels are off by up to " + shift(0.3) + " and " + shift(3),
+      "a format that can state it: alidade",
+      "to leave it out, because points are far away, add --drop-pupil");
+}
+
 // An equivalent of `camera` in a model that `format` stores.
 AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
   const AnyCamera& camera = named.camera;
+  requirePupilHeld(format, named);
   const auto& models = format.models;
   const bool has_model = std::find(models.begin(), models.end(), camera.modelId()) != models.end();
   if (has_model && !lacksK3(format, camera)) return camera;

@@ -240,6 +240,12 @@ json viewsJson(const Calibration& result) {
   return views;
 }
 
+// Metres; null if it does not move.
+json pupilJson(const EntrancePupil& pupil, const std::vector<double>& std_m) {
+  if (pupil.isFixed() && std_m.empty()) return nullptr;
+  return {{"s1", pupil.s1_m}, {"s2", pupil.s2_m}, {"std", std_m}};
+}
+
 json otherOptimaJson(const Calibration& result) {
   json other_optima = json::array();
   for (const OtherOptimum& other : result.uncertainty.other_optima) {
@@ -349,6 +355,7 @@ json documentOf(const Calibration& result, const GivenImages& given, const Guida
         {"min_relative_det", result.domain.min_relative_det}}},
       {"board_shape",
        ofEachBoard(result.fit, [&](std::size_t board) { return boardShapeJson(result, board); })},
+      {"entrance_pupil", pupilJson(result.camera().pupil(), known.pupil_std_m)},
       {"weak_prior", weakPriorJson(onlyCamera(result.fit))},
       {"start", result.choice.start},
       {"other_optima", otherOptimaJson(result)},
@@ -400,18 +407,20 @@ json documentOfRig(const RigCalibration& rig) {
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const RigCamera& camera = rig.cameras[c];
     const FitCamera& fitted = rig.fit.cameras[c];
-    cameras.push_back({{"name", camera.name},
-                       {"model", fitted.model},
-                       {"image_size", fitted.size},
-                       {"parameters", parametersJson(parameterNames(fitted.model), fitted.params)},
-                       {"camera_from_rig", fitted.camera_from_rig},
-                       {"translation_std_m", vectorJson(camera.link.translation_std_m)},
-                       {"rotation_std_rad", vectorJson(camera.link.rotation_std_rad)},
-                       {"position_std_m", vectorJson(camera.link.position_std_m)},
-                       {"distance_std_m", camera.link.distance_std_m},
-                       {"rms_px", camera.rms_px},
-                       {"alone_rms_px", camera.alone_rms_px},
-                       {"transfer_px", camera.link.transfer_px}});
+    cameras.push_back(
+        {{"name", camera.name},
+         {"model", fitted.model},
+         {"image_size", fitted.size},
+         {"parameters", parametersJson(parameterNames(fitted.model), fitted.params)},
+         {"entrance_pupil", pupilJson(cameraOf(fitted).pupil(), camera.calibration.uncertainty.pupil_std_m)},
+         {"camera_from_rig", fitted.camera_from_rig},
+         {"translation_std_m", vectorJson(camera.link.translation_std_m)},
+         {"rotation_std_rad", vectorJson(camera.link.rotation_std_rad)},
+         {"position_std_m", vectorJson(camera.link.position_std_m)},
+         {"distance_std_m", camera.link.distance_std_m},
+         {"rms_px", camera.rms_px},
+         {"alone_rms_px", camera.alone_rms_px},
+         {"transfer_px", camera.link.transfer_px}});
     if (rig.frames.areShifted()) cameras.back()["lead"] = rig.frames.leads[c];
     if (!rig.exposure) continue;
     cameras.back()["delay_intervals"] = fitted.delay;

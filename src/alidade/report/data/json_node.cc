@@ -57,7 +57,14 @@ AnyCamera readCamera(const JsonNode& node) {
   std::vector<double> params;
   for (const std::string_view name : of_model.made([&] { return parameterNames(model); }))
     params.push_back(values[std::string(name).c_str()].finite());
-  return values.made([&] { return AnyCamera::make(model, params); });
+  const AnyCamera camera = values.made([&] { return AnyCamera::make(model, params); });
+  if (!node.has("entrance_pupil") || node["entrance_pupil"].isNull()) return camera;
+  const JsonNode pupil = node["entrance_pupil"];
+  const EntrancePupil moving{.s1_m = pupil["s1"].finite(), .s2_m = pupil["s2"].finite()};
+  return pupil.made([&] {
+    moving.validate();
+    return camera.withPupil(moving);
+  });
 }
 
 Verdict readVerdict(const JsonNode& node) {

@@ -79,7 +79,7 @@ void addOutliers(const JsonNode& root, const ReportData& data, std::vector<Repor
       continue;
     }
     const Projection projected =
-        data.camera.project(view->second->camera_from_board * pointOn(on.target, on.shape, id));
+        data.camera.projectPoint(view->second->camera_from_board * pointOn(on.target, on.shape, id));
     if (!projected.ok()) continue;
     view->second->outliers.push_back({.id = id, .pixel = projected.pixel - error, .error_px = error});
   }
@@ -229,6 +229,12 @@ CalibrationEvidence readCalibration(const nlohmann::json& evidence, const std::s
   const JsonNode stds = root["parameter_std"];
   for (const std::string_view name : data.camera.parameterNames())
     data.parameter_std.push_back(stds[std::string(name).c_str()].number());
+  if (!data.camera.pupil().isFixed()) {
+    const JsonNode pupil = root["entrance_pupil"];
+    const JsonNode of_pupil = pupil["std"];
+    if (of_pupil.size() > EntrancePupil::kSize) of_pupil.refuse("at most two numbers");
+    data.pupil_std_m = of_pupil.list([](const JsonNode& std) { return std.number(); });
+  }
   data.covariance = readCovariance(root["covariance"], static_cast<int>(data.parameter_std.size()));
   data.models = readModels(root["model_choice"]);
   addNextView(root["next_view"], data);

@@ -54,6 +54,7 @@ struct ReportData {
   double rms_px = 0;
   double coordinate_sigma_px = 0;
   std::vector<double> parameter_std = {};          ///< in storage order; NaN: unknown, 0: fixed
+  std::vector<double> pupil_std_m = {};            ///< of the entrance pupil, if it was estimated
   std::optional<Eigen::MatrixXd> covariance = {};  ///< of the parameters in storage order
 };
 

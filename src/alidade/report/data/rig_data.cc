@@ -61,7 +61,8 @@ std::optional<double> epipolarDistance(const ReportedRigCamera& a, const Reporte
   const auto ray_a = a.camera.unproject(pixel_a);
   const auto ray_b = b.camera.unproject(pixel_b);
   if (!ray_a || !ray_b || !(b_from_a.translation.norm() > 0)) return std::nullopt;
-  const Vector3d normal = b_from_a.translation.normalized().cross(b_from_a.rotation * *ray_a);
+  const Vector3d to_a = b_from_a * a.camera.startOf(*ray_a) - b.camera.startOf(*ray_b);
+  const Vector3d normal = to_a.normalized().cross(b_from_a.rotation * *ray_a);
   if (normal.norm() < kLeastSine) return std::nullopt;
   // The ray's angle to the epipolar plane, as a displacement of the pixel without the part along the curve.
   const Vector3d n = normal.normalized();

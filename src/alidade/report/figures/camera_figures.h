@@ -41,6 +41,9 @@ namespace alidade {
 /// Distance from the principal point over the angle from the optical axis, with the end of the model's domain
 /// and that of the range covered by boards.
 [[nodiscard]] Figure radialFigure(const ReportData& data);
+/// The start of a ray on the axis over its angle, up to the range covered by boards. @pre the entrance pupil
+/// moves
+[[nodiscard]] Figure pupilFigure(const ReportData& data);
 /// The correlations of the estimated parameters. @pre there is a covariance
 [[nodiscard]] Figure correlationFigure(const ReportData& data);
 

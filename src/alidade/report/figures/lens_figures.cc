@@ -305,6 +305,36 @@ Figure radialFigure(const ReportData& data) {
   return canvas.drawn({.id = "radial", .title = "Radial curve", .reading = reading, .alt = alt}, legend);
 }
 
+Figure pupilFigure(const ReportData& data) {
+  const EntrancePupil& pupil = data.camera.pupil();
+  const double covered = coveredAngle(data);
+  const double end = covered > 0 ? covered : std::min(data.camera.cone().max_angle_rad, 1.5);
+  const auto millimetres = [&](double angle) { return 1e3 * pupil.at(angle); };
+  double low = 0;
+  double high = 0;
+  for (int i = 0; i <= kRadialSteps; ++i) {
+    low = std::min(low, millimetres(end * i / kRadialSteps));
+    high = std::max(high, millimetres(end * i / kRadialSteps));
+  }
+  const double margin = 0.1 * (high - low);
+  FigureCanvas canvas(Vector2d(0, low - margin), Vector2d(end / kRadPerDeg, high + margin));
+  canvas.addAxes("angle from the optical axis, degrees", "start of the ray on the axis, mm");
+  std::vector<Vector2d> curve;
+  for (int i = 0; i <= kRadialSteps; ++i) {
+    const double angle = end * i / kRadialSteps;
+    curve.push_back(canvas.area().at(angle / kRadPerDeg, millimetres(angle)));
+  }
+  canvas.addPath(pathThrough(curve), "curve");
+  const std::string where = fmt::format("{:.3g} mm at {:.0f} degrees", millimetres(end), end / kRadPerDeg);
+  return canvas.drawn(
+      {.id = "pupil",
+       .title = "Entrance pupil",
+       .reading = "Where on the axis a ray starts, by its angle; above 0: towards the scene. Near points see "
+                  "this, and far ones do not.",
+       .alt = "The entrance pupil moves along the axis: by " + where + "."},
+      {{"line curve", "start of the ray"}});
+}
+
 Figure correlationFigure(const ReportData& data) {
   const Eigen::MatrixXd& covariance = *data.covariance;
   const auto names = data.camera.parameterNames();

@@ -56,7 +56,7 @@ std::vector<std::vector<Vector2d>> boardSides(const AnyCamera& camera, const Boa
       const double t = static_cast<double>(i) / kSteps;
       const Vector2d point = (1 - t) * corners[k] + t * corners[(k + 1) % corners.size()];
       const Projection projection =
-          camera.project(camera_from_board * Eigen::Vector3d(point.x(), point.y(), 0));
+          camera.projectPoint(camera_from_board * Eigen::Vector3d(point.x(), point.y(), 0));
       if (projection.ok()) side.push_back(projection.pixel);
     }
     if (!side.empty()) sides.push_back(std::move(side));
@@ -83,7 +83,7 @@ void addNextView(const AnyCamera& camera, const Board& board, const NextView& ne
     canvas.addPath(pathThrough(canvas.at(side)), "stroke=\"#0b5d1e\" stroke-width=\"2\"");
   std::vector<Vector2d> corners;
   for (const Eigen::Vector3d& point : board.corners()) {
-    const Projection projection = camera.project(next.camera_from_board * point);
+    const Projection projection = camera.projectPoint(next.camera_from_board * point);
     if (projection.ok()) corners.push_back(projection.pixel);
   }
   addDots(corners, 2.2, "fill=\"#0b5d1e\"", canvas);

@@ -66,7 +66,7 @@ std::vector<PointDisplacement> displacements(const ReportData& data, std::size_t
     for (const CornerError& corner : view.corners) {
       const Eigen::Vector3d point = view.camera_from_board * pointOn(on.target, on.shape, corner.id);
       Eigen::Matrix<double, 2, 3, Eigen::RowMajor> of_point;
-      if (!data.camera.project(point, of_point.data()).ok()) continue;
+      if (!data.camera.projectPoint(point, of_point.data()).ok()) continue;
       const Matrix2d pixel_per_metre = of_point * along;
       PointDisplacement& at = points[static_cast<std::size_t>(corner.id)];
       at.information += pixel_per_metre.transpose() * pixel_per_metre;

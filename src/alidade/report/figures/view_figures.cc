@@ -47,7 +47,7 @@ struct DrawnPose {
 
   // The projection of a point of a board's plane.
   [[nodiscard]] Projection seen(const Vector2d& point) const {
-    return camera.project(camera_from_board * Vector3d(point.x(), point.y(), 0));
+    return camera.projectPoint(camera_from_board * Vector3d(point.x(), point.y(), 0));
   }
   // The image of a closed line on a board; empty where a part of it has no pixel.
   [[nodiscard]] std::string path(const std::vector<Vector2d>& line) const {

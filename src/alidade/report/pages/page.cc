@@ -78,6 +78,14 @@ std::string parametersHtml(const CalibrationEvidence& data) {
     rows.push_back({{std::string(names[i]), valueText(values[i], std), deviationText(values[i], std)},
                     isUndetermined(values[i], std) ? "weak" : ""});
   }
+  const EntrancePupil& pupil = data.camera.pupil();
+  for (std::size_t i = 0; i < data.pupil_std_m.size(); ++i) {
+    const double value_mm = 1e3 * (i == 0 ? pupil.s1_m : pupil.s2_m);
+    const double std_mm = 1e3 * data.pupil_std_m[i];
+    rows.push_back({{"pupil " + std::string(EntrancePupil::kNames.at(i)) + ", mm",
+                     valueText(value_mm, std_mm), deviationText(value_mm, std_mm)},
+                    isUndetermined(value_mm, std_mm) ? "weak" : ""});
+  }
   return tableFigure(
       "parameters", "Parameters", {{"Parameter"}, {"Value"}, {"Standard deviation"}}, rows,
       "The true value lies within two standard deviations in 95 of 100 cases. These photographs do not "
@@ -160,6 +168,7 @@ std::vector<PageSection> sectionsOf(const CalibrationEvidence& data, const PageO
   PageSection views{.id = "views", .title = "Views", .figures = {}, .more = viewSheet(data, pictures)};
   PageSection lens{
       .id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
+  if (!data.camera.pupil().isFixed()) lens.figures.push_back(pupilFigure(data));
   if (std::optional<Figure> figure = undistortedFigure(data, options.pictures.image_of))
     lens.figures.push_back(*std::move(figure));
   if (options.rival) lens.figures.push_back(differenceFigure(data, *options.rival));

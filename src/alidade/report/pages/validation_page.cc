@@ -191,6 +191,7 @@ std::vector<PageSection> sectionsOf(const JudgedCamera& camera, const std::optio
   if (data.accuracy) lens.figures.push_back(accuracyFigure(data, true));
   lens.figures.push_back(distortionGridFigure(data));
   lens.figures.push_back(radialFigure(data));
+  if (!data.camera.pupil().isFixed()) lens.figures.push_back(pupilFigure(data));
   sections.push_back(std::move(lens));
   return sections;
 }

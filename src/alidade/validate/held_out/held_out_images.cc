@@ -74,12 +74,13 @@ std::optional<SE3> poseOf(const AnyCamera& camera, const Board& board, std::span
                           HuberLoss loss) {
   const auto start = poseFromCorners(camera, corners);
   if (!start) return std::nullopt;
+  const std::vector<double> params = fitParams(camera);
   std::optional<SE3> best;
   double best_cost = std::numeric_limits<double>::infinity();
   // From afar two tilts look alike, and only the cost decides between them.
   for (const SE3& from : {*start, mirroredTilt(*start, board.middle())}) {
-    const auto pose = refitPose(camera.modelId(), camera.parameters(), corners, loss, from);
-    const double cost = pose ? viewCost(camera.modelId(), camera.parameters(), *pose, corners, loss)
+    const auto pose = refitPose(camera.modelId(), params, corners, loss, from);
+    const double cost = pose ? viewCost(camera.modelId(), params, *pose, corners, loss)
                              : std::numeric_limits<double>::quiet_NaN();
     if (!(cost < best_cost)) continue;
     best_cost = cost;
@@ -115,11 +116,10 @@ PosedViews posedByFreed(const PosedViews& held, const Fit& freed) {
 // Poses the views with the unchanged camera.
 PosedViews poseViews(const ComparedCamera& camera, std::span<const Board> boards,
                      const std::vector<View>& views, HuberLoss loss, HeldOutJudgement& judgement) {
-  const auto given = camera.camera->parameters();
+  const std::vector<double> given = fitParams(*camera.camera);
   PosedViews posed;
   Fit& fit = posed.fit;
-  fit = emptyFit(std::string(camera.camera->modelId()), camera.size, {given.begin(), given.end()}, boards,
-                 kNoLoss);
+  fit = emptyFit(std::string(camera.camera->modelId()), camera.size, given, boards, kNoLoss);
   FitCamera& fixed = onlyCamera(fit);
   fixed.constraint.held.resize(given.size());
   std::iota(fixed.constraint.held.begin(), fixed.constraint.held.end(), 0);
@@ -287,6 +287,7 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, std::span<const Boa
   HeldOutJudgement judgement;
   judgement.num_views_given = static_cast<int>(views.size());
   CalibratorOptions how{.model = std::string(camera.camera->modelId())};
+  how.num_pupil = numPupil(*camera.camera);
   how.jobs = options.jobs;
   how.cancel = options.cancel;
   try {

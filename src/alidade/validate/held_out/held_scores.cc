@@ -22,8 +22,14 @@ namespace {
 // One of 400 normal variables exceeds this in absolute value.
 constexpr double kOneIn400OfSize = 3.0233414397391377;
 
+// Of the lens, with the entrance pupil as it is.
 std::vector<Reduced> weightedPulls(const PosedViews& posed) {
   std::vector<Reduced> pulls = reduced(posed.fit, LossWeights::kLeaveOut);
+  const auto n = static_cast<Eigen::Index>(onlyCamera(posed.fit).numLensParams());
+  for (Reduced& pull : pulls) {
+    pull.information.conservativeResize(n, n);
+    pull.gradient.conservativeResize(n);
+  }
   for (std::size_t v = 0; v < posed.weights.size(); ++v) {
     pulls[v].information *= posed.weights[v];
     pulls[v].gradient *= posed.weights[v];
@@ -117,10 +123,11 @@ double misfitSigmas(const PosedViews& held, const PosedViews& freed) {
 
 std::optional<PosedViews> posedFor(const AnyCamera& camera, PosedViews views) {
   Fit& fit = views.fit;
-  onlyCamera(fit).params.assign(camera.parameters().begin(), camera.parameters().end());
+  const std::vector<double> params = fitParams(camera);
+  onlyCamera(fit).params = params;
   for (FitView& view : fit.views) {
-    const auto pose = refitPose(camera.modelId(), camera.parameters(), cornersOnShape(fit, view), kNoLoss,
-                                cameraFromBoard(fit, view));
+    const auto pose =
+        refitPose(camera.modelId(), params, cornersOnShape(fit, view), kNoLoss, cameraFromBoard(fit, view));
     if (!pose) return std::nullopt;
     setCameraFromBoard(fit, view, *pose);
     view.errors = viewErrors(fit, view);
@@ -252,7 +259,9 @@ std::optional<AnyCamera> changed(const AnyCamera& camera, CameraChangeKind chang
   const Eigen::VectorXd direction = directionOf(change, camera);
   for (std::size_t i = 0; i < params.size() && direction.size() > 0; ++i)
     params[i] += amount * direction(static_cast<Eigen::Index>(i));
-  return cameraWith(camera.modelId(), params);
+  auto result = cameraWith(camera.modelId(), params);
+  if (result) result = result->withPupil(camera.pupil());
+  return result;
 }
 
 std::string complaintOf(CameraChangeKind change, double amount, double std) {
