@@ -187,7 +187,8 @@ class KernelOf final : public ViewKernel {
       return true;
     }
     sum_rho += lane::select(at.is_seen, of_loss.rho, Lanes{});
-    for (Lanes* value = u; value != v + (v - u); ++value) *value = lane::select(at.is_seen, *value, Lanes{});
+    const std::ptrdiff_t width = v - u;
+    for (std::ptrdiff_t i = 0; i < 2 * width; ++i) u[i] = lane::select(at.is_seen, u[i], Lanes{});
     return false;
   }
 
