@@ -170,6 +170,8 @@ CalibrationValue calibrated(const py::object& views, const py::object& board, co
       .guidance = {},
       .options = calibratorOptions(keywords),
       .record = bareRecord(AnyCamera::make("pinhole", std::vector<double>{1, 1, 0, 0}), {1, 1}, "")};
+  value.options.correction_cells =
+      keywords.take<std::optional<std::array<int, 2>>>("correction", std::nullopt);
   if (const auto initial = keywords.take<py::object>("initial", py::none()); !initial.is_none()) {
     const CameraRecord& record = initial.cast<const CameraValue&>().record;
     value.options.initial = {.camera = record.camera, .size = record.image_size};
@@ -347,7 +349,8 @@ void bindView(py::module_& module) {
           "pixels",
           [](const ViewValue& self) {
             std::vector<Eigen::Vector2d> pixels;
-            for (const Observation& corner : self.view().corners) pixels.push_back(corner.pixel);
+            for (const Observation& corner : self.view().corners)
+              pixels.push_back(seenPixel(onlyCamera(self.of->result.fit), corner.pixel));
             return pixelsArray(pixels);
           },
           doc("CalibrationView.pixels"))

@@ -15,6 +15,7 @@
 
 #include "alidade/camera/batch.h"
 #include "alidade/camera/camera_edit.h"
+#include "alidade/camera/correction_field.h"
 #include "alidade/camera/model_fit.h"
 #include "alidade/core/error.h"
 #include "alidade/core/number_text.h"
@@ -298,6 +299,18 @@ void bindAttributes(py::class_<CameraValue>& type) {
             return py::make_tuple(pupil.s1_m, pupil.s2_m);
           },
           doc("Camera.pupil"))
+      .def_property_readonly(
+          "correction",
+          [](const CameraValue& self) -> py::object {
+            const auto& field = self.record.camera.correction();
+            if (field == nullptr) return py::none();
+            const CorrectionGrid& grid = field->grid();
+            py::array_t<double> points({grid.rows + 3, grid.pointsAcross(), 2});
+            std::ranges::copy(field->points(), points.mutable_data());
+            return py::make_tuple(py::make_tuple(grid.origin_px.x(), grid.origin_px.y()),
+                                  py::make_tuple(grid.cell_px.x(), grid.cell_px.y()), points);
+          },
+          doc("Camera.correction"))
       .def_property_readonly(
           "camera_from_rig",
           [](const CameraValue& self) -> py::object {

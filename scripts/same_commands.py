@@ -128,7 +128,7 @@ def calibrate_variants(quick):
     fixed = "--model radtan" if quick else ""  # choosing a model takes most of the time
     variants = ["--json", "", f"--verbose {fixed}", "--quiet " + fixed, "--same-focal " + fixed, "--tolerance 5px " + fixed,
                 "--distance 2m " + fixed, "--target-sigma 0.1px " + fixed, "--board-shape flat", "--board-shape warp " + fixed,
-                "--board-shape uneven " + fixed, "--pupil 1 " + fixed, "--name front --serial 17 " + fixed, "--model radtan --fix cx,cy,k3",
+                "--board-shape uneven " + fixed, "--pupil 1 " + fixed, "--correction 4x3 " + fixed, "--name front --serial 17 " + fixed, "--model radtan --fix cx,cy,k3",
                 "--model radtan --init start.yaml --fix k1", "--next-view next.svg " + fixed, "--config config/calibrate.yaml --jobs 2",
                 "--model auto --fix cx,cy --json", "--model rational --to opencv --quiet -o - ", "--model nonsense", "--fix k9 " + fixed]
     lines = [f"calibrate corners.csv --model {model} --keep-untrustworthy -o {model}.yaml" for model in MODELS]

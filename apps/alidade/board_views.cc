@@ -480,4 +480,16 @@ std::optional<std::size_t> pupilNumbers(const std::string& value) {
   return static_cast<std::size_t>(value.front() - '0');
 }
 
+std::optional<std::array<int, 2>> correctionCells(const std::string& value) {
+  if (value == "auto") return std::nullopt;
+  if (value == "none") return std::array{0, 0};
+  const auto cells = parseSize(value);
+  if (!cells || std::max(cells->width, cells->height) > kMaxCorrectionCells) {
+    throw flagError(
+        "--correction", value,
+        fmt::format("auto, none or COLUMNSxROWS with 1 to {} cells each, such as 8x6", kMaxCorrectionCells));
+  }
+  return std::array{cells->width, cells->height};
+}
+
 }  // namespace alidade

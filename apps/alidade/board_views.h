@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -53,6 +54,9 @@ inline const Values kBoardShapes = oneOf({kBoardShapeModes.begin(), kBoardShapeM
 /// --pupil, and the CalibratorOptions::num_pupil that its value means.
 void addPupilFlag(Flags& flags, std::string& value);
 [[nodiscard]] std::optional<std::size_t> pupilNumbers(const std::string& value);
+
+/// CalibratorOptions::correction_cells of the value of --correction. @throws Error (kUsage) naming the flag
+[[nodiscard]] std::optional<std::array<int, 2>> correctionCells(const std::string& value);
 
 inline constexpr const char* kMirroredText =
     "image: a camera in mirror mode took the images. They are flipped back, and results are those of the flipped images";

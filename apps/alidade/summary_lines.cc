@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "alidade/adjust/board/errors.h"
+#include "alidade/camera/correction_field.h"
 #include "alidade/core/degrees.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
@@ -149,6 +150,21 @@ Lines pupilLines(const Calibration& result) {
                                  millimetresText(pupil.s1_m, std_m.front()))
                    : fmt::format("moves by {:.2g} mm at 30 degrees and {:.2g} mm at 60 degrees off the axis",
                                  at(30), at(60)));
+}
+
+Lines correctionLines(const Calibration& result) {
+  const auto& field = onlyCamera(result.fit).correction;
+  if (result.choice.is_correction_undetermined)
+    return wrapped("Field", "none: the views show none beyond noise");
+  if (field == nullptr) return {};
+  const auto& found = result.choice.correction;
+  if (!found) return wrapped("Field", "as given");
+  return wrapped("Field",
+                 fmt::format("{} by {} cells, {:.2g} px (RMS), at most {:.2g} px{}",
+                             field->grid().columns, field->grid().rows, found->rms_px, found->worst_px,
+                             found->excess ? fmt::format("; held-out errors {:.0f} % larger without",
+                                                         100 * found->excess->share)
+                                           : ""));
 }
 
 Lines parameterLines(const Calibration& result) {

@@ -65,6 +65,8 @@ void addLines(Lines& lines, std::string_view label, fmt::format_string<Args...> 
 [[nodiscard]] Lines parameterLines(const Calibration& result);
 /// How the entrance pupil moves; none if it is not estimated.
 [[nodiscard]] Lines pupilLines(const Calibration& result);
+/// The correction field and why it is used; none without it.
+[[nodiscard]] Lines correctionLines(const Calibration& result);
 /// One line per board; if there is not enough room, as many as fit and the number of the others.
 [[nodiscard]] Lines boardLines(const Fit& fit, std::size_t room);
 

@@ -105,6 +105,9 @@ class Camera:
     def pupil(self) -> tuple[float, float]:
         """s1 and s2 of the entrance pupil: the ray at the angle t (rad) starts s1 t^2 + s2 t^4 metres along the axis."""
     @property
+    def correction(self) -> Optional[tuple[tuple[float, float], tuple[float, float], _Floats]]:
+        """The correction field: the corner (x, y) of its grid and the size of a cell, pixels, and its control points (rows + 3, columns + 3, 2); None without one."""
+    @property
     def calibration(self) -> Optional[CalibrationInfo]:
         """What the camera file says about the calibration; None if it says nothing."""
     @property
@@ -396,7 +399,7 @@ class Calibration:
     def report(self, path: _Path) -> None:
         """Writes the report: one HTML file with all figures. InputError: it cannot be written."""
 
-def calibrate(views: Any, board: Union[Board, str, Sequence[Union[Board, str]], None] = None, *, image_size: Optional[_Size] = None, names: Optional[Sequence[str]] = None, sigma_px: Optional[ArrayLike] = None, model: str = "auto", initial: Optional[Camera] = None, fix: Sequence[str] = (), same_focal: bool = False, board_shape: str = "auto", pupil: Optional[int] = None, tolerance_px: float = 1, distance_m: float = float("inf"), name: str = "", serial: str = "", color: str = "bgr", num_frames: int = 100, cache: Optional[_Path] = None, jobs: int = 0, progress: _Progress = None) -> Calibration:
+def calibrate(views: Any, board: Union[Board, str, Sequence[Union[Board, str]], None] = None, *, image_size: Optional[_Size] = None, names: Optional[Sequence[str]] = None, sigma_px: Optional[ArrayLike] = None, model: str = "auto", initial: Optional[Camera] = None, fix: Sequence[str] = (), same_focal: bool = False, board_shape: str = "auto", pupil: Optional[int] = None, correction: Optional[tuple[int, int]] = None, tolerance_px: float = 1, distance_m: float = float("inf"), name: str = "", serial: str = "", color: str = "bgr", num_frames: int = 100, cache: Optional[_Path] = None, jobs: int = 0, progress: _Progress = None) -> Calibration:
     """Calibrates a camera. An initial guess is not needed.
 
     views: one of
@@ -410,6 +413,7 @@ def calibrate(views: Any, board: Union[Board, str, Sequence[Union[Board, str]], 
     fix: names of parameters that keep the values of initial (without it, the image centre and 0).
     same_focal: fx = fy. board_shape: "auto", "flat", "warp", "uneven" or "flexible".
     pupil: how many numbers of the entrance pupil are estimated, 0 to 2; None: those that a wide lens needs.
+    correction: columns and rows of the correction field, (0, 0) for none; None: the field that the lens needs, with model "auto".
     tolerance_px: the error of a projected point (95 %) that you accept. distance_m: of these points.
     jobs: threads; the result does not depend on it. progress: is called with (stage, done, total).
 

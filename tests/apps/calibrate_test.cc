@@ -292,13 +292,14 @@ TEST(Calibrate, TakesFlagsBeforeTheSettingsFileBeforeTheDefault) {
       settings += fmt::format(" {}={}", key, join(values.get<std::vector<std::string>>(), ","));
     return document.at("model").get<std::string>() + ":" + settings;
   };
-  EXPECT_EQ(modelOf({}), "radtan: board-shape=auto model=auto pupil=auto to=alidade tolerance=1px");
-  EXPECT_EQ(
-      modelOf({"--config", config}),
-      "pinhole: board=checkerboard:9x6:25mm board-shape=auto model=pinhole pupil=auto to=alidade tolerance=1px");
-  EXPECT_EQ(
-      modelOf({"--config", config, "--model", "radtan"}),
-      "radtan: board=checkerboard:9x6:25mm board-shape=auto model=radtan pupil=auto to=alidade tolerance=1px");
+  EXPECT_EQ(modelOf({}),
+            "radtan: board-shape=auto correction=auto model=auto pupil=auto to=alidade tolerance=1px");
+  EXPECT_EQ(modelOf({"--config", config}),
+            "pinhole: board=checkerboard:9x6:25mm board-shape=auto correction=auto model=pinhole pupil=auto "
+            "to=alidade tolerance=1px");
+  EXPECT_EQ(modelOf({"--config", config, "--model", "radtan"}),
+            "radtan: board=checkerboard:9x6:25mm board-shape=auto correction=auto model=radtan pupil=auto "
+            "to=alidade tolerance=1px");
 }
 
 // Boards that are all parallel to the image, at several distances.

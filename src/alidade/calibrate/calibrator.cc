@@ -15,12 +15,14 @@
 #include "alidade/calibrate/choose/model_solution.h"
 #include "alidade/calibrate/clean/outliers.h"
 #include "alidade/calibrate/clean/turned_views.h"
+#include "alidade/calibrate/correct/correction_choice.h"
 #include "alidade/calibrate/judge/judge.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/calibrate/uncertainty/uncertainty_of.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 
@@ -154,7 +156,7 @@ std::vector<Eigen::Vector2d> viewCenters(const Fit& fit) {
   for (const FitView& view : fit.views) {
     if (centers.size() == CalibrationRecord::kMaxViewCenters) break;
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    for (const Observation& corner : view.corners) sum += corner.pixel;
+    for (const Observation& corner : view.corners) sum += seenPixel(onlyCamera(fit), corner.pixel);
     const Eigen::Vector2d mean = sum / static_cast<double>(view.corners.size());
     centers.emplace_back((kTenths * mean).array().round() / kTenths);
   }
@@ -253,6 +255,111 @@ void requireLikelyPupil(const EntrancePupil& pupil) {
   }
 }
 
+// The choice if another model, which was worse alone, is taken with a field.
+ModelChoice withField(ModelChoice choice, std::string_view model) {
+  for (ModelCandidate& c : choice.candidates) {
+    if (c.id == model) {
+      c.verdict = "chosen";
+      c.reason = "";
+    } else if (c.verdict == "chosen") {
+      c.verdict = "larger";
+      c.reason = "not needed with a correction field";
+    }
+  }
+  return choice;
+}
+
+// The models with which a field may be needed, the smallest first. A model that was chosen for its many
+// parameters may bend them to what a field explains with less.
+std::vector<std::string> modelsToCorrect(const Calibration& of) {
+  std::vector<std::string> models;
+  const std::string chosen = onlyCamera(of.fit).model;
+  if (!of.choice.model) return {chosen};
+  for (const ModelCandidate& c : of.choice.model->candidates) {
+    constexpr double kNear = 3;  // times the errors; a field is no distortion
+    const auto num_params = static_cast<std::size_t>(c.num_params);
+    const bool is_smaller = num_params > kNumAffine && num_params < parameterNames(chosen).size();
+    if (is_smaller && !modelTraits(c.id).is_stiff && c.rms_px < kNear * weightedRms(of.fit))
+      models.push_back(c.id);
+  }
+  models.push_back(chosen);
+  return models;
+}
+
+// A fit with a field, and how it was found.
+struct Corrected {
+  CorrectedFit with;
+  Choice choice;
+  std::vector<std::vector<double>> close_params;  // of other optima without the field
+};
+
+// With the smallest of these models that needs a field and then predicts corners better; nothing if none
+// does.
+std::optional<Corrected> neededCorrection(const Calibration& result, const PreparedViews& given,
+                                          CalibratorOptions options) {
+  const std::string chosen = onlyCamera(result.fit).model;
+  const bool is_requested = options.correction_cells.has_value();
+  if (!is_requested && !result.uncertainty.image_bias.isSeen()) return std::nullopt;
+  for (const std::string& model : is_requested ? std::vector{chosen} : modelsToCorrect(result)) {
+    try {
+      CorrectionReport report;
+      options.model = model;
+      const Calibration base =
+          model == chosen ? result : calibrationOf(solutionOf(given, options), given, options);
+      std::optional<CorrectedFit> with = chooseCorrection(base, options, report);
+      if (!with || (model != chosen && !(report.holdout_rms_px < result.uncertainty.holdout.rms_px)))
+        continue;
+      Corrected corrected{.with = *std::move(with),
+                          .choice = base.choice,
+                          .close_params = mapped(base.uncertainty.other_optima, &OtherOptimum::params)};
+      corrected.choice.correction = report;
+      if (result.choice.model) corrected.choice.model = withField(*result.choice.model, model);
+      return corrected;
+    } catch (const Error&) {  // no camera of this model explains the views
+      continue;
+    }
+  }
+  return std::nullopt;
+}
+
+// Estimates a correction field if the lens needs one. Offsets of boards that corners free of it show change
+// the field in turn.
+void correct(Calibration& result, PreparedViews given, const CalibratorOptions& options) {
+  auto corrected = neededCorrection(result, given, options);
+  if (!corrected) return;
+  CorrectedFit& with = corrected->with;
+  for (FitView& view : with.fit.views) {  // back to the order of the prepared views
+    const auto at = std::ranges::find(given.sources, view.source) - given.sources.begin();
+    view.source = static_cast<std::size_t>(at);
+  }
+  constexpr int kRounds = 4;
+  constexpr double kSettledPx = 0.01;
+  ModelSolution solution{.fit = {}, .choice = corrected->choice, .close_params = corrected->close_params};
+  for (int round = 0; round < kRounds; ++round) {
+    solution.fit = with.fit;
+    solution = withDataResettled(std::move(solution), options);
+    if (round == kRounds - 1) break;
+    CorrectedFit next = withCorrection(solution.fit, with.field->grid(), with.field, options.cancel);
+    if (next.field == nullptr) return;
+    double change_px = 0;
+    for (const FitView& view : solution.fit.views) {
+      for (const Observation& corner : view.corners)
+        change_px = std::max(change_px, (next.field->at(corner.pixel) - with.field->at(corner.pixel)).norm());
+    }
+    if (change_px < kSettledPx) break;
+    with = std::move(next);
+  }
+  given.views = freeOf(*with.field, given.views);
+  with.fit = solution.fit;
+  solution.holdout = holdoutReport(heldOutErrors(with, options.jobs, options.cancel));
+  Calibration found = calibrationOf(std::move(solution), given, options);
+  attachCorrection(with, found);
+  found.diagnoses = judge(found, options.tolerance_px);
+  const bool is_better = found.uncertainty.holdout.rms_px < result.uncertainty.holdout.rms_px;
+  if (!options.correction_cells && (!is_better || (result.isUsable() && !found.isUsable()))) return;
+  result = std::move(found);
+}
+
 }  // namespace
 
 Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
@@ -269,8 +376,27 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
   if (const std::size_t num_params = named.model == kAutoModel ? 0 : parameterNames(named.model).size();
       named.initial && constraintOf(named).held.size() == num_params)
     named.num_pupil = numPupil(named.initial->camera);  // a given lens keeps its pupil
+  if (named.correction_cells) {
+    const auto [columns, rows] = *named.correction_cells;
+    const bool is_none = columns == 0 && rows == 0;
+    if (!is_none && (std::min(columns, rows) < 1 || std::max(columns, rows) > kMaxCorrectionCells)) {
+      throw usageError(
+          {.where = "cells of the correction field",
+           .found = std::to_string(columns) + " by " + std::to_string(rows),
+           .expected = "1 to " + std::to_string(kMaxCorrectionCells) + " each way, or 0 by 0 for none"});
+    }
+  }
+  CorrectionPointer kept;  // as that of a given lens is
+  if (named.initial) {
+    AnyCamera& initial = named.initial->camera;
+    if (named.model == initial.modelId() && constraintOf(named).held.size() == initial.parameters().size())
+      kept = initial.correction();
+    initial = initial.withCorrection(nullptr);
+    if (kept) named.correction_cells = {0, 0};
+  }
   static_cast<void>(constraintOf(named));
   PreparedViews given = prepareViews(boards, std::move(views));
+  if (kept) given.views = freeOf(*kept, std::move(given.views));
   const auto calibrated = [&] {
     return named.model == kAutoModel ? calibrationOfChoice(given, named)
                                      : calibrationOf(solutionOf(given, named), given, named);
@@ -297,16 +423,32 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
     named.num_pupil = result.uncertainty.pupil_std_m.size();
   }
   Fit last = result.fit;
+  PreparedViews accepted = given;  // of the result
   for (int i = 0; i < kMaxRevisions && renumberTurnedViews(last, given); ++i) {
     try {
       Calibration renumbered = calibrated();
       last = renumbered.fit;
-      if (explainsMore(last, result.fit)) result = std::move(renumbered);
+      if (!explainsMore(last, result.fit)) continue;
+      result = std::move(renumbered);
+      accepted = given;
     } catch (const Error&) {  // a doubtful numbering may leave no camera that explains the views
       break;
     }
   }
   requireLikelyPupil(result.camera().pupil());
+  const bool is_requested = named.correction_cells && (*named.correction_cells)[0] > 0;
+  if (is_requested || (!named.correction_cells && result.choice.model)) {
+    try {
+      correct(result, std::move(accepted), named);
+    } catch (const Error&) {  // the camera without a field remains
+      if (is_requested) throw;
+    }
+    result.choice.is_correction_undetermined = is_requested && !onlyCamera(result.fit).correction;
+  }
+  if (kept) {
+    setCorrection(kept, result);
+    result.diagnoses = judge(result, options.tolerance_px);
+  }
   return result;
 }
 
@@ -341,7 +483,7 @@ std::vector<ViewSummary> viewSummaries(const Calibration& calibration) {
 
 std::vector<Diagnosis> judge(const Calibration& calibration, double tolerance_px) {
   return detail::judge({calibration.fit, calibration.dropped, calibration.choice, calibration.uncertainty,
-                        calibration.domain, calibration.camera(), tolerance_px});
+                        calibration.domain, calibration.camera().withCorrection(nullptr), tolerance_px});
 }
 
 CameraRecord recordOf(const Calibration& calibration, std::string created_by, CameraName name) {

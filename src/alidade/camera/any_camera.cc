@@ -6,9 +6,11 @@
 #include <cmath>
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include "alidade/camera/camera_variant.h"
 #include "alidade/camera/centred_point.h"
+#include "alidade/camera/correction_field.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -154,7 +156,21 @@ const CertifiedCone& AnyCamera::cone() const {
 }
 
 Projection AnyCamera::project(const Eigen::Vector3d& p_cam, double* J_px_cam, double* J_px_params) const {
-  return std::visit([&](const auto& c) { return c.project(p_cam, J_px_cam, J_px_params); }, camera_->camera);
+  const auto of_model = [&](const auto& c) { return c.project(p_cam, J_px_cam, J_px_params); };
+  Projection projection = std::visit(of_model, camera_->camera);
+  if (correction_ == nullptr || !projection.ok()) return projection;
+  if (!correction_->grid().has(projection.pixel)) return {.status = ProjectStatus::kOutsideDomain};
+  Eigen::Matrix2d gradient;
+  projection.pixel += correction_->at(projection.pixel, &gradient);
+  const Eigen::Matrix2d J = Eigen::Matrix2d::Identity() + gradient;
+  const auto apply = [&J](double* rows, Eigen::Index n) {
+    if (rows == nullptr) return;
+    Eigen::Map<Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>> to(rows, 2, n);
+    for (Eigen::Index i = 0; i < n; ++i) to.col(i) = Eigen::Vector2d(J * to.col(i));
+  };
+  apply(J_px_cam, 3);
+  apply(J_px_params, static_cast<Eigen::Index>(parameters().size()));
+  return projection;
 }
 
 Projection AnyCamera::projectPoint(const Eigen::Vector3d& p_cam_m, double* J_px_cam,
@@ -179,6 +195,25 @@ AnyCamera AnyCamera::withPupil(const EntrancePupil& pupil) const {
   return camera;
 }
 
+AnyCamera AnyCamera::withCorrection(std::shared_ptr<const CorrectionField> correction) const {
+  AnyCamera camera = *this;
+  camera.correction_ = std::move(correction);
+  return camera;
+}
+
+void AnyCamera::requireUncorrected() const {
+  if (correction_ == nullptr) return;
+  throw inputError(
+      {.where = "camera of model " + std::string(modelId()),
+       .found = "a correction field",
+       .expected = "a camera without one for this command",
+       .next_step = "fit its model to the whole: alidade convert CAMERA -o PLAIN --drop-correction"});
+}
+
+AnyCamera AnyCamera::withParameters(std::span<const double> params) const {
+  return make(modelId(), params).withPupil(pupil_).withCorrection(correction_);
+}
+
 std::optional<std::string> EntrancePupil::complaint(double value_m) {
   constexpr double kMost = 0.1;  // ten times what the largest lenses have
   if (std::isfinite(value_m) && std::abs(value_m) <= kMost) return std::nullopt;
@@ -196,7 +231,19 @@ void EntrancePupil::validate() const {
 }
 
 std::optional<Eigen::Vector3d> AnyCamera::unproject(const Eigen::Vector2d& pixel, double* J_ray_pixel) const {
-  return std::visit([&](const auto& c) { return c.unproject(pixel, J_ray_pixel); }, camera_->camera);
+  const auto of_model = [&](const Eigen::Vector2d& at) {
+    return std::visit([&](const auto& c) { return c.unproject(at, J_ray_pixel); }, camera_->camera);
+  };
+  if (correction_ == nullptr) return of_model(pixel);
+  const auto at = correction_->undisplaced(pixel);
+  const auto ray = at ? of_model(*at) : std::nullopt;
+  if (ray && J_ray_pixel != nullptr) {
+    Eigen::Matrix2d gradient;
+    static_cast<void>(correction_->at(*at, &gradient));
+    Eigen::Map<Eigen::Matrix<double, 3, 2, Eigen::RowMajor>> J(J_ray_pixel);
+    J *= (Eigen::Matrix2d::Identity() + gradient).inverse();
+  }
+  return ray;
 }
 
 DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {
@@ -213,7 +260,9 @@ DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {
     const double axis_det = det(Eigen::Vector3d::UnitZ());
     result.min_relative_det = 1.0;
     const auto look = [&](double u, double v) {
-      const auto ray = c.unproject({u, v});
+      const std::optional<Eigen::Vector2d> at =
+          camera.correction() == nullptr ? Eigen::Vector2d(u, v) : camera.correction()->undisplaced({u, v});
+      const auto ray = at ? c.unproject(*at) : std::nullopt;
       if (!ray) {
         result.full_image = false;
         result.min_relative_det = 0.0;

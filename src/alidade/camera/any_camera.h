@@ -21,6 +21,7 @@ namespace alidade {
 namespace detail {
 struct CameraVariant;  // see camera_variant.h
 }  // namespace detail
+class CorrectionField;
 
 /// Ids of all models, in the order of the model list.
 [[nodiscard]] const std::vector<std::string>& modelIds();
@@ -68,6 +69,14 @@ class AnyCamera {
   /// The same lens with another entrance pupil.
   /// @pre its numbers are finite
   [[nodiscard]] AnyCamera withPupil(const EntrancePupil& pupil) const;
+  /// How the lens deviates from its model; null: not at all.
+  [[nodiscard]] const std::shared_ptr<const CorrectionField>& correction() const { return correction_; }
+  /// The same lens with another correction field, or without one.
+  [[nodiscard]] AnyCamera withCorrection(std::shared_ptr<const CorrectionField> correction) const;
+  /// For what takes a camera as its model's parameters. @throws Error (kInput) if it has a correction field
+  void requireUncorrected() const;
+  /// The same camera with other parameters of its model. @throws Error, see make()
+  [[nodiscard]] AnyCamera withParameters(std::span<const double> params) const;
 
   /// The pixel of a ray of the camera frame, or of a far point on it in any unit of length, or why it has
   /// none; it does not depend on the entrance pupil. The camera does not know its image size: the pixel may
@@ -88,12 +97,13 @@ class AnyCamera {
   /// Where on the axis a ray starts, metres in the camera frame.
   [[nodiscard]] Eigen::Vector3d startOf(const Eigen::Vector3d& ray) const;
 
-  /// The camera of its model, for the library's own loops.
+  /// The camera of its model, without pupil and correction, for the library's own loops.
   [[nodiscard]] const detail::CameraVariant& variant() const { return *camera_; }
 
  private:
   std::shared_ptr<const detail::CameraVariant> camera_;
   EntrancePupil pupil_ = {};
+  std::shared_ptr<const CorrectionField> correction_ = {};
 };
 
 /// The domain in which the projection is one-to-one, and how much of the image it covers.

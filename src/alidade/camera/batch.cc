@@ -7,11 +7,13 @@
 #include <cstddef>
 #include <cstring>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Core>
 
 #include "alidade/camera/camera_variant.h"
 #include "alidade/camera/centred_point.h"
+#include "alidade/camera/correction_field.h"
 #include "alidade/camera/projection.h"
 #include "alidade/core/error.h"
 #include "alidade/core/lanes.h"
@@ -331,6 +333,60 @@ class UnprojectLoop {
   double cos_max_angle_;
 };
 
+// Displaces the pixels of a model, and turns their Jacobians.
+void displace(const CorrectionField& field, const Arrays<3, 5>& arrays, std::size_t num_params,
+              std::size_t count) {
+  const CorrectionGrid& grid = field.grid();
+  const double* const points = field.points().data();
+  const auto [u, v, by_point, by_pose, by_params] = arrays.out;
+  const bool has_jacobians = by_point != nullptr || by_pose != nullptr || by_params != nullptr;
+  const std::array<std::pair<double*, std::size_t>, 3> jacobians = {
+      {{by_point, 3}, {by_pose, 6}, {by_params, num_params}}};
+  callVectorised([&]() ALIDADE_INLINE_LAMBDA {
+    const std::size_t row_size = 2 * static_cast<std::size_t>(grid.pointsAcross());
+    for (std::size_t i = 0; i < count; ++i) {
+      double* const to[2] = {u + i * arrays.out_stride, v + i * arrays.out_stride};
+      if (arrays.status[i] != ProjectStatus::kOk) continue;
+      if (!grid.has({*to[0], *to[1]})) {
+        arrays.status[i] = ProjectStatus::kOutsideDomain;
+        *to[0] = *to[1] = lane::kNaN;
+        for (const auto& [J, width] : jacobians) {
+          if (J != nullptr) std::fill_n(J + 2 * width * i, 2 * width, lane::kNaN);
+        }
+        continue;
+      }
+      const CorrectionGrid::Patch patch = grid.patchAt({*to[0], *to[1]});
+      double sums[8] = {};  // over y, of the four points along x
+      double by_y[8] = {};
+      for (std::size_t j = 0; j < 4; ++j) {
+        const double* const row = points + 2 * patch.first + j * row_size;
+        for (std::size_t k = 0; k < 8; ++k) sums[k] += patch.y[j] * row[k];
+        if (!has_jacobians) continue;
+        for (std::size_t k = 0; k < 8; ++k) by_y[k] += patch.dy[j] * row[k];
+      }
+      double gradient[2][2] = {};
+      for (std::size_t k = 0; k < 4; ++k) {
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+          *to[axis] += patch.x[k] * sums[2 * k + axis];
+          gradient[axis][0] += patch.dx[k] * sums[2 * k + axis];
+          gradient[axis][1] += patch.x[k] * by_y[2 * k + axis];
+        }
+      }
+      for (const auto& [J, width] : jacobians) {
+        if (J == nullptr) continue;
+        double* const of_u = J + 2 * width * i;
+        double* const of_v = of_u + width;
+        for (std::size_t c = 0; c < width; ++c) {
+          const double du = of_u[c];
+          const double dv = of_v[c];
+          of_u[c] += gradient[0][0] * du + gradient[0][1] * dv;
+          of_v[c] += gradient[1][0] * du + gradient[1][1] * dv;
+        }
+      }
+    }
+  });
+}
+
 void project(const AnyCamera& camera, const SE3* camera_from_points, const Arrays<3, 5>& arrays,
              std::size_t count) {
   const bool has_jacobians = arrays.out[2] != nullptr || arrays.out[3] != nullptr || arrays.out[4] != nullptr;
@@ -345,10 +401,24 @@ void project(const AnyCamera& camera, const SE3* camera_from_points, const Array
     }
   };
   std::visit(run, camera.variant().camera);
+  if (camera.correction() != nullptr)
+    displace(*camera.correction(), arrays, camera.parameters().size(), count);
 }
 
 void unproject(const AnyCamera& camera, const Arrays<2, 4>& arrays, std::size_t count) {
-  std::visit([&](const auto& c) { runLoop(UnprojectLoop(c), arrays, count); }, camera.variant().camera);
+  if (camera.correction() == nullptr) {
+    std::visit([&](const auto& c) { runLoop(UnprojectLoop(c), arrays, count); }, camera.variant().camera);
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector2d pixel(arrays.in[0][i * arrays.in_stride], arrays.in[1][i * arrays.in_stride]);
+    double* const J = arrays.out[3] == nullptr ? nullptr : arrays.out[3] + 6 * i;
+    const auto ray = camera.unproject(pixel, J);
+    arrays.status[i] = ray ? ProjectStatus::kOk : ProjectStatus::kOutsideDomain;
+    if (!ray && J != nullptr) std::fill_n(J, 6, lane::kNaN);
+    for (std::size_t c = 0; c < 3; ++c)
+      arrays.out[c][i * arrays.out_stride] = ray ? (*ray)[static_cast<Eigen::Index>(c)] : lane::kNaN;
+  }
 }
 
 void projectColumns(const AnyCamera& camera, const SE3* camera_from_points, const PointColumns& points,

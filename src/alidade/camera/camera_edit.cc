@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 
+#include "alidade/camera/correction_field.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
@@ -35,11 +37,13 @@ EditedCamera apply(const ParameterMap& map, const AnyCamera& camera, ImageSize n
   const Eigen::VectorXd params =
       map.J * Eigen::Map<const Eigen::VectorXd>(old.data(), static_cast<Eigen::Index>(old.size())) +
       map.offset;
-  return {
-      .camera = AnyCamera::make(camera.modelId(), {params.data(), static_cast<std::size_t>(params.size())})
-                    .withPupil(camera.pupil()),
-      .size = new_size,
-      .J_new_old = map.J};
+  AnyCamera edited = camera.withParameters({params.data(), static_cast<std::size_t>(params.size())});
+  if (camera.correction() != nullptr) {
+    // Pixels follow the principal point.
+    edited = edited.withCorrection(std::make_shared<const CorrectionField>(
+        camera.correction()->mapped(map.J.block<2, 2>(kCx, kCx), map.offset.segment<2>(kCx))));
+  }
+  return {.camera = edited, .size = new_size, .J_new_old = map.J};
 }
 
 EditedCamera scale(const AnyCamera& camera, double sx, double sy, ImageSize new_size) {

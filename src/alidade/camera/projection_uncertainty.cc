@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "alidade/camera/camera_model.h"
+#include "alidade/camera/correction_field.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/geometry/decompositions.h"
@@ -39,17 +40,18 @@ double largerStd(const Eigen::Matrix2d& covariance) {
 
 AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen::Vector2d> pixels,
                                   std::span<const Eigen::Vector2d> others, std::optional<Freed> freed,
-                                  std::span<const double> weights) {
+                                  std::span<const double> weights, const CorrectionGrid* grid) {
   const auto num_fitted = static_cast<Eigen::Index>(2 * pixels.size());
   const auto num_rows = num_fitted + static_cast<Eigen::Index>(2 * others.size());
-  const auto num_params = static_cast<Eigen::Index>(camera.parameters().size());
+  const auto num_lens = static_cast<Eigen::Index>(camera.parameters().size());
+  const Eigen::Index num_params = num_lens + (grid == nullptr ? 0 : 2 * grid->numPoints());
   const Eigen::Index num_freed = !freed ? 0 : *freed == Freed::kRotation ? 3 : 6;
   // Two rows per pixel: its derivatives by the parameters, by the rotation, and by the position of the points
   // in units of the distance.
   Eigen::MatrixXd by_params = Eigen::MatrixXd::Zero(num_rows, num_params);
   Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(num_rows, num_freed);
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
-  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_params(2, num_params);
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> J_params(2, num_lens);
   AlignedJacobians result;
   for (const auto& list : {pixels, others}) {
     for (const Eigen::Vector2d& pixel : list) {
@@ -57,7 +59,12 @@ AlignedJacobians alignedJacobians(const AnyCamera& camera, std::span<const Eigen
       const auto ray = camera.unproject(pixel);
       result.has_ray.push_back(ray && camera.project(*ray, J_point.data(), J_params.data()).ok());
       if (!result.has_ray.back()) continue;
-      by_params.middleRows<2>(row) = J_params;
+      by_params.middleRows<2>(row).leftCols(num_lens) = J_params;
+      if (grid != nullptr) {
+        grid->forEachWeight(pixel, [&](int point, double weight) {
+          for (int axis = 0; axis < 2; ++axis) by_params(row + axis, num_lens + 2 * point + axis) = weight;
+        });
+      }
       if (num_freed > 0) by_pose.block<2, 3>(row, 0) = -J_point * hat(*ray);
       if (num_freed > 3) by_pose.block<2, 3>(row, 3) = J_point;
     }

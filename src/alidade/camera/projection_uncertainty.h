@@ -13,6 +13,8 @@
 
 namespace alidade {
 
+struct CorrectionGrid;
+
 /// Pose parameters that users of a camera estimate themselves. Equivalent errors of the camera parameters are
 /// harmless.
 enum class Freed {
@@ -34,11 +36,10 @@ struct AlignedJacobians {
 /// @param others  further pixels that do not take part in the fit
 /// @param weights of the squared pixel changes in the fit, positive; empty: all equal
 /// @param freed   nothing: no alignment, A = J_params
-[[nodiscard]] AlignedJacobians alignedJacobians(const AnyCamera& camera,
-                                                std::span<const Eigen::Vector2d> pixels,
-                                                std::span<const Eigen::Vector2d> others,
-                                                std::optional<Freed> freed,
-                                                std::span<const double> weights = {});
+/// @param grid    of a CorrectionField, whose points count as further parameters; null: none
+[[nodiscard]] AlignedJacobians alignedJacobians(
+    const AnyCamera& camera, std::span<const Eigen::Vector2d> pixels, std::span<const Eigen::Vector2d> others,
+    std::optional<Freed> freed, std::span<const double> weights = {}, const CorrectionGrid* grid = nullptr);
 
 /// Standard deviation of the pixel of a fixed scene point, over the whole image.
 struct UncertaintyGrid {

@@ -62,7 +62,7 @@ void checkRenderSize(const YamlNode& node, const ImageSize& size) {
 CameraRecord readSceneCamera(const YamlNode& node, const std::filesystem::path& folder,
                              std::vector<std::string>& remarks, std::vector<std::string>& files) {
   if (node.isMap()) {
-    node.allowKeys({"model", "image_size", "parameters", "pupil"});
+    node.allowKeys({"model", "image_size", "parameters", "pupil", "correction"});
     const YamlNode size_node = node.at("image_size");
     const ImageSize size = detail::readImageSize(size_node);
     checkRenderSize(size_node, size);

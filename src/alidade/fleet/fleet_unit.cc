@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "alidade/camera/model_fit.h"
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
 #include "alidade/record/correlations.h"
@@ -89,11 +90,21 @@ ComparedCamera FleetUnit::compared() const {
   return result;
 }
 
+namespace {
+
+// Units are compared by their parameters, so a correction field is left to the closest camera without one.
+AnyCamera plainOf(const CameraRecord& record) {
+  if (record.camera.correction() == nullptr) return record.camera;
+  return fitModel(record.camera, record.image_size, record.camera.modelId()).camera;
+}
+
+}  // namespace
+
 FleetUnit unitOf(const CameraRecord& record, std::string file, std::string place) {
   FleetUnit unit{.file = std::move(file),
                  .place = std::move(place),
                  .name = record.name,
-                 .camera = record.camera,
+                 .camera = plainOf(record),
                  .size = record.image_size};
   if (!record.calibration) return unit;
   const CalibrationRecord& stated = *record.calibration;

@@ -115,9 +115,12 @@ Conversion convertCamera(const CameraRecord& source, const ConversionRequest& re
     conversion.edit.camera = now.camera.withPupil({});
     conversion.steps.push_back({"drop", "pupil", now.size});
   }
-  if (!request.model.empty()) {
-    conversion.fit = fitModel(now.camera, now.size, request.model, request.absent);
-    conversion.steps.push_back({"model", request.model, now.size});
+  const bool is_dropped = request.drops_correction && now.camera.correction() != nullptr;
+  if (is_dropped) conversion.steps.push_back({"drop", "correction", now.size});
+  if (!request.model.empty() || is_dropped) {
+    const std::string model = request.model.empty() ? std::string(now.camera.modelId()) : request.model;
+    conversion.fit = fitModel(now.camera, now.size, model, request.absent);
+    conversion.steps.push_back({"model", model, now.size});
   }
   conversion.problems = problemsOf(source, conversion);
   return conversion;

@@ -17,8 +17,10 @@ struct ConversionRequest {
   std::optional<PixelRect> crop;
   std::optional<int> bin;  ///< merges N x N pixels into one
   std::optional<ImageSize> resize;
-  std::optional<int> rotate_deg;              ///< clockwise, a multiple of 90
-  bool drops_pupil = false;                   ///< takes the entrance pupil as fixed
+  std::optional<int> rotate_deg;  ///< clockwise, a multiple of 90
+  bool drops_pupil = false;       ///< takes the entrance pupil as fixed
+  /// Leaves out the correction field, and fits the model anew to the whole camera.
+  bool drops_correction = false;
   std::string model;                          ///< id
   std::vector<std::string_view> absent = {};  ///< parameters of the model that must be 0
   double max_error_px = 0.1;                  ///< accepted RMS error of the new model

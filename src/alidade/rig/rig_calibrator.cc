@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "alidade/adjust/board/errors.h"
+#include "alidade/adjust/noise/correction_fit.h"
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/uncertainty/print_errors.h"
@@ -31,6 +32,7 @@ CalibratorOptions optionsOf(std::size_t camera, const RigOptions& options) {
   CalibratorOptions of_camera = options.camera;
   if (!options.models.empty()) of_camera.model = options.models[camera];
   if (!options.num_pupil.empty()) of_camera.num_pupil = options.num_pupil[camera];
+  of_camera.correction_cells = {0, 0};
   if (options.given.empty() || !options.given[camera]) return of_camera;
   const CameraRecord& given = *options.given[camera];
   of_camera.model = given.camera.modelId();
@@ -290,11 +292,35 @@ std::optional<RigCalibration> freedRig(std::span<const Board> boards, std::vecto
   }
 }
 
+bool isCorrected(const std::optional<CameraRecord>& given) {
+  return given && given->camera.correction() != nullptr;
+}
+
+// With corners free of the given cameras' correction fields.
+RigCalibration calibrateCorrected(std::span<const Board> boards, std::vector<RigViews> cameras,
+                                  const RigOptions& options) {
+  RigOptions plain = options;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (!isCorrected(options.given[c])) continue;
+    const AnyCamera& camera = options.given[c]->camera;
+    cameras[c].views = freeOf(*camera.correction(), std::move(cameras[c].views));
+    plain.given[c]->camera = camera.withCorrection(nullptr);
+  }
+  RigCalibration rig = calibrate(boards, std::move(cameras), plain);
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    rig.cameras[c].given = options.given[c];
+    if (isCorrected(options.given[c])) rig.fit.cameras[c].correction = options.given[c]->camera.correction();
+  }
+  return rig;
+}
+
 }  // namespace
 
 RigCalibration calibrate(std::span<const Board> boards, std::vector<RigViews> cameras,
                          const RigOptions& options) {
   requireCounts(cameras.size(), options);
+  if (std::ranges::any_of(options.given, isCorrected))
+    return calibrateCorrected(boards, std::move(cameras), options);
   RigFrames frames = options.frames.empty() ? matchFrames(cameras) : framesOf(options.frames, cameras);
   frames.are_simultaneous = options.are_simultaneous;
   JointViews views = linkedViews(boards, cameras, frames, options);

@@ -12,6 +12,7 @@
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/solve.h"
+#include "alidade/adjust/noise/correction_fit.h"
 #include "alidade/adjust/noise/covariance.h"
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/calibrate/uncertainty/print_errors.h"
@@ -195,7 +196,7 @@ AnyRig stepped(const AnyRig& rig, const Eigen::VectorXd& step) {
     const auto params = camera.camera.parameters();
     std::vector<double> changed(params.begin(), params.end());
     for (double& param : changed) param += step(at++);
-    camera.camera = AnyCamera::make(camera.camera.modelId(), changed).withPupil(camera.camera.pupil());
+    camera.camera = camera.camera.withParameters(changed);
   }
   for (std::size_t c = 1; c < cameras.size(); ++c, at += kTangent)
     cameras[c].camera_from_rig =
@@ -330,11 +331,9 @@ std::vector<Diagnosis> judged(const RigValidation& tested, bool has_covariance) 
   return diagnoses;
 }
 
-}  // namespace
-
-RigValidation validateRig(const RigRecord& rig, std::span<const Board> boards, std::vector<RigViews> cameras,
-                          double tolerance_px, const RigOptions& options) {
-  expect(rig.cameras.size() == cameras.size(), "views of each camera of the rig");
+// Of cameras without correction fields.
+RigValidation validatePlain(const RigRecord& rig, std::span<const Board> boards,
+                            std::vector<RigViews> cameras, double tolerance_px, const RigOptions& options) {
   RigOptions kept = options;
   kept.models.clear();
   kept.given =
@@ -357,6 +356,21 @@ RigValidation validateRig(const RigRecord& rig, std::span<const Board> boards, s
   measurePoints(rig, stated, result);
   result.diagnoses = judged(result, !rig.covariance.empty());
   return result;
+}
+
+}  // namespace
+
+RigValidation validateRig(const RigRecord& rig, std::span<const Board> boards, std::vector<RigViews> cameras,
+                          double tolerance_px, const RigOptions& options) {
+  expect(rig.cameras.size() == cameras.size(), "views of each camera of the rig");
+  RigRecord plain = rig;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    AnyCamera& camera = plain.cameras[c].camera.camera;
+    if (camera.correction() == nullptr) continue;
+    cameras[c].views = freeOf(*camera.correction(), std::move(cameras[c].views));
+    camera = camera.withCorrection(nullptr);
+  }
+  return validatePlain(plain, boards, std::move(cameras), tolerance_px, options);
 }
 
 }  // namespace alidade

@@ -47,7 +47,7 @@ std::vector<AnyCamera> zoomedCameras(const FootageScene& scene) {
         std::lerp(1.0, scene.effects.zoom, static_cast<double>(frame) / (scene.num_frames - 1));
     params[0] *= focal_scale;
     params[1] *= focal_scale;
-    cameras.push_back(AnyCamera::make(scene.camera.modelId(), params));
+    cameras.push_back(scene.camera.withParameters(params));
   }
   return cameras;
 }

@@ -96,6 +96,10 @@ class CalibrateCommand final : public Command {
               {.separator = ','});
     flags.addSwitch("--same-focal", options_.same_focal, "Force fx = fy");
     addPupilFlag(flags, pupil_);
+    flags.add(
+        "--correction", &correction_,
+        "Smooth displacement over the image by which the lens deviates from its model: COLUMNSxROWS of its "
+        "cells, none, or auto: if cross-validation needs it and --model is auto");
     flags.add("--board-shape", &board_shape_,
               "Shape of the board. flat: assume a flat board; warp: estimate its bend; uneven: estimate "
               "the place of every point; flexible: estimate a bend for each view; auto: estimate what the "
@@ -190,6 +194,7 @@ class CalibrateCommand final : public Command {
     }
     options_.board_shape = *boardShapeMode(board_shape_);
     options_.num_pupil = pupilNumbers(pupil_);
+    options_.correction_cells = correctionCells(correction_);
     if (!init_.empty()) {
       const CameraRecord file = readCameraTelling(init_, {}, common_.quiet);
       options_.initial = {.camera = file.camera, .size = file.image_size};
@@ -204,6 +209,10 @@ class CalibrateCommand final : public Command {
     if (options_.num_pupil.value_or(0) > 0)
       throw flagError("--to " + format_, "--pupil " + pupil_, "the format alidade, which states a pupil");
     options_.num_pupil = 0;
+    if (options_.correction_cells && (*options_.correction_cells)[0] > 0)
+      throw flagError("--to " + format_, "--correction " + correction_,
+                      "the format alidade, which states a field");
+    options_.correction_cells = {0, 0};
     const bool has_fixed = !options_.held.empty();
     options_.models = representableModels(format);
     const std::string model = namedModel(options_);
@@ -288,6 +297,7 @@ class CalibrateCommand final : public Command {
   std::string init_;
   std::string board_shape_ = "auto";
   std::string pupil_ = "auto";
+  std::string correction_ = "auto";
   std::string output_;
   std::string format_ = "alidade";
   std::string tolerance_ = "1px";

@@ -215,6 +215,7 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
                                     result.choice.model ? ", model chosen by cross-validation" : ""));
   append(rest, parameterLines(result));
   append(rest, pupilLines(result));
+  append(rest, correctionLines(result));
   append(rest, wrapped("Fit", fitText(result, given)));
   Lines last = wrapped("Views", viewsText(guidance.coverage));
   // The reason for a rejection is always shown.

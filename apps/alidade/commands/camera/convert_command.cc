@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/camera/correction_field.h"
 #include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -144,6 +145,10 @@ std::string summaryText(const Converted& converted) {
   const EntrancePupil& pupil = file.camera.pupil();
   if (!pupil.isFixed())
     text += fmt::format("Pupil    s1 {} m, s2 {} m\n", exactText(pupil.s1_m), exactText(pupil.s2_m));
+  if (const auto& field = file.camera.correction()) {
+    text += fmt::format("Correction of {} by {} cells, up to {:.2g} px\n", field->grid().columns,
+                        field->grid().rows, field->largest());
+  }
   text +=
       fmt::format("Domain   valid up to {:.1f} degrees off-axis; {}", file.domain->max_angle_rad * kDegPerRad,
                   file.domain->full_image ? "every pixel of the image has a ray"
@@ -225,6 +230,8 @@ class ConvertCommand final : public Command {
               {.complaint = nonNegativeNumber, .limits = "0 or more"});
     flags.addSwitch("--drop-pupil", request_.drops_pupil,
                     "Leave out an entrance pupil that moves, which near points see and far ones do not");
+    flags.addSwitch("--drop-correction", request_.drops_correction,
+                    "Leave out a correction field, and fit the model to the whole camera instead");
     flags.addSwitch("--keep-untrustworthy", keep_untrustworthy_,
                     "Write the camera file even if the result must not be used");
     addReadOptions(flags, camera_);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/correction_field.h"
 
 namespace alidade {
 
@@ -23,7 +24,11 @@ AnyCamera cameraOf(std::string_view model, std::span<const double> params) {
 }
 
 AnyCamera cameraOf(const FitCamera& camera) {
-  return cameraOf(camera.model, camera.params);
+  return cameraOf(camera.model, camera.params).withCorrection(camera.correction);
+}
+
+Eigen::Vector2d seenPixel(const FitCamera& camera, const Eigen::Vector2d& of_corner) {
+  return camera.correction == nullptr ? of_corner : of_corner + camera.correction->at(of_corner);
 }
 
 std::size_t numPupil(const AnyCamera& camera) {
@@ -31,6 +36,7 @@ std::size_t numPupil(const AnyCamera& camera) {
 }
 
 std::vector<double> fitParams(const AnyCamera& camera) {
+  camera.requireUncorrected();
   std::vector<double> params(camera.parameters().begin(), camera.parameters().end());
   const std::array pupil = {camera.pupil().s1_m, camera.pupil().s2_m};
   params.insert(params.end(), pupil.begin(), pupil.begin() + numPupil(camera));

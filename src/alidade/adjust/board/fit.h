@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -26,6 +27,7 @@
 namespace alidade {
 
 class AnyCamera;
+class CorrectionField;
 
 /// The intrinsics that a solve must not change.
 struct ParamConstraint {
@@ -46,6 +48,9 @@ struct FitCamera {
   /// In the model's storage order: fx fy cx cy, then the lens. Then s1, or s1 and s2, of the
   /// EntrancePupil if it is estimated.
   std::vector<double> params = {};
+  /// How the lens deviates from these. The corners of a fit, and all that is computed from it, are free of
+  /// it: where this camera would see them without. Null: not at all.
+  std::shared_ptr<const CorrectionField> correction = {};
   ParamConstraint constraint = {};
   WeakPrior weak_prior = {};
   CornerNoise noise = {};  ///< of its corners
@@ -180,6 +185,8 @@ struct Fit {
 
 /// The pose of the board in the camera frame.
 [[nodiscard]] SE3 cameraFromBoard(const Fit& fit, const FitView& view);
+/// Where the image shows a corner of the fit, px, also with a correction field.
+[[nodiscard]] Eigen::Vector2d seenPixel(const FitCamera& camera, const Eigen::Vector2d& of_corner);
 /// Moves the placement of the view; the camera keeps its place in the rig, and the view its deviation.
 void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_board);
 

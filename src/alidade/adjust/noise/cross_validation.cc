@@ -128,7 +128,8 @@ int foldOf(std::size_t v, std::size_t num_views) {
   return static_cast<int>((stretch + stretch / num_folds) % num_folds);
 }
 
-std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, int jobs, const CancelFlag* cancel) {
+std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, int jobs, const CancelFlag* cancel,
+                                           const FoldChange& change) {
   const std::size_t num_views = fit.views.size();
   HeldOutErrors held_out{.num_folds = numFolds(num_views), .px = {}};
   held_out.px.resize(num_views);
@@ -136,11 +137,17 @@ std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, int jobs, const Cance
   std::vector<char> is_determined(num_folds, 0);
   const auto leaveOut = [&](std::size_t i) {
     const int fold = static_cast<int>(i);
-    const auto without = withoutFold(fold, fit, cancel);
+    std::optional<Fit> changed;
+    if (change) {
+      changed = fit;
+      change(fold, *changed);
+    }
+    const Fit& own = changed ? *changed : fit;
+    const auto without = withoutFold(fold, own, cancel);
     if (!without) return;
     is_determined[i] = 1;
     for (std::size_t v = 0; v < num_views; ++v) {
-      if (foldOf(v, num_views) == fold) held_out.px[v] = errorsOfView(fit, fit.views[v], *without);
+      if (foldOf(v, num_views) == fold) held_out.px[v] = errorsOfView(own, own.views[v], *without);
     }
   };
   parallelFor(num_folds, jobs, leaveOut, cancel);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -31,6 +32,9 @@ using CornerHalves = std::array<std::vector<std::size_t>, 2>;
 /// True if corners determine a pose: at least four that are not nearly on one line.
 [[nodiscard]] bool givesPose(std::span<const Observation> corners);
 
+/// A change of the corners before one fold is left out.
+using FoldChange = std::function<void(int fold, Fit& fit)>;
+
 /// Cross-validation over views. Each fold of views is left out in turn, and intrinsics and poses are
 /// estimated again from the other views, starting at the full solution with its weights and loss. Each
 /// held-out view then gets a pose from one half of its corners and errors on the other half, and vice versa:
@@ -41,7 +45,8 @@ using CornerHalves = std::array<std::vector<std::size_t>, 2>;
 /// but the offsets are
 /// @param jobs  threads; 0: one per processor. The result does not depend on it.
 [[nodiscard]] std::optional<HeldOutErrors> heldOutErrors(const Fit& fit, int jobs = 1,
-                                                         const CancelFlag* cancel = nullptr);
+                                                         const CancelFlag* cancel = nullptr,
+                                                         const FoldChange& change = {});
 
 /// The fold of view v of num_views in order of name, from 0 to numFolds() - 1.
 ///

@@ -128,4 +128,12 @@ ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given
   return solution;
 }
 
+ModelSolution withDataResettled(ModelSolution solution, const CalibratorOptions& options) {
+  SettledFit now{.fit = std::move(solution.fit), .is_settled = solution.choice.is_settled};
+  estimateOffsetsAgain(now, options.cancel);
+  estimateFlexAgain(now, options.board_shape, options.cancel);
+  solution.fit = regularised(std::move(now.fit), options.cancel);
+  return solution;
+}
+
 }  // namespace alidade

@@ -30,6 +30,10 @@ struct ModelSolution {
 [[nodiscard]] ModelSolution withDataSettled(ModelSolution solution, const PreparedViews& given,
                                             const CalibratorOptions& options);
 
+/// The same for a fit that was settled before its corners moved a little: which corners and views it uses,
+/// and whether boards bend, stays decided.
+[[nodiscard]] ModelSolution withDataResettled(ModelSolution solution, const CalibratorOptions& options);
+
 /// Chooses, among the models that the views determine, the smallest one that no larger model beats
 /// significantly, and by a worthwhile share, in held-out error. If it folds inside the image, fisheye models
 /// are considered too, and a model that does not fold replaces it if that adds less error than a warning

@@ -43,6 +43,9 @@ inline constexpr std::array<std::string_view, 5> kBoardShapeModes = {"flat", "wa
   return static_cast<BoardShapeMode>(at);
 }
 
+/// The normal equations of a correction field grow with the fourth power of this.
+inline constexpr int kMaxCorrectionCells = 24;
+
 struct CalibratorOptions {
   /// One of modelIds(), or kAutoModel: that of the initial camera, or one chosen by cross-validation.
   std::string model = kAutoModel;
@@ -56,6 +59,9 @@ struct CalibratorOptions {
   /// How many numbers of the entrance pupil (EntrancePupil) are estimated, 0 to 2. Nothing: those that a wide
   /// lens needs, by cross-validation.
   std::optional<std::size_t> num_pupil = {};
+  /// Columns and rows of the CorrectionField; zeros: none. Nothing: the field that the lens needs, by
+  /// cross-validation, if the model is chosen.
+  std::optional<std::array<int, 2>> correction_cells = {};
   double tolerance_px = 1;  ///< the error of a projected point (95 %) that the user accepts; see judge()
   /// Distance of the points that the accuracy is for, metres; infinite: distant points. See Accuracy.
   double distance_m = std::numeric_limits<double>::infinity();

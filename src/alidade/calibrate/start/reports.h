@@ -132,6 +132,14 @@ struct ModelChoice {
   bool is_wide = false;  ///< fisheye models were considered
 };
 
+/// A correction field, and its reasons.
+struct CorrectionReport {
+  double rms_px = 0;    ///< of the displacements, sqrt(mean over the corners of dx^2 + dy^2)
+  double worst_px = 0;  ///< the largest of them
+  std::optional<HeldOutExcess> excess = {};  ///< of held-out errors without it; nothing if it was requested
+  double holdout_rms_px = std::numeric_limits<double>::quiet_NaN();  ///< with the field from other views only
+};
+
 /// Decisions made during a fit.
 struct Choice {
   StartReport start = {};
@@ -144,6 +152,10 @@ struct Choice {
   std::optional<HeldOutExcess> pupil_excess = {};
   /// True if an entrance pupil was requested, but the views do not determine the lens itself.
   bool is_pupil_undetermined = false;
+  /// How a correction field was chosen; nothing if the lens needs none, or none was wanted.
+  std::optional<CorrectionReport> correction = {};
+  /// True if a correction field was requested, but the views show none beyond noise.
+  bool is_correction_undetermined = false;
   bool is_settled = false;                ///< noise estimate and outliers converged within the allowed rounds
   std::optional<ModelChoice> model = {};  ///< if the model was not named
   std::optional<BetterModel> better_model = {};  ///< if it was named

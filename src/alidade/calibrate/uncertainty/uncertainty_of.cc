@@ -22,6 +22,7 @@
 #include "alidade/camera/model_traits.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/median.h"
+#include "alidade/geometry/decompositions.h"
 
 namespace alidade {
 namespace {
@@ -219,17 +220,6 @@ double unexplainedSigma(const Fit& fit, double variance) {
   return std::sqrt(std::max(0.0, variance - stated));
 }
 
-// @pre there is a covariance
-void setProjected(const Fit& fit, Uncertainty& known) {
-  const AnyCamera camera = cameraOf(fit);
-  const Eigen::MatrixXd stated = known.statedCovariance();
-  const auto grid = [&](double distance_m) {
-    return ProjectionUncertainty(camera, onlyCamera(fit).size, distance_m).grid(stated);
-  };
-  known.projection_far = grid(std::numeric_limits<double>::infinity());
-  known.projection_near = grid(known.board_distance_m);
-}
-
 ViewEvidence viewEvidence(const Fit& fit, const Residuals& residuals, double smoothness) {
   const auto scores = viewScores(fit);
   const auto flexible = modelTraits(onlyCamera(fit).model).is_stiff ? flexibleFit(fit) : std::nullopt;
@@ -247,6 +237,16 @@ ViewEvidence viewEvidence(const Fit& fit, const Residuals& residuals, double smo
 }
 
 }  // namespace
+
+void setProjected(const Fit& fit, Uncertainty& known) {
+  const AnyCamera camera = cameraOf(fit);
+  const Eigen::MatrixXd stated = known.statedCovariance();
+  const auto grid = [&](double distance_m) {
+    return ProjectionUncertainty(camera, onlyCamera(fit).size, distance_m).grid(stated);
+  };
+  known.projection_far = grid(std::numeric_limits<double>::infinity());
+  known.projection_near = grid(known.board_distance_m);
+}
 
 Uncertainty uncertaintyOf(const ModelSolution& solution, const CalibratorOptions& options) {
   const Fit& fit = solution.fit;

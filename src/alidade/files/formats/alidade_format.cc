@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <memory>
 #include <set>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/correction_field.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
@@ -66,6 +68,30 @@ EntrancePupil readPupil(const YamlNode& node) {
     return value->number();
   };
   return {.s1_m = valueAt(EntrancePupil::kNames[0]), .s2_m = valueAt(EntrancePupil::kNames[1])};
+}
+
+CorrectionField readCorrection(const YamlNode& node) {
+  node.allowKeys({"grid", "coefficients"});
+  const YamlNode grid = node.at("grid");
+  grid.allowKeys({"columns", "rows", "x", "y", "cell_width", "cell_height", "bounded"});
+  const auto bounded = grid.find("bounded");
+  const int columns = grid.at("columns").integer();
+  if (columns < 1 || columns > CorrectionGrid::kMaxCells)
+    throw grid.at("columns").error(std::to_string(columns),
+                                   "1 to " + std::to_string(CorrectionGrid::kMaxCells));
+  std::vector<double> points;
+  for (const YamlNode& row : node.at("coefficients").items()) {
+    const std::vector<double> numbers = row.numbers(2 * (static_cast<std::size_t>(columns) + 3));
+    points.insert(points.end(), numbers.begin(), numbers.end());
+  }
+  return withPlace(node.where(), [&] {
+    return CorrectionField({.columns = columns,
+                            .rows = grid.at("rows").integer(),
+                            .origin_px = {grid.at("x").number(), grid.at("y").number()},
+                            .cell_px = {grid.at("cell_width").number(), grid.at("cell_height").number()},
+                            .is_bounded = bounded && bounded->boolean()},
+                           std::move(points));
+  });
 }
 
 void checkVersion(const YamlNode& version) {
@@ -335,9 +361,11 @@ AnyCamera readCamera(const YamlNode& root) {
     if (const auto complaint = parameterComplaint(id, i, values[i]))
       throw parameters.at(std::string(parameterNames(id)[i])).error(exactText(values[i]), *complaint);
   }
-  const AnyCamera camera = AnyCamera::make(id, values);
-  const auto pupil = root.find("pupil");
-  return pupil ? camera.withPupil(readPupil(*pupil)) : camera;
+  AnyCamera camera = AnyCamera::make(id, values);
+  if (const auto pupil = root.find("pupil")) camera = camera.withPupil(readPupil(*pupil));
+  if (const auto correction = root.find("correction"))
+    camera = camera.withCorrection(std::make_shared<const CorrectionField>(readCorrection(*correction)));
+  return camera;
 }
 
 namespace {
@@ -349,8 +377,8 @@ CameraRecord readCameraRoot(const YamlNode& root) {
                      "add the line: alidade_camera: 1");
   }
   checkVersion(root.at("alidade_camera"));
-  root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "pupil", "camera", "conventions",
-                  "domain", "self_check", "calibration", "created_by"});
+  root.allowKeys({"alidade_camera", "model", "image_size", "parameters", "pupil", "correction", "camera",
+                  "conventions", "domain", "self_check", "calibration", "created_by"});
   CameraRecord file{.camera = readCamera(root), .image_size = readImageSize(root.at("image_size"))};
   if (const auto n = root.find("camera")) file.name = readName(*n);
   if (const auto n = root.find("conventions")) checkConventions(*n);
@@ -463,6 +491,7 @@ const CameraFormat& alidade() {
                                        .max_cameras = CameraFormat::kAnyNumber,
                                        .poses = CameraFormat::Poses::kFromRig,
                                        .holds_pupil = true,
+                                       .holds_correction = true,
                                        .marks = {"alidade_camera", "alidade_rig"},
                                        .recognises = recognises,
                                        .read = read,

@@ -6,6 +6,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include "alidade/camera/correction_field.h"
 #include "alidade/core/text.h"
 #include "alidade/files/text/file_text.h"
 #include "alidade/files/text/pose_node.h"
@@ -17,6 +18,7 @@ namespace {
 using detail::flowMap;
 using detail::listOf;
 using detail::writeEntries;
+using detail::writeValue;
 
 auto byName(std::span<const std::string_view> names, std::span<const double> values) {
   return [names, values = std::vector(values.begin(), values.end())](YAML::Emitter& out) {
@@ -129,6 +131,27 @@ std::string cameraFileText(const CameraRecord& file) {
     writeEntries(
         out, "pupil",
         byName(std::span(EntrancePupil::kNames).first(num_stated), std::span(values).first(num_stated)));
+  }
+  if (file.camera.correction() != nullptr) {
+    const CorrectionGrid& grid = file.camera.correction()->grid();
+    const auto place = [&grid](YAML::Emitter& to) {
+      to << YAML::Flow << YAML::BeginMap;
+      writeEntries(to, "columns", grid.columns, "rows", grid.rows, "x", grid.origin_px.x(), "y",
+                   grid.origin_px.y(), "cell_width", grid.cell_px.x(), "cell_height", grid.cell_px.y());
+      if (grid.is_bounded) writeEntries(to, "bounded", "true");
+      to << YAML::EndMap;
+    };
+    const auto width = 2 * static_cast<std::size_t>(grid.pointsAcross());
+    writeEntries(out, "correction", [&](YAML::Emitter& to) {
+      to << YAML::BeginMap;
+      writeEntries(to, "grid", place, "coefficients", [&](YAML::Emitter& rows) {
+        rows << YAML::BeginSeq;
+        const std::span<const double> all(file.camera.correction()->points());
+        for (std::size_t at = 0; at < all.size(); at += width) writeValue(rows, all.subspan(at, width));
+        rows << YAML::EndSeq;
+      });
+      to << YAML::EndMap;
+    });
   }
   if (!file.name.isEmpty()) {
     // Quoted, because a serial number must not become a number.

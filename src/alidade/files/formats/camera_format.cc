@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 
+#include "alidade/camera/model_fit.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/camera/same_lens.h"
 #include "alidade/camera/self_check.h"
@@ -80,10 +81,22 @@ void requirePupilHeld(const CameraFormat& format, const NamedCamera& named) {
       "to leave it out, because points are far away, add --drop-pupil");
 }
 
+void requireCorrectionHeld(const CameraFormat& format, const NamedCamera& named) {
+  if (format.holds_correction || named.camera.correction() == nullptr) return;
+  const ModelFit fit = fitModel(named.camera, named.image_size, named.camera.modelId());
+  throw detail::errorAt(named.where,
+                        "a correction field; the closest " + std::string(named.camera.modelId()) +
+                            " camera without one is off by " + numberText("%.2g", fit.rms_px) +
+                            " px (RMS), at most " + numberText("%.2g", fit.max_error_px) + " px",
+                        "a format that can state it: alidade",
+                        "for the closest camera without it: alidade convert --drop-correction");
+}
+
 // An equivalent of `camera` in a model that `format` stores.
 AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
   const AnyCamera& camera = named.camera;
   requirePupilHeld(format, named);
+  requireCorrectionHeld(format, named);
   const auto& models = format.models;
   const bool has_model = std::find(models.begin(), models.end(), camera.modelId()) != models.end();
   if (has_model && !lacksK3(format, camera)) return camera;

@@ -33,8 +33,9 @@ struct CameraFormat {
   Poses poses = Poses::kNone;
   /// A file states how its camera is rectified. Two files state the poses of a pair.
   bool holds_rectification = false;
-  bool holds_size = true;    ///< the image size
-  bool holds_pupil = false;  ///< an EntrancePupil that moves
+  bool holds_size = true;         ///< the image size
+  bool holds_pupil = false;       ///< an EntrancePupil that moves
+  bool holds_correction = false;  ///< a CorrectionField
   /// Keys of this format that hardly any other file has. They distinguish a camera file with a typo in a key
   /// from a file without a camera.
   std::vector<std::string_view> marks = {};

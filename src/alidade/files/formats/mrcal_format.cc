@@ -3,10 +3,15 @@
 // camera model file format" and "lens models"; cameramodel.py names the keys of older files). Intrinsics: fx,
 // fy, cx, cy, then OpenCV's coefficients. Pixel (0, 0) is a pixel's centre.
 #include <array>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <numbers>
 #include <string>
 
 #include <fmt/format.h>
 
+#include "alidade/camera/correction_field.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
@@ -24,6 +29,10 @@ constexpr std::array<LensLayout, 5> kLenses = {
 // 2 tan(theta / 2): the unified model with a fixed parameter and no coefficients.
 constexpr LensLayout kStereographic = {"LENSMODEL_STEREOGRAPHIC", "ucm", "fx fy cx cy"};
 
+// A stereographic lens with a displacement in its plane: a bicubic B-spline on a grid about the axis. Its
+// name states the control points and the field of view that is between the outer rings.
+const std::string kSplined = "LENSMODEL_SPLINED_STEREOGRAPHIC_";
+
 constexpr std::array kModelKeys = {"lensmodel", "lens_model", "distortion_model"};  // of new and of old files
 const std::string kNotCarried = "valid_intrinsics_region ";
 // Rotation vector and translation, camera from reference.
@@ -32,9 +41,10 @@ const std::string kOtherKeys =
     "extrinsics rt_cam_ref lensmodel lens_model distortion_model intrinsics imagersize icam_intrinsics "
     "icam_intrinsics_optimization_inputs optimization_inputs";
 
-const char* modelKey(const CameraDocument& document) {
+template <class Map>
+const char* modelKey(const Map& map) {
   for (const char* key : kModelKeys) {
-    if (document.has(key)) return key;
+    if (map.has(key)) return key;
   }
   return nullptr;
 }
@@ -50,7 +60,8 @@ const LensLayout& lensOf(const YamlNode& node) {
   if (name == kStereographic.name) return kStereographic;
   if (const LensLayout* lens = findLayout(kLenses, name)) return *lens;
   throw node.error("'" + name + "'",
-                   "LENSMODEL_PINHOLE, _OPENCV4, _OPENCV5, _OPENCV8, _OPENCV12 or _STEREOGRAPHIC",
+                   "LENSMODEL_PINHOLE, _OPENCV4, _OPENCV5, _OPENCV8, _OPENCV12, _STEREOGRAPHIC or "
+                   "_SPLINED_STEREOGRAPHIC",
                    "convert it to one of these with mrcal-convert-lensmodel");
 }
 
@@ -64,14 +75,93 @@ std::vector<SE3> readPoses(const YamlNode& root) {
   return {};
 }
 
+struct SplinedName {
+  int across = 0;  // control points
+  int down = 0;
+  double fov_x_deg = 0;
+};
+
+SplinedName splinedName(const YamlNode& node) {
+  const std::string name = node.text();
+  SplinedName of;
+  int order = 0;
+  int length = 0;
+  const int num_read = std::sscanf(name.c_str() + kSplined.size(), "order=%d_Nx=%d_Ny=%d_fov_x_deg=%lf%n",
+                                   &order, &of.across, &of.down, &of.fov_x_deg, &length);
+  constexpr int kMost = CorrectionGrid::kMaxCells + 3;
+  const bool is_known = num_read == 4 && kSplined.size() + static_cast<std::size_t>(length) == name.size() &&
+                        order == 3 && std::min(of.across, of.down) >= 4 &&
+                        std::max(of.across, of.down) <= kMost && of.fov_x_deg > 0 && of.fov_x_deg < 360;
+  if (!is_known) {
+    throw node.error("'" + name + "'",
+                     kSplined + "order=3_Nx=NX_Ny=NY_fov_x_deg=DEGREES, with 4 to " + std::to_string(kMost) +
+                         " control points each way",
+                     "convert it to one of these, or to a parametric model, with mrcal-convert-lensmodel");
+  }
+  return of;
+}
+
+// True if every pixel is displaced from one within the grid.
+bool coversImage(const CorrectionField& field, ImageSize size) {
+  const CorrectionGrid& grid = field.grid();
+  const Eigen::Array2d end(grid.columns, grid.rows);
+  constexpr int kSteps = 32;
+  for (int j = 0; j <= kSteps; ++j) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const auto from =
+          field.undisplaced({i * size.width / double{kSteps} - 0.5, j * size.height / double{kSteps} - 0.5});
+      if (!from) return false;
+      const Eigen::Array2d cell = (*from - grid.origin_px).array() / grid.cell_px.array();
+      if ((cell < 0).any() || (cell > end).any()) return false;
+    }
+  }
+  return true;
+}
+
+// mrcal.c, mrcal_precompute_lensmodel_data: the segments between control points cover the field in x.
+StatedCamera readSplined(const YamlNode& name, const YamlNode& intrinsics, ImageSize size) {
+  const SplinedName of = splinedName(name);
+  std::vector<double> numbers =
+      intrinsics.numbers(4 + 2 * static_cast<std::size_t>(of.across) * static_cast<std::size_t>(of.down));
+  const Eigen::Vector2d focal(numbers[0], numbers[1]);
+  const Eigen::Vector2d center(numbers[2], numbers[3]);
+  const double edge = 2 * std::tan(of.fov_x_deg * std::numbers::pi / 720);
+  const double segment = 2 * edge / (of.across - 3);
+  CorrectionGrid grid{.columns = of.across - 3, .rows = of.down - 3};
+  grid.cell_px = segment * focal;
+  grid.origin_px =
+      center + grid.cell_px.cwiseProduct(Eigen::Vector2d(1 - 0.5 * (of.across - 1), 1 - 0.5 * (of.down - 1)));
+  for (std::size_t i = 4; i < numbers.size(); ++i) numbers[i] *= focal[static_cast<Eigen::Index>(i % 2)];
+  const std::array<StatedNumber, 5> lens = {{{numbers[0]}, {numbers[1]}, {numbers[2]}, {numbers[3]}, {0.5}}};
+  StatedCamera camera = stateCamera(intrinsics.where(), kStereographic.model, lens, size);
+  camera.camera = camera.camera.withCorrection(withPlace(intrinsics.where(), [&] {
+    return std::make_shared<const CorrectionField>(
+        CorrectionField::soundPart(grid, std::vector<double>(numbers.begin() + 4, numbers.end()), center));
+  }));
+  if (!coversImage(*camera.camera.correction(), size)) {
+    camera.remarks.push_back(
+        {.id = "assumed",
+         .message =
+             intrinsics.where() + ": the splines end or fold inside the image; pixels beyond are left out"});
+  }
+  return camera;
+}
+
+StatedCamera readLens(const YamlNode& root) {
+  const YamlNode name = root.at(modelKey(root));
+  const YamlNode intrinsics = root.at("intrinsics");
+  const ImageSize size = readSize(root.at("imagersize"));
+  if (name.text().starts_with(kSplined)) return readSplined(name, intrinsics, size);
+  const LensLayout& lens = lensOf(name);
+  const std::size_t count = words(lens.order).size();
+  std::vector<StatedNumber> parameters = storageOrder(lens, statedNumbers(intrinsics, count));
+  if (&lens == &kStereographic) parameters.back().value = 0.5;
+  return stateCamera(intrinsics.where(), lens.model, parameters, size);
+}
+
 CameraSource read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
-  const LensLayout& lens = lensOf(root.at(modelKey(document)));
-  const std::size_t count = words(lens.order).size();
-  std::vector<StatedNumber> parameters = storageOrder(lens, statedNumbers(root.at("intrinsics"), count));
-  if (&lens == &kStereographic) parameters.back().value = 0.5;
-  StatedCamera camera =
-      stateCamera(root.at("intrinsics").where(), lens.model, parameters, readSize(root.at("imagersize")));
+  StatedCamera camera = readLens(root);
   remarkUnknownKeys(root, words(kNotCarried + kOtherKeys), camera);
   remarkNotCarried(root, words(kNotCarried), camera);
   CameraSource all{.cameras = {camera}};

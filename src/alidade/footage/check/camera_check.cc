@@ -235,6 +235,7 @@ FootageGap gapOf(const FootageTracks& tracks, const FootageWindows& found) {
 
 FootageCheck checkOnFootage(const AnyCamera& camera, const FootageTracks& given_tracks,
                             const FootageCheckOptions& options) {
+  camera.requireUncorrected();
   const FootageTracks tracks = withoutFixed(given_tracks);
   FootageCheck check;
   check.tolerance_px = options.tolerance_px;

@@ -432,6 +432,7 @@ std::vector<PixelMatch> matchImages(const GrayImage& first, const GrayImage& sec
 RigCheck checkRigOnFootage(const AnyRig& rig, std::span<const RigPairMatches> matches,
                            const FootageCheckOptions& options) {
   RigCheck check;
+  for (const MountedCamera& camera : rig.cameras()) camera.camera.requireUncorrected();
   for (const RigPairMatches& pair : matches) {
     const MountedCamera& first = rig.camera(pair.first);
     const MountedCamera& second = rig.camera(pair.second);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "alidade/adjust/board/errors.h"
+#include "alidade/camera/correction_field.h"
 #include "alidade/core/mapped.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/report/data/json_output.h"
@@ -142,11 +143,12 @@ json fittedShapeJson(const Fit& fit, std::size_t board) {
   return document;
 }
 
-json cornersJson(const FitView& view) {
+json cornersJson(const FitCamera& camera, const FitView& view) {
   json corners = json::array();
   for (std::size_t i = 0; i < view.corners.size(); ++i)
-    corners.push_back(
-        CornerError{.id = view.corners[i].id, .pixel = view.corners[i].pixel, .error_px = view.errors[i]});
+    corners.push_back(CornerError{.id = view.corners[i].id,
+                                  .pixel = seenPixel(camera, view.corners[i].pixel),
+                                  .error_px = view.errors[i]});
   return corners;
 }
 
@@ -244,6 +246,25 @@ json viewsJson(const Calibration& result) {
 json pupilJson(const EntrancePupil& pupil, const std::vector<double>& std_m) {
   if (pupil.isFixed() && std_m.empty()) return nullptr;
   return {{"s1", pupil.s1_m}, {"s2", pupil.s2_m}, {"std", std_m}};
+}
+
+// Pixels; null if there is none.
+json correctionJson(const AnyCamera& camera) {
+  if (camera.correction() == nullptr) return nullptr;
+  const CorrectionGrid& grid = camera.correction()->grid();
+  return {{"columns", grid.columns},
+          {"rows", grid.rows},
+          {"origin", vectorJson(grid.origin_px)},
+          {"cell", vectorJson(grid.cell_px)},
+          {"bounded", grid.is_bounded},
+          {"coefficients", camera.correction()->points()}};
+}
+
+json correctionChoiceJson(const std::optional<CorrectionReport>& found) {
+  if (!found) return nullptr;
+  return {{"rms_px", found->rms_px},
+          {"worst_px", found->worst_px},
+          {"holdout_excess_without", found->excess ? json(found->excess->share) : json(nullptr)}};
 }
 
 json otherOptimaJson(const Calibration& result) {
@@ -356,6 +377,8 @@ json documentOf(const Calibration& result, const GivenImages& given, const Guida
       {"board_shape",
        ofEachBoard(result.fit, [&](std::size_t board) { return boardShapeJson(result, board); })},
       {"entrance_pupil", pupilJson(result.camera().pupil(), known.pupil_std_m)},
+      {"correction", correctionJson(result.camera())},
+      {"correction_choice", correctionChoiceJson(result.choice.correction)},
       {"weak_prior", weakPriorJson(onlyCamera(result.fit))},
       {"start", result.choice.start},
       {"other_optima", otherOptimaJson(result)},
@@ -413,6 +436,7 @@ json documentOfRig(const RigCalibration& rig) {
          {"image_size", fitted.size},
          {"parameters", parametersJson(parameterNames(fitted.model), fitted.params)},
          {"entrance_pupil", pupilJson(cameraOf(fitted).pupil(), camera.calibration.uncertainty.pupil_std_m)},
+         {"correction", correctionJson(cameraOf(fitted))},
          {"camera_from_rig", fitted.camera_from_rig},
          {"translation_std_m", vectorJson(camera.link.translation_std_m)},
          {"rotation_std_rad", vectorJson(camera.link.rotation_std_rad)},
@@ -477,7 +501,7 @@ json evidenceDocument(const Calibration& result, const GivenImages& given, const
                       const EvidenceOrigin& origin) {
   json document = documentOf(result, given, guidance);
   for (std::size_t v = 0; v < result.fit.views.size(); ++v)
-    document["views"][v]["corners"] = cornersJson(result.fit.views[v]);
+    document["views"][v]["corners"] = cornersJson(onlyCamera(result.fit), result.fit.views[v]);
   document["settings"] = json::object();
   for (const auto& [name, values] : origin.settings) document["settings"][name] = values;
   document["tolerance_px"] = origin.tolerance_px;
@@ -512,7 +536,7 @@ json rigEvidenceDocument(const RigCalibration& rig, double tolerance_px, const s
                      {"placement", view.placement},
                      {"image", view.image},
                      {"rms_px", std::sqrt(sum / count)},
-                     {"corners", cornersJson(view)}});
+                     {"corners", cornersJson(rig.fit.cameras[view.camera], view)}});
   }
   return document;
 }

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/report/data/json_node.h"
 
+#include <memory>
 #include <string_view>
+#include <utility>
+
+#include "alidade/camera/correction_field.h"
 
 namespace alidade {
 namespace {
@@ -57,7 +61,23 @@ AnyCamera readCamera(const JsonNode& node) {
   std::vector<double> params;
   for (const std::string_view name : of_model.made([&] { return parameterNames(model); }))
     params.push_back(values[std::string(name).c_str()].finite());
-  const AnyCamera camera = values.made([&] { return AnyCamera::make(model, params); });
+  AnyCamera camera = values.made([&] { return AnyCamera::make(model, params); });
+  if (node.has("correction") && !node["correction"].isNull()) {
+    const JsonNode field = node["correction"];
+    const auto pair = [&](const char* key) {
+      const std::vector<double> numbers = field[key].list([](const JsonNode& n) { return n.finite(); });
+      if (numbers.size() != 2) field[key].refuse("two numbers");
+      return Eigen::Vector2d(numbers[0], numbers[1]);
+    };
+    const CorrectionGrid grid{.columns = field["columns"].whole(1, CorrectionGrid::kMaxCells),
+                              .rows = field["rows"].whole(1, CorrectionGrid::kMaxCells),
+                              .origin_px = pair("origin"),
+                              .cell_px = pair("cell"),
+                              .is_bounded = field["bounded"].flag()};
+    std::vector<double> points = field["coefficients"].list([](const JsonNode& n) { return n.finite(); });
+    camera = camera.withCorrection(
+        field.made([&] { return std::make_shared<const CorrectionField>(grid, std::move(points)); }));
+  }
   if (!node.has("entrance_pupil") || node["entrance_pupil"].isNull()) return camera;
   const JsonNode pupil = node["entrance_pupil"];
   const EntrancePupil moving{.s1_m = pupil["s1"].finite(), .s2_m = pupil["s2"].finite()};

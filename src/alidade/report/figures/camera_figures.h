@@ -44,6 +44,8 @@ namespace alidade {
 /// The start of a ray on the axis over its angle, up to the range covered by boards. @pre the entrance pupil
 /// moves
 [[nodiscard]] Figure pupilFigure(const ReportData& data);
+/// The correction field as arrows over the image. @pre the camera has one
+[[nodiscard]] Figure correctionFigure(const ReportData& data);
 /// The correlations of the estimated parameters. @pre there is a covariance
 [[nodiscard]] Figure correlationFigure(const ReportData& data);
 

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/camera/correction_field.h"
 #include "alidade/camera/pinhole.h"
 #include "alidade/core/degrees.h"
 
@@ -333,6 +334,38 @@ Figure pupilFigure(const ReportData& data) {
                   "this, and far ones do not.",
        .alt = "The entrance pupil moves along the axis: by " + where + "."},
       {{"line curve", "start of the ray"}});
+}
+
+Figure correctionFigure(const ReportData& data) {
+  const CorrectionField& field = *data.camera.correction();
+  constexpr int kAcross = 26;  // arrows
+  const double step = static_cast<double>(std::max(data.size.width, data.size.height)) / kAcross;
+  std::vector<std::pair<Vector2d, Vector2d>> moves;
+  double longest = 0;
+  double squares = 0;
+  for (double v = 0.5 * step; v < data.size.height; v += step) {
+    for (double u = 0.5 * step; u < data.size.width; u += step) {
+      const Vector2d move = field.at({u, v});
+      moves.emplace_back(Vector2d(u, v), move);
+      longest = std::max(longest, move.norm());
+      squares += move.squaredNorm();
+    }
+  }
+  FigureCanvas canvas(data.size, "paper");
+  const double scale = longest > 0 ? 1.6 * step * canvas.area().scale() / longest : 0.0;
+  std::string d;
+  for (const auto& [from, move] : moves) d += arrowPath(canvas.at(from), scale * move);
+  canvas.addPath(d, "shaft");
+  canvas.addImageFrame();
+  const double rms_px = std::sqrt(squares / static_cast<double>(moves.size()));
+  return canvas.drawn(
+      {.id = "correction",
+       .title = "Correction field",
+       .reading =
+           "How far this lens moves pixels from where its model alone puts them. Arrows are enlarged; those of "
+           "a real lens change smoothly, and are short where no board was seen.",
+       .alt = fmt::format("The correction field moves pixels by {:.2g} px (RMS over the image).", rms_px)},
+      {{fmt::format("arrow {:.1f} shaft", 0.5 * scale * longest), fmt::format("{:.2g} px", 0.5 * longest)}});
 }
 
 Figure correlationFigure(const ReportData& data) {

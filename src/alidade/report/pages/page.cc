@@ -169,6 +169,7 @@ std::vector<PageSection> sectionsOf(const CalibrationEvidence& data, const PageO
   PageSection lens{
       .id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
   if (!data.camera.pupil().isFixed()) lens.figures.push_back(pupilFigure(data));
+  if (data.camera.correction() != nullptr) lens.figures.push_back(correctionFigure(data));
   if (std::optional<Figure> figure = undistortedFigure(data, options.pictures.image_of))
     lens.figures.push_back(*std::move(figure));
   if (options.rival) lens.figures.push_back(differenceFigure(data, *options.rival));

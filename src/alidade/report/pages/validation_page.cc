@@ -192,6 +192,7 @@ std::vector<PageSection> sectionsOf(const JudgedCamera& camera, const std::optio
   lens.figures.push_back(distortionGridFigure(data));
   lens.figures.push_back(radialFigure(data));
   if (!data.camera.pupil().isFixed()) lens.figures.push_back(pupilFigure(data));
+  if (data.camera.correction() != nullptr) lens.figures.push_back(correctionFigure(data));
   sections.push_back(std::move(lens));
   return sections;
 }

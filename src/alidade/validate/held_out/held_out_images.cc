@@ -11,6 +11,7 @@
 #include "alidade/adjust/board/errors.h"
 #include "alidade/adjust/board/pose_search.h"
 #include "alidade/adjust/board/view_pose.h"
+#include "alidade/adjust/noise/correction_fit.h"
 #include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/uncertainty/accuracy.h"
@@ -280,6 +281,14 @@ HeldOutJudgement judgeOnImages(const ComparedCamera& camera, std::span<const Boa
                  ? "one is the other rotated by 90 degrees: width and height may be swapped in the camera "
                    "file; if the images were rotated, use alidade convert --rotate 90 or 270"
                  : "use images of this size, or adapt the camera with alidade convert --resize or --crop"});
+  }
+  if (const auto& field = camera.camera->correction()) {
+    const AnyCamera plain = camera.camera->withCorrection(nullptr);
+    HeldOutJudgement judgement =
+        judgeOnImages({.camera = &plain, .size = camera.size, .covariance = camera.covariance}, boards,
+                      freeOf(*field, std::move(views)), options);
+    if (judgement.freed) onlyCamera(judgement.freed->fit).correction = field;
+    return judgement;
   }
   std::ranges::sort(views, [](const View& a, const View& b) {
     return a.image == b.image ? a.board < b.board : naturalLess(a.image, b.image);

@@ -94,7 +94,7 @@ std::optional<AnyCamera> mended(const SlipKind& kind, const AnyCamera& tested, c
   }
   if (std::equal(params.begin(), params.end(), given.begin())) return std::nullopt;
   try {
-    return AnyCamera::make(tested.modelId(), params).withPupil(tested.pupil());
+    return tested.withParameters(params);
   } catch (const Error&) {
     return std::nullopt;
   }
