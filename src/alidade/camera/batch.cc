@@ -333,6 +333,19 @@ class UnprojectLoop {
   double cos_max_angle_;
 };
 
+// Of four neighbouring control points.
+struct SplineWeights {
+  double of[4];
+  ALIDADE_ALWAYS_INLINE explicit SplineWeights(double t) {
+    const double s = 1 - t;
+    constexpr double kSixth = 1.0 / 6;
+    of[0] = kSixth * s * s * s;
+    of[1] = kSixth * (4 + t * t * (3 * t - 6));
+    of[2] = kSixth * (4 + s * s * (3 * s - 6));
+    of[3] = kSixth * t * t * t;
+  }
+};
+
 // Displaces the pixels of a model, and turns their Jacobians.
 void displace(const CorrectionField& field, const Arrays<3, 5>& arrays, std::size_t num_params,
               std::size_t count) {
@@ -342,11 +355,33 @@ void displace(const CorrectionField& field, const Arrays<3, 5>& arrays, std::siz
   const bool has_jacobians = by_point != nullptr || by_pose != nullptr || by_params != nullptr;
   const std::array<std::pair<double*, std::size_t>, 3> jacobians = {
       {{by_point, 3}, {by_pose, 6}, {by_params, num_params}}};
+  const Eigen::Vector2d per_px = grid.cell_px.cwiseInverse();
   callVectorised([&]() ALIDADE_INLINE_LAMBDA {
     const std::size_t row_size = 2 * static_cast<std::size_t>(grid.pointsAcross());
+    const double end_x = grid.columns;
+    const double end_y = grid.rows;
     for (std::size_t i = 0; i < count; ++i) {
       double* const to[2] = {u + i * arrays.out_stride, v + i * arrays.out_stride};
       if (arrays.status[i] != ProjectStatus::kOk) continue;
+      const double at_x = (*to[0] - grid.origin_px.x()) * per_px.x();
+      const double at_y = (*to[1] - grid.origin_px.y()) * per_px.y();
+      // Inside the grid, without derivatives: the four points along x as u, v, u, v.
+      if (!has_jacobians && at_x >= 0 && at_y >= 0 && at_x < end_x && at_y < end_y) {
+        const auto column = static_cast<std::size_t>(at_x);
+        const auto row = static_cast<std::size_t>(at_y);
+        const SplineWeights x(at_x - static_cast<double>(column));
+        const SplineWeights y(at_y - static_cast<double>(row));
+        const double* from = points + row * row_size + 2 * column;
+        double sums[8];
+        for (std::size_t k = 0; k < 8; ++k) sums[k] = y.of[0] * from[k];
+        for (std::size_t j = 1; j < 4; ++j) {
+          from += row_size;
+          for (std::size_t k = 0; k < 8; ++k) sums[k] += y.of[j] * from[k];
+        }
+        *to[0] += (x.of[0] * sums[0] + x.of[1] * sums[2]) + (x.of[2] * sums[4] + x.of[3] * sums[6]);
+        *to[1] += (x.of[0] * sums[1] + x.of[1] * sums[3]) + (x.of[2] * sums[5] + x.of[3] * sums[7]);
+        continue;
+      }
       if (!grid.has({*to[0], *to[1]})) {
         arrays.status[i] = ProjectStatus::kOutsideDomain;
         *to[0] = *to[1] = lane::kNaN;

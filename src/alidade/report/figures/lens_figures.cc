@@ -355,7 +355,7 @@ Figure correctionFigure(const ReportData& data) {
   const double scale = longest > 0 ? 1.6 * step * canvas.area().scale() / longest : 0.0;
   std::string d;
   for (const auto& [from, move] : moves) d += arrowPath(canvas.at(from), scale * move);
-  canvas.addPath(d, "shaft");
+  canvas.addMeanArrows(d);
   canvas.addImageFrame();
   const double rms_px = std::sqrt(squares / static_cast<double>(moves.size()));
   return canvas.drawn(
@@ -365,7 +365,7 @@ Figure correctionFigure(const ReportData& data) {
            "How far this lens moves pixels from where its model alone puts them. Arrows are enlarged; those of "
            "a real lens change smoothly, and are short where no board was seen.",
        .alt = fmt::format("The correction field moves pixels by {:.2g} px (RMS over the image).", rms_px)},
-      {{fmt::format("arrow {:.1f} shaft", 0.5 * scale * longest), fmt::format("{:.2g} px", 0.5 * longest)}});
+      {{fmt::format("arrow {:.1f} mean", 0.5 * scale * longest), fmt::format("{:.2g} px", 0.5 * longest)}});
 }
 
 Figure correlationFigure(const ReportData& data) {
