@@ -160,8 +160,8 @@ Lines correctionLines(const Calibration& result) {
   const auto& found = result.choice.correction;
   if (!found) return wrapped("Field", "as given");
   return wrapped("Field",
-                 fmt::format("{} by {} cells, {:.2g} px (RMS), at most {:.2g} px{}",
-                             field->grid().columns, field->grid().rows, found->rms_px, found->worst_px,
+                 fmt::format("{} by {} cells, {:.2g} px (RMS), at most {:.2g} px{}", field->grid().columns,
+                             field->grid().rows, found->rms_px, found->worst_px,
                              found->excess ? fmt::format("; held-out errors {:.0f} % larger without",
                                                          100 * found->excess->share)
                                            : ""));

@@ -23,6 +23,7 @@
 #include "alidade/camera/any_rig.h"
 #include "alidade/camera/batch.h"
 #include "alidade/camera/camera_edit.h"
+#include "alidade/camera/correction_field.h"
 #include "alidade/camera/model_fit.h"
 #include "alidade/camera/triangulation.h"
 #include "alidade/core/error.h"

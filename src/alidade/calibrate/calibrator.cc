@@ -255,6 +255,14 @@ void requireLikelyPupil(const EntrancePupil& pupil) {
   }
 }
 
+// Gives the camera of a calibration of corners that are free of a field this field.
+void setCorrection(CorrectionPointer field, Calibration& calibration) {
+  FitCamera& camera = onlyCamera(calibration.fit);
+  camera.correction = std::move(field);
+  for (Outlier& outlier : calibration.dropped.outliers) outlier.pixel = seenPixel(camera, outlier.pixel);
+  calibration.domain = certifyDomain(calibration.camera(), camera.size);
+}
+
 // The choice if another model, which was worse alone, is taken with a field.
 ModelChoice withField(ModelChoice choice, std::string_view model) {
   for (ModelCandidate& c : choice.candidates) {
@@ -306,7 +314,7 @@ std::optional<Corrected> neededCorrection(const Calibration& result, const Prepa
       options.model = model;
       const Calibration base =
           model == chosen ? result : calibrationOf(solutionOf(given, options), given, options);
-      std::optional<CorrectedFit> with = chooseCorrection(base, options, report);
+      std::optional<CorrectedFit> with = chooseCorrection(base.fit, options, report);
       if (!with || (model != chosen && !(report.holdout_rms_px < result.uncertainty.holdout.rms_px)))
         continue;
       Corrected corrected{.with = *std::move(with),
@@ -353,11 +361,37 @@ void correct(Calibration& result, PreparedViews given, const CalibratorOptions& 
   with.fit = solution.fit;
   solution.holdout = holdoutReport(heldOutErrors(with, options.jobs, options.cancel));
   Calibration found = calibrationOf(std::move(solution), given, options);
-  attachCorrection(with, found);
+  includeCorrection(with, found.uncertainty);
+  measureCorrection(with, *found.choice.correction);
+  setCorrection(with.field, found);
   found.diagnoses = judge(found, options.tolerance_px);
   const bool is_better = found.uncertainty.holdout.rms_px < result.uncertainty.holdout.rms_px;
   if (!options.correction_cells && (!is_better || (result.isUsable() && !found.isUsable()))) return;
   result = std::move(found);
+}
+
+void requireCells(const CalibratorOptions& named) {
+  if (!named.correction_cells) return;
+  const auto [columns, rows] = *named.correction_cells;
+  const bool is_none = columns == 0 && rows == 0;
+  if (!is_none && (std::min(columns, rows) < 1 || std::max(columns, rows) > kMaxCorrectionCells)) {
+    throw usageError(
+        {.where = "cells of the correction field",
+         .found = std::to_string(columns) + " by " + std::to_string(rows),
+         .expected = "1 to " + std::to_string(kMaxCorrectionCells) + " each way, or 0 by 0 for none"});
+  }
+}
+
+// The field of a lens that is given whole; one to start from starts without.
+CorrectionPointer keptCorrection(CalibratorOptions& named) {
+  if (!named.initial) return nullptr;
+  AnyCamera& initial = named.initial->camera;
+  const bool is_whole =
+      named.model == initial.modelId() && constraintOf(named).held.size() == initial.parameters().size();
+  CorrectionPointer kept = is_whole ? initial.correction() : nullptr;
+  initial = initial.withCorrection(nullptr);
+  if (kept) named.correction_cells = {0, 0};
+  return kept;
 }
 
 }  // namespace
@@ -376,24 +410,8 @@ Calibration calibrate(std::span<const Board> boards, std::vector<View> views,
   if (const std::size_t num_params = named.model == kAutoModel ? 0 : parameterNames(named.model).size();
       named.initial && constraintOf(named).held.size() == num_params)
     named.num_pupil = numPupil(named.initial->camera);  // a given lens keeps its pupil
-  if (named.correction_cells) {
-    const auto [columns, rows] = *named.correction_cells;
-    const bool is_none = columns == 0 && rows == 0;
-    if (!is_none && (std::min(columns, rows) < 1 || std::max(columns, rows) > kMaxCorrectionCells)) {
-      throw usageError(
-          {.where = "cells of the correction field",
-           .found = std::to_string(columns) + " by " + std::to_string(rows),
-           .expected = "1 to " + std::to_string(kMaxCorrectionCells) + " each way, or 0 by 0 for none"});
-    }
-  }
-  CorrectionPointer kept;  // as that of a given lens is
-  if (named.initial) {
-    AnyCamera& initial = named.initial->camera;
-    if (named.model == initial.modelId() && constraintOf(named).held.size() == initial.parameters().size())
-      kept = initial.correction();
-    initial = initial.withCorrection(nullptr);
-    if (kept) named.correction_cells = {0, 0};
-  }
+  requireCells(named);
+  const CorrectionPointer kept = keptCorrection(named);
   static_cast<void>(constraintOf(named));
   PreparedViews given = prepareViews(boards, std::move(views));
   if (kept) given.views = freeOf(*kept, std::move(given.views));

@@ -123,18 +123,18 @@ void include(const JointUncertainty& joint, double excess, Uncertainty& known) {
 
 }  // namespace
 
-std::optional<CorrectedFit> chooseCorrection(const Calibration& of, const CalibratorOptions& options,
+std::optional<CorrectedFit> chooseCorrection(const Fit& fit, const CalibratorOptions& options,
                                              CorrectionReport& report) {
   const bool is_requested = options.correction_cells.has_value();
   HeldOutScore without;
   if (!is_requested) {
-    const auto errors = heldOutErrors(of.fit, options.jobs, options.cancel);
+    const auto errors = heldOutErrors(fit, options.jobs, options.cancel);
     if (!errors) return std::nullopt;
-    without = scoreOf(*errors, of.fit);
+    without = scoreOf(*errors, fit);
   }
   std::optional<CorrectedFit> best;
-  for (const CorrectionGrid& grid : gridsFor(onlyCamera(of.fit).size, options)) {
-    CorrectedFit corrected = withCorrection(of.fit, grid, nullptr, options.cancel);
+  for (const CorrectionGrid& grid : gridsFor(onlyCamera(fit).size, options)) {
+    CorrectedFit corrected = withCorrection(fit, grid, nullptr, options.cancel);
     if (corrected.field == nullptr) continue;
     if (is_requested) return corrected;
     const auto errors = heldOutErrors(corrected, options.jobs, options.cancel);
@@ -149,31 +149,23 @@ std::optional<CorrectedFit> chooseCorrection(const Calibration& of, const Calibr
   return best;
 }
 
-void setCorrection(CorrectionPointer field, Calibration& calibration) {
-  FitCamera& camera = onlyCamera(calibration.fit);
-  camera.correction = std::move(field);
-  for (Outlier& outlier : calibration.dropped.outliers) outlier.pixel = seenPixel(camera, outlier.pixel);
-  calibration.domain = certifyDomain(calibration.camera(), camera.size);
+void includeCorrection(const CorrectedFit& corrected, Uncertainty& known) {
+  if (!known.covariance || !known.accuracy) return;
+  const double excess = known.isNoiseExceeded() ? std::max(1.0, known.by_views->excess) : 1.0;
+  include(JointUncertainty(corrected, known), excess, known);
+  setProjected(corrected.fit, known);
 }
 
-void attachCorrection(const CorrectedFit& corrected, Calibration& calibration) {
-  Uncertainty& known = calibration.uncertainty;
-  if (known.covariance && known.accuracy) {
-    const double excess = known.isNoiseExceeded() ? std::max(1.0, known.by_views->excess) : 1.0;
-    include(JointUncertainty(corrected, known), excess, known);
-    setProjected(calibration.fit, known);
-  }
-  CorrectionReport& report = *calibration.choice.correction;
+void measureCorrection(const CorrectedFit& corrected, CorrectionReport& report) {
   double squares = 0;
-  for (const FitView& view : calibration.fit.views) {
+  for (const FitView& view : corrected.fit.views) {
     for (const Observation& corner : view.corners) {
       const double displaced_px = corrected.field->at(corner.pixel).norm();
       squares += displaced_px * displaced_px;
       report.worst_px = std::max(report.worst_px, displaced_px);
     }
   }
-  report.rms_px = std::sqrt(squares / static_cast<double>(numCorners(calibration.fit)));
-  setCorrection(corrected.field, calibration);
+  report.rms_px = std::sqrt(squares / static_cast<double>(numCorners(corrected.fit)));
 }
 
 }  // namespace alidade
