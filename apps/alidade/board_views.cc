@@ -77,18 +77,13 @@ std::string specsText(std::span<const Board> boards) {
 // Corners of one board; the command line supplies what the files do not state.
 CornersFile readVnl(const BoardInputs& inputs, const CommonOptions& options) {
   if (inputs.boards.size() != 1) {
-    throw usageError(
-        {.where = options.command,
-         .found = inputs.boards.empty() ? "no --board" : "several boards",
-         .expected = "one, for example --board checkerboard:9x6:25mm",
-         .next_step = inputs.inputs.front() + " has the corners of one board and does not state it"});
+    throw flagError(options.command, inputs.boards.empty() ? "no --board" : "several boards",
+                    "one, for example --board checkerboard:9x6:25mm",
+                    inputs.inputs.front() + " has the corners of one board and does not state it");
   }
   if (!inputs.image_size) {
-    throw usageError(
-        {.where = options.command,
-         .found = "no --image-size",
-         .expected = "for example --image-size 640x480",
-         .next_step = inputs.inputs.front() + " does not state it; give width and height in pixels"});
+    throw flagError(options.command, "no --image-size", "for example --image-size 640x480",
+                    inputs.inputs.front() + " does not state it; give width and height in pixels");
   }
   return readVnlFiles(inputs.inputs, readBoard(inputs.boards.front()), *inputs.image_size);
 }
@@ -137,17 +132,15 @@ GivenViews readCorners(const BoardInputs& inputs, const CommonOptions& options) 
   }
   const auto other = std::ranges::find_if_not(inputs.inputs, isCornersFile);
   if (other != inputs.inputs.end()) {
-    throw usageError({.where = *other,
-                      .found = "an input that is no corners file, beside " + inputs.inputs.front(),
-                      .expected = "corners files alone, or images alone",
-                      .next_step = "write the corners of the images with alidade detect first"});
+    throw flagError(*other, "an input that is no corners file, beside " + inputs.inputs.front(),
+                    "corners files alone, or images alone",
+                    "write the corners of the images with alidade detect first");
   }
   const bool is_vnl = isVnlFile(inputs.inputs.front());
   const auto mixed = std::ranges::find(inputs.inputs, !is_vnl, isVnlFile);
   if (mixed != inputs.inputs.end()) {
-    throw usageError({.where = *mixed,
-                      .found = "a corners file of another format than " + inputs.inputs.front(),
-                      .expected = "only .csv files, or only .vnl files"});
+    throw flagError(*mixed, "a corners file of another format than " + inputs.inputs.front(),
+                    "only .csv files, or only .vnl files");
   }
   CornersFile file = is_vnl ? readVnl(inputs, options) : readCornersFiles(inputs.inputs);
   const std::vector<Board> asked = mapped(inputs.boards, readBoard);
@@ -223,10 +216,8 @@ std::string boardOfInputs(const BoardInputs& inputs, const CommonOptions& option
 
 GivenViews runDetection(const BoardInputs& inputs, const CommonOptions& options) {
   if (inputs.boards.empty()) {
-    throw usageError({.where = options.command,
-                      .found = "no --board",
-                      .expected = "for example --board checkerboard:9x6:25mm",
-                      .next_step = boardOfInputs(inputs, options)});
+    throw flagError(options.command, "no --board", "for example --board checkerboard:9x6:25mm",
+                    boardOfInputs(inputs, options));
   }
   const std::vector<Board> boards = mapped(inputs.boards, readBoard);
   requireDistinguishable(boards);  // before reading any image
@@ -341,6 +332,16 @@ void requireBoards(const GivenViews& found, const BoardInputs& given, const Comm
                               "--debug FOLDER saves copies of the images with the detections drawn in"});
 }
 
+std::string boardsHelp() {
+  std::string text =
+      "A board SPEC is KIND:COLUMNSxROWS:LENGTH and so on. Lengths have a unit (25mm, 2.5cm, 0.025m, 1in); a bare\n"
+      "number is metres. A YAML file may state the same with the keys kind, columns, rows and those of the lengths.\n";
+  for (const BoardKindName& kind : boardKinds())
+    text += fmt::format("\n{}\n  also read: {}\n", kind.example, kind.aliases);
+  return text +
+         "\nalidade board SPEC -o board.pdf draws it to print. OpenCV, ROS and Kalibr count checkerboards like this; MATLAB\ncounts their squares, one more in each direction. docs/boards.md has more.\n";
+}
+
 void BoardInputs::addBoards(Flags& flags) {
   Values board = kSpec;
   board.is_single = true;  // a word after a SPEC is an input
@@ -353,10 +354,9 @@ void BoardInputs::addBoards(Flags& flags) {
     return {};
   };
   flags.under(kBoardGroup);
-  flags.add("--board", &boards,
-            "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") +
-                ") or YAML file; repeat it for several boards",
-            board);
+  flags.add("--board", &boards, std::string(kBoardText) + ". Repeat it for several boards", board);
+  flags.redirect({"--square", "--square-size", "--square_size", "--pattern", "--target"},
+                 "--board checkerboard:9x6:25mm (inner corners, side of a square); see alidade help boards");
   flags.under(nullptr);
 }
 

@@ -49,6 +49,12 @@ struct BoardInputs {
   void checkDebugFolder(const std::string& output) const;
 };
 
+/// For the help of flags and arguments that take a board.
+inline constexpr const char* kBoardText =
+    "Board SPEC, for example checkerboard:9x6:25mm (9 x 6 inner corners), or YAML file; all kinds: alidade help boards";
+/// The kinds of boards, for "alidade help boards".
+[[nodiscard]] std::string boardsHelp();
+
 inline const Values kBoardShapes = oneOf({kBoardShapeModes.begin(), kBoardShapeModes.end()});
 
 /// --pupil, and the CalibratorOptions::num_pupil that its value means.

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "camera_files.h"
 
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/text.h"
 #include "alidade/files/formats/camera_format.h"
 #include "console.h"
 
@@ -13,7 +15,7 @@ void addReadOptions(Flags& flags, ReadOptions& options) {
             "Image size in pixels (WIDTHxHEIGHT), for camera files that do not state it", kSizeText);
   flags.add("--read-as", &options.model,
             "Model of four distortion coefficients, for files that do not state it: radtan or kannala_brandt",
-            oneOf({"radtan", "kannala_brandt"}));
+            oneOf({"radtan", "kannala_brandt"}, 0, aliasedModels()));
   flags.under(nullptr);
 }
 
@@ -31,8 +33,11 @@ void tellRemarks(const CameraSource& source) {
   for (const StatedCamera& camera : source.cameras) printNotes(mapped(camera.remarks, &Remark::message));
 }
 
-std::vector<std::string> formatIds() {
-  return mapped(cameraFormats(), [](const CameraFormat* format) { return std::string(format->id); });
+void addFormatFlag(Flags& flags, std::string& format, const std::string& text) {
+  const std::vector<AliasedName> formats = aliasedFormats();
+  const std::vector<std::string> ids = mapped(formats, &AliasedName::name);
+  flags.add("--to", &format, text + join(ids, ", "), oneOf(ids, 0, formats));
+  flags.redirect({"--format", "--output-format"}, "--to with one of " + join(ids, ", "));
 }
 
 }  // namespace alidade

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "alidade/files/camera_source.h"
 #include "flags.h"
@@ -22,7 +21,7 @@ void addReadOptions(Flags& flags, ReadOptions& options);
 /// Prints what was skipped or assumed in a file.
 void tellRemarks(const CameraSource& source);
 
-/// The ids of all camera formats, for the flag --to.
-[[nodiscard]] std::vector<std::string> formatIds();
+/// The flag --to; the formats follow its text.
+void addFormatFlag(Flags& flags, std::string& format, const std::string& text);
 
 }  // namespace alidade

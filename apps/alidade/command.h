@@ -72,7 +72,7 @@ extern const CommandEntry kBoardCommand;
 extern const CommandEntry kSimulateCommand;
 extern const CommandEntry kHelpCommand;
 
-/// The error for a flag, or a flag and its value, that cannot be used as given.
+/// The error for a flag, a flag and its value, or the arguments of a command that cannot be used as given.
 [[nodiscard]] Error flagError(const std::string& flag, const std::string& found, const std::string& expected,
                               const std::string& next_step = "");
 

@@ -32,6 +32,24 @@ bool hasDefault(const Flags::Variable& variable) {
   return std::holds_alternative<int*>(variable);  // 0 is an ordinary value for these
 }
 
+// Replaces a word by the choice that it stands for.
+CLI::Validator choiceCheck(const Values& values) {
+  std::vector<AliasedName> names;
+  for (const std::string& choice : values.choices) {
+    const auto known = std::ranges::find(values.aliases, choice, &AliasedName::name);
+    names.push_back({choice, known == values.aliases.end() ? "" : known->aliases});
+  }
+  const auto choose = [names, choices = values.choices](std::string& given) {
+    const auto meant = meantName(given, names);
+    if (!meant)
+      return fmt::format("found '{}', expected one of {}\n  next: {}", given, join(choices, ", "),
+                         didYouMeanOne(given, names, "give one of these"));
+    given = *meant;
+    return std::string();
+  };
+  return {choose, "{" + join(values.choices, ",") + "}"};
+}
+
 std::string longName(const CLI::Option& option) {
   return option.get_lnames().empty() ? std::string() : option.get_lnames().front();
 }
@@ -106,8 +124,8 @@ Values aside(Values values) {
   return values;
 }
 
-Values oneOf(std::vector<std::string> choices, char separator) {
-  return {.choices = std::move(choices), .separator = separator};
+Values oneOf(std::vector<std::string> choices, char separator, std::vector<AliasedName> aliases) {
+  return {.choices = std::move(choices), .aliases = std::move(aliases), .separator = separator};
 }
 
 void Flags::explain(const std::string& text) {
@@ -133,7 +151,7 @@ void Flags::add(const std::string& names, Variable variable, const std::string& 
   place(option, values.is_aside);
   if (values.word != nullptr) option->type_name(values.word);
   if (values.complaint != nullptr) option->check(values.complaint, values.limits);
-  if (!values.choices.empty()) option->check(CLI::IsMember(values.choices));
+  if (!values.choices.empty()) option->transform(choiceCheck(values));
   if (values.separator != 0) option->delimiter(values.separator);
   if (values.is_single) option->allow_extra_args(false);
   if (values.number != nullptr) {
@@ -152,10 +170,13 @@ void Flags::addSwitch(const std::string& names, bool& variable, const std::strin
   place(parser_->add_flag(names, variable, text), is_aside);
 }
 
-void Flags::addQuarterTurns(const std::string& names, std::optional<int>& degrees, const std::string& text) {
-  CLI::Option* const option = parser_->add_option(names, degrees, text);
-  option->check(CLI::IsMember({0, 90, 180, 270}));
-  place(option, false);
+void Flags::redirect(const std::vector<std::string>& names, const std::string& next_step) {
+  for (const std::string& name : names) {
+    const auto refuse = [next_step](const CLI::results_t&) -> bool {
+      throw CLI::ValidationError("no flag of this command\n  next: " + next_step);
+    };
+    parser_->add_option(name, refuse)->expected(0, 1)->group("");
+  }
 }
 
 void Flags::addCommon(CommonOptions& options, bool has_jobs) {
@@ -186,7 +207,8 @@ void Flags::applySettingsFile(const std::string& path) {
   std::vector<std::string> names;
   for (const CLI::Option* option : parser_->get_options()) {
     const std::string name = longName(*option);
-    if (!name.empty() && name != "help" && name != "config") names.push_back(name);
+    const bool is_key = name != "help" && name != "config" && !option->get_group().empty();
+    if (is_key && !name.empty()) names.push_back(name);
   }
   for (const SettingEntry& entry : readSettingsFile(path)) {
     if (std::find(names.begin(), names.end(), entry.key) == names.end()) {

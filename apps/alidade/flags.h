@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "alidade/core/aliases.h"
 #include "alidade/core/cancel.h"
 #include "alidade/core/image.h"
 
@@ -63,6 +64,7 @@ struct Values {
   std::string (*complaint)(const std::string& text) = nullptr;  ///< error in a value; empty: none
   const char* limits = "";                                      ///< of a value, shown in the help
   std::vector<std::string> choices = {};
+  std::vector<AliasedName> aliases = {};                ///< words of other programs for choices
   double (*number)(const std::string& text) = nullptr;  ///< converts text that may have a unit
   char separator = 0;                                   ///< between values in one word; 0: none
   bool is_single = false;                               ///< each use of the flag takes one value
@@ -76,7 +78,8 @@ inline const Values kPixelText = {.complaint = pixelComplaint};
 inline const Values kSizeText = {.complaint = sizeComplaint};
 inline const Values kAside = {.is_aside = true};
 [[nodiscard]] Values aside(Values values);
-[[nodiscard]] Values oneOf(std::vector<std::string> choices, char separator = 0);
+[[nodiscard]] Values oneOf(std::vector<std::string> choices, char separator = 0,
+                           std::vector<AliasedName> aliases = {});
 
 /// The options of every command.
 struct CommonOptions {
@@ -104,8 +107,9 @@ class Flags {
   /// A flag ("-o,--output") or an argument ("input") with a value.
   void add(const std::string& names, Variable variable, const std::string& text, const Values& values = {});
   void addSwitch(const std::string& names, bool& variable, const std::string& text, bool is_aside = false);
-  /// The rotation of an image by 0, 90, 180 or 270 degrees.
-  void addQuarterTurns(const std::string& names, std::optional<int>& degrees, const std::string& text);
+  /// Flags of other programs, or of another command, which this one lacks: they are refused with the words to
+  /// type instead. Not in the help.
+  void redirect(const std::vector<std::string>& names, const std::string& next_step);
   /// The flags --json, --quiet, --config, and --jobs if a command has parallel work.
   void addCommon(CommonOptions& options, bool has_jobs);
 
@@ -113,6 +117,11 @@ class Flags {
   /// The command as typed after the program's name: "rig calibrate".
   [[nodiscard]] std::string command() const;
   [[nodiscard]] const CLI::App& parser() const { return *parser_; }
+
+  /// The rotation of an image by 0, 90, 180 or 270 degrees.
+  void addQuarterTurns(const std::string& names, std::optional<int>& degrees, const std::string& text) {
+    add(names, &degrees, text, oneOf({"0", "90", "180", "270"}));
+  }
 
   /// Sets flags that are not on the command line to the values in a settings file.
   /// @throws Error (kInput) for a key that is not a flag of the command, or an invalid value

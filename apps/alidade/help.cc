@@ -2,12 +2,14 @@
 #include "help.h"
 
 #include <algorithm>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
+#include "board_views.h"
 #include "command.h"
 #include "console.h"
 #include "flags.h"
@@ -39,6 +41,7 @@ std::string candidate(const std::string& word, const std::string& text) {
 std::string flagCandidates(const CLI::App& app) {
   std::string text;
   for (const CLI::Option* option : app.get_options()) {
+    if (option->get_group().empty()) continue;
     for (const std::string& name : option->get_snames())
       text += candidate("-" + name, option->get_description());
     for (const std::string& name : option->get_lnames())
@@ -72,19 +75,26 @@ std::string prefixOf(const CLI::App& app) {
 std::vector<std::string> flagsOf(const CLI::App& app) {
   std::vector<std::string> flags;
   for (const CLI::Option* option : app.get_options()) {
+    if (option->get_group().empty()) continue;
     for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
   }
   return flags;
 }
 
-// The next step after unknown words: the nearest flag, or the help.
+// The next step after unknown words: the nearest flag, the flag of an output, or the help.
 std::string flagAdvice(const std::vector<std::string>& words, const std::vector<std::string>& flags,
                        const std::string& help) {
   for (const std::string& word : words) {
     if (!word.starts_with("-")) continue;
-    if (const auto nearest = nearestName(word.substr(0, word.find('=')), flags))
-      return "\n  next: did you mean '" + *nearest + "'?";
+    const std::string flag = word.substr(0, word.find('='));
+    const auto begins = [&](const std::string& known) { return known.starts_with(flag); };  // "--out"
+    const auto longer = std::ranges::find_if(flags, begins);
+    const auto nearest = longer == flags.end() || flag.size() < 4 ? nearestName(flag, flags) : *longer;
+    if (nearest) return "\n  next: did you mean '" + *nearest + "'?";
   }
+  const bool has_output = std::ranges::find(flags, "--output") != flags.end();
+  if (has_output && words.size() == 1 && words.front().find('.') != std::string::npos)
+    return "\n  next: did you mean '-o " + words.front() + "'?";
   return "\n  next: " + help;
 }
 
@@ -113,12 +123,17 @@ class HelpCommand final : public Command {
  public:
   void setUp(Flags& flags) override {
     flags.explain(
-        "Example: alidade help calibrate\nExample: alidade help rig calibrate\n"
-        "Prints the same as --help of the command; without a command, the list of commands.");
+        "Example: alidade help calibrate\nExample: alidade help rig calibrate\nExample: alidade help boards\n"
+        "Prints the same as --help of the command; without a command, the list of commands. boards: the kinds "
+        "of boards, and how to name them.");
     flags.add("command", &words_, "Command, or group and command", {.word = kCommandWord});
   }
 
   int run(const Flags& flags) override {
+    if (words_ == std::vector<std::string>{"boards"}) {
+      printResult(boardsHelp());
+      return 0;
+    }
     const CLI::App* topic = flags.parser().get_parent();
     for (const std::string& word : words_) {
       const CLI::App* const next = childOf(*topic, word);

@@ -16,10 +16,8 @@ void refuseInput(const Output& output, const std::vector<std::string>& sources) 
   for (const std::string& source : sources) {
     std::error_code ignored;  // of missing paths, which are never the same
     if (!std::filesystem::equivalent(output.path, source, ignored)) continue;
-    throw usageError({.where = output.flag + " " + output.path,
-                      .found = "this is also an input",
-                      .expected = "a different file",
-                      .next_step = "choose another name, otherwise the input would be overwritten"});
+    throw flagError(output.flag + " " + output.path, "this is also an input", "a different file",
+                    "choose another name, otherwise the input would be overwritten");
   }
 }
 
@@ -42,10 +40,8 @@ void checkOutputs(std::span<const Output> outputs, const std::vector<std::string
     if (output.path.empty()) continue;
     const bool is_main = output.flag == "--output";
     if (const std::string use = is_main ? "" : otherUse(output, outputs.first(i)); !use.empty()) {
-      throw usageError({.where = output.flag + " " + output.path,
-                        .found = use,
-                        .expected = "a different file" +
-                                    (output.example.empty() ? "" : ", for example " + output.example)});
+      throw flagError(output.flag + " " + output.path, use,
+                      "a different file" + (output.example.empty() ? "" : ", for example " + output.example));
     }
     refuseInput(output, sources);
     if (output.path != "-") {

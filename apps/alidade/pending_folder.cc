@@ -135,11 +135,9 @@ void refuseFolderOfInputs(const std::string& folder, const std::vector<std::stri
     const fs::path own = fs::absolute(source, error).lexically_normal();
     const fs::path target = fs::weakly_canonical(source, error);
     if (!isBelow(own, folder) && !isBelow(target, folder)) continue;
-    throw usageError({.where = "--output " + folder,
-                      .found = "this is the folder of the input " + source,
-                      .expected = "a different folder",
-                      .next_step = "choose another folder, otherwise the results would replace the inputs or "
-                                   "be read as inputs next time"});
+    throw flagError("--output " + folder, "this is the folder of the input " + source, "a different folder",
+                    "choose another folder, otherwise the results would replace the inputs or "
+                    "be read as inputs next time");
   }
 }
 

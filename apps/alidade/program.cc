@@ -51,12 +51,8 @@ void refuseEmptyValues(const Flags& flags) {
     if (option->get_type_size_min() == 0) continue;  // a flag without a value
     for (const std::string& text : option->results()) {
       if (!text.empty()) continue;
-      throw usageError(
-          {.where = flags.command() + ": " + option->get_name(),
-           .found = "an empty value",
-           .expected = "a value",
-           .next_step =
-               "if it comes from a shell variable, check that it is set; otherwise remove the flag"});
+      throw flagError(flags.command() + ": " + option->get_name(), "an empty value", "a value",
+                      "if it comes from a shell variable, check that it is set; otherwise remove the flag");
     }
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "view_options.h"
 
-#include "alidade/core/error.h"
+#include "command.h"
 #include "pending_folder.h"
 
 namespace alidade {
@@ -13,6 +13,7 @@ void ViewOptions::addOptions(Flags& flags, const std::string& projection_help, c
             "What stays visible. all: every input pixel with a ray; valid: the largest view without "
             "black pixels",
             oneOf({"all", "valid"}));
+  flags.redirect({"--alpha", "--balance"}, "--keep all (alpha or balance 1), or --keep valid (0)");
   flags.add("--size", &size, "Size of the output, for example 1280x720. Default: " + size_help, kSizeText);
   flags.add("--interpolation", &interpolation, "Interpolation; cubic is sharper but may overshoot at edges",
             oneOf({"linear", "cubic"}));
@@ -21,9 +22,7 @@ void ViewOptions::addOptions(Flags& flags, const std::string& projection_help, c
 
 void ViewOptions::checkUsage(const Flags& flags) const {
   if (!flags.isGiven("--fov") || keep.empty()) return;
-  throw usageError({.where = flags.command(),
-                    .found = "--fov and --keep",
-                    .expected = "one of them: both set the field of view"});
+  throw flagError(flags.command(), "--fov and --keep", "one of them: both set the field of view");
 }
 
 ViewExtent ViewOptions::extent(const Flags& flags) const {

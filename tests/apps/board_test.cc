@@ -186,7 +186,7 @@ TEST(Board, FilesThatAreWrongAreNamedWithTheirLine) {
       {replaced(good, "columns", "colums"), ":2", "did you mean 'columns'?"},
       {replaced(good, "rows: 6\n", ""), "", "no key 'rows'"},
       {good + "rows: 7\n", ":5", "the key 'rows' twice"},
-      {replaced(good, "checkerboard", "chessboard"), ":1: kind", "'chessboard'"},
+      {replaced(good, "checkerboard", "hexboard"), ":1: kind", "'hexboard'"},
       {replaced(good, "checkerboard", "charuco"), ":1", "no key 'marker'"},
       {replaced(good, "25mm", "25mm:3"), ":4: square", "no ':'"},
       {"", "", "an empty file"},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -39,6 +40,35 @@ TEST(Calibrate, RecoversTheTrueCamera) {
   }
   EXPECT_THAT(runAlidade({"validate", output}), EndsWith(0));
   EXPECT_THAT(scratch.list(), ElementsAre("camera.yaml"));
+}
+
+// The images of testdata/, and those of a camera with a longer lens, in two folders with names that match.
+TEST(Calibrate, NamesTheCommandForFoldersOfTwoCameras) {
+  const ScratchFolder scratch;
+  const std::string scene = readFile(dataPath("../checkerboard.yaml"));
+  scratch.write("scene.yaml", replaced(scene, "fx: 535, fy: 534", "fx: 635, fy: 634"));
+  const RunOptions here = {.folder = scratch.path()};
+  ASSERT_THAT(runAlidade({"simulate", "scene.yaml", "-o", "long", "--quiet"}, here), EndsWith(0));
+  std::filesystem::rename(scratch.path("long/images"), scratch.path("right"));
+  linkImages(scratch, "left", kNumImages);
+  const std::string command =
+      std::string("alidade rig calibrate left right --board ") + kBoardSpec + " -o rig.yaml";
+  const RunResult both =
+      runAlidade({"calibrate", "left", "right", "--board", kBoardSpec, "-o", "c.yaml"}, here);
+  EXPECT_THAT(both, EndsWith(3));
+  EXPECT_THAT(
+      both.err,
+      AllOf(HasSubstr("note: images match by name; if each folder is of one camera: " + command),
+            HasSubstr("several cameras"), HasSubstr("\n  next: for cameras of a rig: " + command + "\n")));
+  // One camera in two folders whose names do not match gets no hint, and is calibrated.
+  linkImages(scratch, "more", kNumImages);
+  for (const auto& entry : std::filesystem::directory_iterator(scratch.path("more"))) {
+    const std::string name = entry.path().filename().string();
+    std::filesystem::rename(entry.path(), entry.path().parent_path() / ("9" + name.substr(name.size() - 7)));
+  }
+  const RunResult one = runAlidade({"calibrate", "left", "more", "--board", kBoardSpec}, here);
+  EXPECT_THAT(one, EndsWith(0));
+  EXPECT_THAT(one.err, Not(HasSubstr("rig calibrate")));
 }
 
 TEST(Calibrate, StatesItsUncertaintyEverywhereAlike) {

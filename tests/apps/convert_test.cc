@@ -416,7 +416,7 @@ TEST(Convert, RefusesWhatItDoesNotUnderstand) {
       {{"--bin", "0"}, "bin: 0", "1 to 480"},
       {{"--bin", "481"}, "bin: 481", "1 to 480"},
       {{"--bin", "two"}, "--bin", "alidade convert --help"},
-      {{"--rotate", "45"}, "45", "90,180,270"},
+      {{"--rotate", "45"}, "45", "90, 180, 270"},
       {{"--model", "radtn"}, "radtn", "radtan"},
       {{"--max-error", "-1"}, "--max-error", "0 or more"},
       {{"--crp", "1,2,3,4"}, "--crp", "did you mean '--crop'?"},

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -67,6 +68,28 @@ TEST(Help, RefusesWhatIsNoCommandAndNamesTheNearest) {
   EXPECT_TRUE(std::filesystem::is_empty(scratch.path()));
 }
 
+TEST(Help, ExplainsBoards) {
+  const RunResult result = runAlidade({"help", "boards"});
+  EXPECT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("\ncheckerboard:9x6:25mm (columns x rows of inner corners"),
+                                HasSubstr("\naprilgrid:6x6:88mm:0.3"), HasSubstr("also read: chessboard"),
+                                HasSubstr("MATLAB\ncounts their squares")));
+}
+
+// One screen for each command: the words of other programs that are answered are not among them.
+TEST(Help, IsAtMostSixtyLines) {
+  std::size_t num_topics = 0;
+  for (std::vector<std::string> topic : kTopics) {
+    topic.insert(topic.begin(), "help");
+    const std::string text = runAlidade(topic).out;
+    EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 60) << testing::PrintToString(topic);
+    EXPECT_THAT(text,
+                AllOf(Not(HasSubstr("--square")), Not(HasSubstr("--alpha")), Not(HasSubstr("--scale"))));
+    ++num_topics;
+  }
+  EXPECT_EQ(num_topics, 19u);
+}
+
 TEST(Help, SaysWhenItDoesNotArrive) {
   EXPECT_THAT(runAlidade({"help", "diff"}, {.output_path = "/dev/full"}),
               FailsWith(1, HasSubstr("standard output")));
@@ -81,6 +104,7 @@ TEST(Help, AnswersWhatShellsAskToCompleteAWord) {
   EXPECT_THAT(complete({"rig", ""}), AllOf(HasSubstr("rectify\t"), Not(HasSubstr("detect\t"))));
   EXPECT_THAT(complete({"diff", "--"}), HasSubstr("--tolerance\tLargest accepted difference in pixels\n"));
   EXPECT_THAT(complete({"calibrate", "photos", "--model", "ra"}), HasSubstr("radtan\t\n"));
+  EXPECT_THAT(complete({"calibrate", "--"}), AllOf(HasSubstr("--board\t"), Not(HasSubstr("--square"))));
   EXPECT_THAT(complete({"calibrate", "photos", "--model", "=", "ra"}), HasSubstr("radtan\t\n"));
   EXPECT_THAT(complete({"calibrate", "--model=ra"}), HasSubstr("--model=radtan\t\n"));
   EXPECT_EQ(complete({"validate", "cam"}), ":file");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <filesystem>
+#include <map>
 #include <sstream>
 #include <string>
 
@@ -98,9 +99,9 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
       {{"diff", "a.yaml", "b.yaml", "--distance", "2km"}, "found '2km'", "alidade diff --help"},
       {{"diff", "a.yaml", "b.yaml", "--tolerance", "x"}, "found 'x'", "alidade diff --help"},
       {{"diff", "a.yaml", "b.yaml", "--tolerance", "px"}, "found 'px'", "alidade diff --help"},
-      {{"validate", "a.yaml", "--tolerance", "0px"}, "a finite number above 0", "alidade validate --help"},
+      {{"validate", "a.yaml", "--tolerance", "0px"}, "a positive number of pixels", "such as 0.1px"},
       {{"convert", "a.yaml", "--max-error", "-1"}, "a finite number, 0 or more", "alidade convert --help"},
-      {{"calibrate", "photos", "--model", "radtn"}, "radtan", "alidade calibrate --help"},
+      {{"calibrate", "photos", "--model", "radtn"}, "found 'radtn'", "did you mean 'radtan'?"},
       {{"calibrate"}, "no input", "alidade calibrate --help"},
       {{"detect"}, "no images", "alidade detect --help"},
       {{"project"}, "no camera file", "alidade project --help"},
@@ -140,6 +141,34 @@ TEST(Usage, NamesWhatItDoesNotUnderstandAndTheNearestThing) {
     ++num_refused;
   }
   EXPECT_EQ(num_refused, 49u);
+}
+
+TEST(Usage, ReadsTheWordsOfOtherPrograms) {
+  const std::map<std::string, std::string> models = {
+      {"plumb_bob", "radtan"},   {"Brown-Conrady", "radtan"}, {"pinhole-radtan", "radtan"},
+      {"opencv8", "rational"},   {"opencv12", "thin_prism"},  {"rational_polynomial", "rational"},
+      {"Perspective", "pinhole"}};
+  const ScratchFolder scratch;
+  std::size_t num_read = 0;
+  for (const auto& [word, model] : models) {
+    const std::string file = scratch.path(word + ".yaml");
+    const RunResult result =
+        runAlidade({"convert", dataPath("camera.yaml"), "-o", file, "--model", word, "--keep-untrustworthy"});
+    EXPECT_THAT(scratch.read(word + ".yaml"), HasSubstr("\nmodel: " + model + "\n")) << result.err;
+    ++num_read;
+  }
+  for (const auto& [word, mark] :
+       {std::pair("ROS", "distortion_model"), std::pair("OpenCV", "%YAML"),
+        std::pair("camera_info", "distortion_model"), std::pair("cameramodel", "lensmodel")}) {
+    const RunResult result = runAlidade({"convert", dataPath("camera.yaml"), "-o", "-", "--to", word});
+    EXPECT_THAT(result, EndsWith(0)) << word;
+    EXPECT_THAT(result.out, HasSubstr(mark));
+    ++num_read;
+  }
+  EXPECT_EQ(num_read, 11u);
+  // A word for a model that this flag does not offer stands for nothing.
+  EXPECT_THAT(runAlidade({"validate", dataPath("camera.yaml"), "--read-as", "ds"}),
+              FailsWith(2, HasSubstr("expected one of radtan, kannala_brandt")));
 }
 
 TEST(Usage, RefusesTwoDocumentsForStandardOutput) {

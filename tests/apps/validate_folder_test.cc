@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <pugixml.hpp>
 
 #include "alidade/files.h"
 #include "alidade/files/formats/camera_format.h"
@@ -273,8 +274,8 @@ TEST(ValidateFolder, TellsSoundFilesFromWrongOnes) {
   }
   const RunResult table = runAlidade({"validate", scratch.path("set")});
   EXPECT_EQ(std::count(table.out.begin(), table.out.end(), '\n'), 41);
-  EXPECT_THAT(table.out,
-              testing::EndsWith("\n40 files: 20 passed, 20 failed; 8 other files without a camera\n"));
+  EXPECT_THAT(table.out, testing::EndsWith(
+                             "\n40 files: 20 passed, 20 failed; 8 other files without a readable camera\n"));
   EXPECT_EQ(table.err, "");
   const RunResult failures = runAlidade({"validate", scratch.path("set"), "--quiet"});
   EXPECT_EQ(std::count(failures.out.begin(), failures.out.end(), '\n'), 20);
@@ -308,6 +309,46 @@ TEST(ValidateFolder, PassesWhatToolsWrite) {
     EXPECT_THAT(result, EndsWith(0)) << result.out;
     EXPECT_EQ(nlohmann::json::parse(result.out).at("totals").at("passed"), num_written);
   }
+}
+
+// Users expect a word about what may be a camera, and none about anything else.
+TEST(ValidateFolder, CountsCamerasOfOtherProgramsAndNoOtherFile) {
+  const ScratchFolder scratch;
+  scratch.write("set/camera.yaml", readFile(dataPath("camera.yaml")));
+  const std::vector<std::string> foreign = {
+      scratch.write("set/calib.npz", "PK"),
+      scratch.write("set/left.ini", "[image]\ncamera matrix\ndistortion\n"),
+      scratch.write("set/left.toml", "[cam_0]\ndistortions = [0, 0, 0, 0, 0]\n"),
+      scratch.write("set/values.PKL", "\x80\x04}\x8c\x03mtx")};
+  scratch.write("set/pyproject.toml", "[project]\nname = 'a'\n");
+  scratch.write("set/corners.csv", readFile(dataPath("corners.csv")));
+  scratch.write("set/numbers.npz", "PK numbers.npy");
+  scratch.write("set/photo.png", "no camera_matrix is looked for here");
+  const RunResult result =
+      runAlidade({"validate", scratch.path("set"), "--junit", scratch.path("report.xml")});
+  EXPECT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out,
+              testing::EndsWith("\n1 file: 1 passed, 0 failed; 4 other files without a readable camera\n"));
+  const RunResult verbose = runAlidade({"validate", scratch.path("set"), "--verbose"});
+  pugi::xml_document report;
+  ASSERT_TRUE(report.load_file(scratch.path("report.xml").c_str()));
+  for (const char* node : {"testsuites", "testsuites/testsuite"}) {
+    const pugi::xml_node suite = report.select_node(node).node();
+    EXPECT_EQ(suite.attribute("tests").as_int(), 5);
+    EXPECT_EQ(suite.attribute("failures").as_int(), 0);
+    EXPECT_EQ(suite.attribute("skipped").as_int(), 4);
+  }
+  const auto skipped = report.select_nodes("//testcase[skipped/@message]");
+  ASSERT_EQ(skipped.size(), foreign.size());
+  for (std::size_t i = 0; i < foreign.size(); ++i) {
+    EXPECT_EQ(skipped[i].node().attribute("name").as_string(), foreign[i]);
+    EXPECT_STREQ(skipped[i].node().attribute("classname").as_string(), "other_file");
+    EXPECT_THAT(verbose.out, HasSubstr("other " + foreign[i] + "  not a camera file"));
+  }
+  // Alone they are no folder of camera files.
+  scratch.write("other/calib.toml", "");
+  EXPECT_THAT(runAlidade({"validate", scratch.path("other")}),
+              FailsWith(1, HasSubstr("no file with the extension of a camera file")));
 }
 
 // OpenCV ships a pair of which the first camera has the coefficients of another lens: on the photographs of

@@ -32,6 +32,25 @@ TEST(BoardSpec, ReadsLengthsInAllUnits) {
   EXPECT_EQ(num_checked, 5);
 }
 
+TEST(BoardSpec, ReadsTheWordsOfOtherPrograms) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"chessboard:9x6:25mm", "checkerboard:9x6:25mm"},
+      {"Checkerboard:9x6:25mm", "checkerboard:9x6:25mm"},
+      {"chess:9x6:25mm", "checkerboard:9x6:25mm"},
+      {"charuco_board:8x11:24mm:18mm:DICT_4X4_50", "charuco:8x11:24mm:18mm:DICT_4X4_50"},
+      {"ChArUco-Board:8x11:24mm:18mm:DICT_4X4_50", "charuco:8x11:24mm:18mm:DICT_4X4_50"},
+      {"apriltag:6x6:88mm:0.3", "aprilgrid:6x6:88mm:0.3"},
+      {"circle_grid:10x8:25mm:15mm", "circles:10x8:25mm:15mm"},
+      {"asymmetric_circles:4x11:20mm:14mm", "acircles:4x11:20mm:14mm"},
+  };
+  std::size_t num_read = 0;
+  for (const auto& [spec, same] : cases) {
+    EXPECT_EQ(parseBoardSpec(spec).spec(), same);
+    ++num_read;
+  }
+  EXPECT_EQ(num_read, cases.size());
+}
+
 TEST(BoardSpec, SaysWhatIsWrong) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "board kind ''"},
@@ -64,7 +83,8 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"aprilgrid:6x6:88mm:0.3:560", "the first id may be 551 at most"},
       {"aprilgrid:6x6:88mm:0.3:2147483647", "from id 2147483647 to 2147483682"},
       {"aprilgrid:6x6:88mm:3", "gaps of 3 tags"},
-      {"aprilgrid:6x6:88mm:3mm", "'3mm' as the gap"},
+      {"aprilgrid:6x6:88mm:3mm", "'3mm' as the gap; expected a plain number"},
+      {"chesboard:9x6:25mm", "did you mean 'checkerboard'?"},
       {"aprilgrid:6x6:88mm:0.3:first", "'first' as the first_id"},
       {"circles:10x8:25mm", "3 parts; expected circles:COLUMNSxROWS:SPACING:DIAMETER"},
       {"circles:1x1:25mm:15mm", "1x1 circles"},
@@ -92,7 +112,7 @@ TEST(BoardSpec, SaysWhatIsWrong) {
       {"checkerboard:9x6:25km", "'25km'"},
   };
   for (const auto& [spec, part] : cases) EXPECT_THAT(messageOf(spec), HasSubstr(part)) << spec;
-  EXPECT_EQ(cases.size(), 55U);
+  EXPECT_EQ(cases.size(), 56U);
 }
 
 TEST(BoardSpec, TextReadsBack) {

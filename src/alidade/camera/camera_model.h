@@ -86,6 +86,7 @@ struct SharedLens {
 ///   kFlexibleId      a more flexible model of the same kind of lens; empty if there is none
 ///   kVectors         the parameters that rotate with the image; if they are 0, isAxiallySymmetric()
 ///   kSharedLenses    the models with which it shares lenses; one model of each pair lists the other
+///   kAliases         names of the model in other programs, separated by blanks; by default there are none
 ///
 /// LensFormula makes lens() from hasValue() and formula(), and holds the common part of most models.
 template <class M>
@@ -108,6 +109,7 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::kFlexibleId } -> std::convertible_to<std::string_view>;
   { M::kVectors } -> std::convertible_to<std::span<const LensVector>>;
   { M::kSharedLenses } -> std::convertible_to<std::span<const SharedLens>>;
+  { M::kAliases } -> std::convertible_to<std::string_view>;
 };
 
 /// The map of one ray, derived from the formula of a model, for double and for automatic differentiation; and
@@ -119,6 +121,7 @@ struct LensFormula {
   static constexpr std::array<ParamRange, kNum> kLensRanges = {};
   static constexpr std::array<double, kNum> kStartLens = {};
   static constexpr bool kIsOneToOneWithoutFold = true;
+  static constexpr std::string_view kAliases = "";
   static double maxAngle(const double*) { return M::kMaxAngle; }
   static bool isAxiallySymmetric(const double* k) {
     return std::ranges::all_of(M::kVectors,

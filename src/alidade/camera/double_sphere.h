@@ -25,6 +25,7 @@ namespace alidade {
 /// closed form. Source: Usenko, Demmel and Cremers 2018, The double sphere camera model, 3DV, section 3.
 struct DoubleSphere : LensFormula<DoubleSphere, 2> {
   static constexpr std::string_view kId = "double_sphere";
+  static constexpr std::string_view kAliases = "ds ds-none";
   static constexpr std::array<std::string_view, 2> kLensParamNames = {"xi", "alpha"};
   static constexpr std::array<ParamRange, 2> kLensRanges = {ParamRange{.min = -0.99, .max = 1.0},
                                                             ParamRange{.min = 0.0, .max = 1.0}};

@@ -25,6 +25,7 @@ namespace alidade {
 /// Source: Khomutenko, Garcia and Martinet 2016, An enhanced unified camera model, RA-L 1(1), section II.
 struct Eucm : LensFormula<Eucm, 2> {
   static constexpr std::string_view kId = "eucm";
+  static constexpr std::string_view kAliases = "extended_unified eucm-none";
   static constexpr std::array<std::string_view, 2> kLensParamNames = {"alpha", "beta"};
   static constexpr std::array<ParamRange, 2> kLensRanges = {
       ParamRange{.min = 0.0, .max = 1.0},

@@ -31,6 +31,7 @@ namespace alidade {
 /// model.
 struct Fov : LensFormula<Fov, 1> {
   static constexpr std::string_view kId = "fov";
+  static constexpr std::string_view kAliases = "atan pinhole-fov";
   static constexpr std::array<std::string_view, 1> kLensParamNames = {"w"};
   static constexpr std::array<ParamRange, 1> kLensRanges = {ParamRange{.min = 0.0, .max = 3.1}};
   static constexpr std::array<double, 1> kStartLens = {0.9};

@@ -29,6 +29,7 @@ namespace alidade {
 /// and fy.
 struct KannalaBrandt : LensFormula<KannalaBrandt, 4> {
   static constexpr std::string_view kId = "kannala_brandt";
+  static constexpr std::string_view kAliases = "fisheye equidistant equi opencv_fisheye pinhole-equi kb4";
   static constexpr std::array<std::string_view, 4> kLensParamNames = {"k1", "k2", "k3", "k4"};
   static constexpr double kMaxAngle = kWideMaxAngle;
 

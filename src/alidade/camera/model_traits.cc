@@ -27,6 +27,7 @@ constexpr std::array<ModelTraits, sizeof...(Models)> traitsOf(ModelList<Models..
                       .flexible_id = Models::kFlexibleId,
                       .vectors = Models::kVectors,
                       .shared_lenses = Models::kSharedLenses,
+                      .aliases = Models::kAliases,
                       .project = &projectFormulaJacobian<Models>}...};
 }
 
@@ -49,14 +50,20 @@ std::span<const ModelTraits> allModelTraits() {
   return kTraits;
 }
 
+std::vector<AliasedName> aliasedModels() {
+  return mapped(kTraits, [](const ModelTraits& model) {
+    return AliasedName{std::string(model.id), model.aliases};
+  });
+}
+
 const ModelTraits& modelTraits(std::string_view id) {
   const auto found = std::ranges::find(kTraits, id, &ModelTraits::id);
   if (found != kTraits.end()) return *found;
-  const auto ids = mapped(kTraits, [](const ModelTraits& model) { return std::string(model.id); });
+  const std::vector<AliasedName> models = aliasedModels();
   throw usageError({.where = "camera model",
                     .found = "'" + std::string(id) + "'",
-                    .expected = "one of " + join(ids, ", "),
-                    .next_step = didYouMean(id, ids)});
+                    .expected = "one of " + join(mapped(models, &AliasedName::name), ", "),
+                    .next_step = didYouMeanOne(id, models)});
 }
 
 const ModelTraits& leadTraits(LensFamily family) {

@@ -3,8 +3,10 @@
 
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "alidade/camera/camera_model.h"
+#include "alidade/core/aliases.h"
 
 namespace alidade {
 
@@ -20,6 +22,7 @@ struct ModelTraits {
   std::string_view flexible_id;
   std::span<const LensVector> vectors;
   std::span<const SharedLens> shared_lenses;
+  std::string_view aliases;
   /// projectFormulaJacobian() of the model.
   bool (*project)(const double* params, const double* ray, double* px, double* J_px_ray, double* J_px_params);
 
@@ -29,6 +32,9 @@ struct ModelTraits {
 
 /// One for each model, in the order of the model list.
 [[nodiscard]] std::span<const ModelTraits> allModelTraits();
+
+/// The ids of all models with their names in other programs.
+[[nodiscard]] std::vector<AliasedName> aliasedModels();
 
 /// @throws Error (kUsage) for an unknown id, naming the known ones
 [[nodiscard]] const ModelTraits& modelTraits(std::string_view id);

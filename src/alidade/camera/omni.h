@@ -31,6 +31,7 @@ namespace alidade {
 /// section II.
 struct Omni : LensFormula<Omni, 5> {
   static constexpr std::string_view kId = "omni";
+  static constexpr std::string_view kAliases = "mei omnidir omni-radtan";
   static constexpr std::array<std::string_view, 5> kLensParamNames = {"xi", "k1", "k2", "p1", "p2"};
   static constexpr std::array<ParamRange, 5> kLensRanges = {
       ParamRange{.min = 0.0, .max = std::numeric_limits<double>::infinity()}};

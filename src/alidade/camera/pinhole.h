@@ -17,6 +17,7 @@ namespace alidade {
 /// Source: Hartley and Zisserman, Multiple View Geometry, 2nd ed., section 6.1.
 struct Pinhole : LensFormula<Pinhole, 0> {
   static constexpr std::string_view kId = "pinhole";
+  static constexpr std::string_view kAliases = "perspective simple_pinhole pinhole-none";
   static constexpr std::array<std::string_view, 0> kLensParamNames = {};
   static constexpr double kMaxAngle = std::numbers::pi / 2;
 

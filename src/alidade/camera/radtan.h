@@ -23,6 +23,7 @@ namespace alidade {
 /// Source: Brown 1966, Decentering distortion of lenses, Photogrammetric Engineering 32(3).
 struct Radtan : PlaneFormula<Radtan, 5> {
   static constexpr std::string_view kId = "radtan";
+  static constexpr std::string_view kAliases = "plumb_bob brown brown_conrady opencv5 pinhole-radtan";
   static constexpr std::array<std::string_view, 5> kLensParamNames = {"k1", "k2", "p1", "p2", "k3"};
 
   static constexpr bool kIsStiff = false;

@@ -30,6 +30,7 @@ namespace alidade {
 /// CALIB_RATIONAL_MODEL.
 struct Rational : PlaneFormula<Rational, 8> {
   static constexpr std::string_view kId = "rational";
+  static constexpr std::string_view kAliases = "rational_polynomial full_opencv opencv8 pinhole-radtan8";
   static constexpr std::array<std::string_view, 8> kLensParamNames = {"k1", "k2", "p1", "p2",
                                                                       "k3", "k4", "k5", "k6"};
 

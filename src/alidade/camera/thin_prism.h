@@ -25,6 +25,7 @@ namespace alidade {
 /// 14(10), section II; the formula is that of OpenCV's CALIB_THIN_PRISM_MODEL.
 struct ThinPrism : PlaneFormula<ThinPrism, 12> {
   static constexpr std::string_view kId = "thin_prism";
+  static constexpr std::string_view kAliases = "opencv12";
   static constexpr std::array<std::string_view, 12> kLensParamNames = {"k1", "k2", "p1", "p2", "k3", "k4",
                                                                        "k5", "k6", "s1", "s2", "s3", "s4"};
   static constexpr bool kIsOneToOneWithoutFold = false;

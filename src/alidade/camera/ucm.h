@@ -24,6 +24,7 @@ namespace alidade {
 /// 2.2.
 struct Ucm : LensFormula<Ucm, 1> {
   static constexpr std::string_view kId = "ucm";
+  static constexpr std::string_view kAliases = "unified omni-none";
   static constexpr std::array<std::string_view, 1> kLensParamNames = {"alpha"};
   static constexpr std::array<ParamRange, 1> kLensRanges = {ParamRange{.min = 0.0, .max = 1.0}};
   static constexpr std::array<double, 1> kStartLens = {0.5};

@@ -15,8 +15,11 @@ namespace {
 
 // Built from the SPEC with the same parts, so no part may contain ':'.
 Board boardFrom(const detail::YamlNode& root) {
+  if (root.isMap() && !root.has("kind"))
+    throw root.error("no key 'kind'", "a board file, with the keys kind, columns, rows and lengths",
+                     "give a SPEC, for example checkerboard:9x6:25mm; see docs/boards.md");
   const detail::YamlNode kind = root.at("kind");
-  const auto known = std::ranges::find(boardKinds(), kind.text(), &BoardKindName::name);
+  const auto known = std::ranges::find(boardKinds(), boardKindOf(kind.text()), &BoardKindName::name);
   if (known == boardKinds().end())
     throw kind.error("'" + kind.text() + "'", join(mapped(boardKinds(), &BoardKindName::name), ", "));
   std::vector<std::string> keys = {"kind", "columns", "rows"};

@@ -5,12 +5,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
+#include <fstream>
 #include <set>
 #include <string_view>
 #include <utility>
 
+#include "alidade/core/aliases.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
@@ -25,11 +26,24 @@ namespace fs = std::filesystem;
 constexpr std::array<std::string_view, 7> kExtensions = {".yaml", ".yml",         ".json", ".xml",
                                                          ".txt",  ".cameramodel", ".cam"};
 
-bool hasCameraExtension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+// Of other programs, for cameras and for much else; and what the name or content of a camera says.
+constexpr std::string_view kForeignExtensions =
+    ".toml .ini .cfg .conf .csv .calib .mat .npy .npz .pkl .pickle";
+constexpr std::string_view kCameraWords = "calib cameramatrix intrinsic distortion distcoef focal mtx";
+
+bool hasExtension(const fs::path& path, std::span<const std::string_view> extensions) {
+  return std::ranges::find(extensions, bareWord(path.extension().string())) != extensions.end();
+}
+
+// True for a file of another program that probably holds a camera: users expect it to be mentioned.
+bool isForeignCamera(const fs::path& path) {
+  if (!hasExtension(path, split(kForeignExtensions, ' '))) return false;
+  std::string text(std::size_t{1} << 16U, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text = bareWord(path.filename().string() + "\n" + text);
+  return std::ranges::any_of(split(kCameraWords, ' '),
+                             [&](std::string_view word) { return text.find(word) != std::string::npos; });
 }
 
 class Lister {
@@ -57,7 +71,8 @@ class Lister {
   void addNamedFolder(const std::string& folder) {
     if (addFolder(folder) == 0) {
       throw detail::errorAt(folder, "no file with the extension of a camera file",
-                            "yaml, yml, json, xml, txt, cameramodel or cam, also in sub-folders");
+                            "yaml, yml, json, xml, txt, cameramodel or cam, also in sub-folders",
+                            "give camera files, or the folder that contains them");
     }
   }
 
@@ -69,6 +84,7 @@ class Lister {
     if (!error && !open_.insert(canonical.string()).second) return 0;
     std::vector<std::string> names;
     std::vector<std::string> folders;
+    std::size_t num_found = 0;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
       std::error_code ignored;
       const std::string name = entry->path().filename().string();
@@ -77,8 +93,9 @@ class Lister {
       const bool is_file = entry->is_regular_file(ignored) || !entry->exists(ignored);
       if (entry->is_directory(ignored)) {
         folders.push_back(name);
-      } else if (is_file && hasCameraExtension(entry->path())) {
+      } else if (is_file && (hasExtension(name, kExtensions) || isForeignCamera(entry->path()))) {
         names.push_back(name);
+        num_found += hasExtension(name, kExtensions) ? 1 : 0;
       }
     }
     if (error) {
@@ -87,7 +104,6 @@ class Lister {
     }
     std::sort(names.begin(), names.end(), naturalLess);
     std::sort(folders.begin(), folders.end(), naturalLess);
-    std::size_t num_found = names.size();
     for (const std::string& name : names) add((fs::path(folder) / name).string(), true);
     for (const std::string& name : folders) num_found += addFolder((fs::path(folder) / name).string());
     open_.erase(canonical.string());

@@ -167,7 +167,7 @@ void refuseForeignFile(const detail::CameraDocument& document) {
   }
   throw NotACameraFile(detail::errorAt(
       file, "not a camera file: it has no key of a camera format", "",
-      "see docs/formats.md for the formats; Alidade's own files start with: alidade_camera: 1"));
+      "the camera file comes first; see docs/formats.md for the formats; Alidade's own start with: alidade_camera: 1"));
 }
 
 void refuseSameNames(const CameraSource& source) {

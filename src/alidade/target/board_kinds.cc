@@ -7,6 +7,7 @@
 #include <numbers>
 #include <string>
 
+#include "alidade/core/aliases.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 
@@ -56,27 +57,15 @@ constexpr std::array<MarkerDictionary, 21> kDictionaries = {
      {"DICT_7X7_1000", 1000, 7},    {"DICT_ARUCO_ORIGINAL", 1024, 5}, {"DICT_APRILTAG_16h5", 30, 4},
      {"DICT_APRILTAG_25h9", 35, 5}, {"DICT_APRILTAG_36h10", 2320, 6}, {"DICT_APRILTAG_36h11", 587, 6}}};
 
-// The name in lower case, with the prefix that users often omit.
-std::string plainName(std::string_view name) {
-  std::string plain(name);
-  for (char& c : plain) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return plain.starts_with("dict_") ? plain : "dict_" + plain;
-}
-
 ErrorDetail unknownDictionary(const std::string& name) {
-  const auto nameOf = [](const MarkerDictionary& dictionary) { return std::string(dictionary.name); };
-  const std::vector<std::string> names = mapped(kDictionaries, nameOf);
-  const std::vector<std::string> plain_names = mapped(names, plainName);
-  ErrorDetail fault{.found = "the dictionary '" + name + "'",
-                    .expected = "one of OpenCV's, such as DICT_4X4_50",
-                    .next_step = "expected one of " + join(names, ", ")};
-  if (const auto nearest = nearestName(plainName(name), plain_names); nearest && !name.empty()) {
-    const auto at = std::ranges::find(plain_names, *nearest) - plain_names.begin();
-    fault.next_step = "did you mean '" + names[static_cast<std::size_t>(at)] + "'?";
-  }
-  return fault;
+  // Users often omit the prefix.
+  const auto names = mapped(kDictionaries, [](const MarkerDictionary& known) {
+    return AliasedName{std::string(known.name), known.name.substr(std::string_view("DICT_").size())};
+  });
+  return {.found = "the dictionary '" + name + "'",
+          .expected = "one of OpenCV's, such as DICT_4X4_50",
+          .next_step =
+              didYouMeanOne(name, names, "expected one of " + join(mapped(names, &AliasedName::name), ", "))};
 }
 
 std::optional<ErrorDetail> idsFault(int first_id, int count, std::string_view marker,

@@ -61,6 +61,7 @@ struct PointLayout {
 /// into the board; metres.
 struct Checkerboard {
   static constexpr std::string_view kName = "checkerboard";
+  static constexpr std::string_view kAliases = "chessboard chess checker";
   static constexpr std::string_view kExample =
       "checkerboard:9x6:25mm (columns x rows of inner corners, then the side of a square)";
   static constexpr BoardWords kWords = {
@@ -135,6 +136,7 @@ struct MarkerDictionary {
 /// are two layouts, whose first square is dark or bright; both have the same corners.
 struct CharucoBoard {
   static constexpr std::string_view kName = "charuco";
+  static constexpr std::string_view kAliases = "charuco_board";
   static constexpr std::string_view kExample =
       "charuco:8x11:24mm:18.75mm:DICT_4X4_1000 (columns x rows of squares, the sides of a square and of a "
       "marker, OpenCV's dictionary)";
@@ -185,6 +187,7 @@ inline constexpr double kLargestTagGap = 1;
 /// the origin at the top left.
 struct AprilGrid {
   static constexpr std::string_view kName = "aprilgrid";
+  static constexpr std::string_view kAliases = "apriltag apriltags april apriltag_grid";
   static constexpr std::string_view kExample =
       "aprilgrid:6x6:88mm:0.3 (columns x rows of tags, the side of a tag, the gap as a share of it)";
   static constexpr BoardWords kWords = {.counted = "tags", .points = "tag corners", .marker = "tag"};
@@ -237,6 +240,7 @@ struct AprilGrid {
 /// the columns first, and the frame is that of a Checkerboard, with the origin at the centre of disc 0.
 struct CircleGrid {
   static constexpr std::string_view kName = "circles";
+  static constexpr std::string_view kAliases = "circle_grid circles_grid symmetric_circles";
   static constexpr std::string_view kExample =
       "circles:10x8:25mm:15mm (columns x rows of circles, the distance of neighbours, the diameter)";
   static constexpr BoardWords kWords = {
@@ -278,6 +282,7 @@ struct CircleGrid {
 /// rows, its orientation is unambiguous.
 struct AsymmetricCircleGrid {
   static constexpr std::string_view kName = "acircles";
+  static constexpr std::string_view kAliases = "asymmetric_circles asymmetric_circle_grid";
   static constexpr std::string_view kExample =
       "acircles:4x11:20mm:14mm (circles a row x rows, the distance of rows, the diameter)";
   static constexpr BoardWords kWords = {

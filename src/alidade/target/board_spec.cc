@@ -6,6 +6,7 @@
 #include <cmath>
 #include <variant>
 
+#include "alidade/core/aliases.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
@@ -42,7 +43,10 @@ std::string upperCase(std::string text) {
 
 template <class Kind>
 BoardKindName kindName() {
-  BoardKindName kind{.name = std::string(Kind::kName), .example = std::string(Kind::kExample), .keys = {}};
+  BoardKindName kind{.name = std::string(Kind::kName),
+                     .aliases = Kind::kAliases,
+                     .example = std::string(Kind::kExample),
+                     .keys = {}};
   for (const auto& field : Kind::fields()) {
     kind.keys.emplace_back(field.key);
     if (!field.is_optional) ++kind.num_required;
@@ -58,7 +62,7 @@ void readPart(const SpecText& spec, std::string_view part, std::string_view key,
     return;
   }
   const auto share = parseDouble(part);
-  if (!share) throw spec.error("'" + std::string(part) + "' as the " + std::string(key), "a number");
+  if (!share) throw spec.error("'" + std::string(part) + "' as the " + std::string(key), "a plain number");
   value = *share;
 }
 void readPart(const SpecText& spec, std::string_view part, std::string_view key, bool, int& value) {
@@ -93,6 +97,10 @@ std::vector<BoardKindName> namesOf(const std::variant<Kinds...>&) {
   return {kindName<Kinds>()...};
 }
 
+std::vector<AliasedName> aliasedKinds() {
+  return mapped(boardKinds(), [](const BoardKindName& kind) { return AliasedName{kind.name, kind.aliases}; });
+}
+
 template <class... Kinds>
 Board readKindAt(const std::variant<Kinds...>&, std::size_t index, const SpecText& spec,
                  std::span<const std::string_view> parts) {
@@ -105,6 +113,10 @@ Board readKindAt(const std::variant<Kinds...>&, std::size_t index, const SpecTex
 const std::vector<BoardKindName>& boardKinds() {
   static const std::vector<BoardKindName> kinds = namesOf(BoardKind());
   return kinds;
+}
+
+std::string boardKindOf(std::string_view word) {
+  return meantName(word, aliasedKinds()).value_or(std::string(word));
 }
 
 double parseLength(std::string_view text, const std::string& where) {
@@ -136,7 +148,7 @@ double parseLength(std::string_view text, const std::string& where) {
 
 Board parseBoardSpec(std::string_view text) {
   const std::vector<std::string_view> parts = split(trim(text), ':');
-  const std::string name(parts.front());
+  const std::string name = boardKindOf(parts.front());
   const auto& kinds = boardKinds();
   const auto kind = std::ranges::find(kinds, name, &BoardKindName::name);
   if (kind == kinds.end()) {
@@ -144,7 +156,7 @@ Board parseBoardSpec(std::string_view text) {
     const SpecText spec{text, kinds.front().example};
     throw spec.error("board kind '" + name + "'",
                      join(names, ", ") + ", or a YAML file that describes the board",
-                     didYouMean(name, names, "for example " + spec.example));
+                     didYouMeanOne(name, aliasedKinds(), "for example " + spec.example));
   }
   const SpecText spec{text, kind->example};
   if (parts.size() < 2 + kind->num_required || parts.size() > 2 + kind->keys.size()) {

@@ -14,6 +14,7 @@
 #include "alidade/print/ink_of_board.h"
 #include "alidade/report/data/json_output.h"
 #include "alidade/target/board_spec.h"
+#include "board_views.h"
 #include "command.h"
 #include "console.h"
 #include "outputs.h"
@@ -53,9 +54,9 @@ class BoardCommand final : public Command {
     flags.explain(
         "Example: alidade board checkerboard:9x6:25mm -o board.pdf\nPrint at 100 % (no fitting to the page), "
         "measure the ruler, and glue the print on a flat plate.");
-    flags.add("board", &board_,
-              "Board SPEC (" + join(mapped(boardKinds(), &BoardKindName::example), "; ") + ") or YAML file",
-              kSpec);
+    flags.add("board", &board_, kBoardText, kSpec);
+    flags.redirect({"--board", "--type", "--rows", "--columns", "--size", "--square"},
+                   "the SPEC has no flag: alidade board checkerboard:9x6:25mm -o board.pdf");
     flags.add("-o,--output", &output_, "File to write: .pdf, .svg or .png", kFilePath);
     flags.add(
         "--paper", &paper_,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,6 +12,7 @@
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/calibrate/start/prepared_views.h"
 #include "alidade/camera/model_fit.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -22,6 +24,7 @@
 #include "alidade/report/data/json_output.h"
 #include "alidade/report/figures/next_view_svg.h"
 #include "alidade/report/pages/page.h"
+#include "alidade/rig/rig_frames.h"
 #include "alidade/target/board_spec.h"
 #include "board_views.h"
 #include "camera_files.h"
@@ -32,6 +35,24 @@
 
 namespace alidade {
 namespace {
+
+// True for folders of which most images match by their names, as those of the cameras of a rig do.
+bool areOfARig(const std::vector<std::string>& inputs) {
+  std::vector<RigViews> cameras;
+  std::size_t num_images = 0;
+  for (const std::string& input : inputs) {
+    if (inputs.size() < 2 || !std::filesystem::is_directory(input)) return false;
+    RigViews& camera = cameras.emplace_back();
+    for (const std::string& image : withImages({input}))
+      if (image != input) camera.images.push_back(std::filesystem::path(image).filename().string());
+    num_images += camera.images.size();
+  }
+  try {
+    return num_images > 0 && 2 * matchFrames(cameras).unmatched.size() < num_images;
+  } catch (const Error&) {
+    return false;  // no numbers in the names
+  }
+}
 
 class CalibrateCommand final : public Command {
  public:
@@ -64,10 +85,20 @@ class CalibrateCommand final : public Command {
     options_.cancel = common_.cancel = catchInterrupts();
     readOptions();
     given_.pictures = report_.empty() ? nullptr : &passing_;
+    if (!given_.boards.empty() && areOfARig(given_.inputs)) {
+      rig_command_ = "alidade rig calibrate " + join(given_.inputs, " ") + " --board " +
+                     join(given_.boards, " --board ") + " -o rig.yaml";
+      if (!common_.quiet)
+        printNotes({"images match by name; if each folder is of one camera: " + rig_command_});
+    }
     const GivenViews given = readViews(given_, common_);
     requireViews(given);
     Calibration result = calibrate(given.boards, given.views, options_);
     explainMirrors(given_.mirrored, "", result.diagnoses);
+    for (Diagnosis& diagnosis : result.diagnoses)
+      if (!rig_command_.empty() &&
+          (diagnosis.id == DiagnosisId("two_cameras") || diagnosis.id == DiagnosisId("focal_changed")))
+        diagnosis.next_step = "for cameras of a rig: " + rig_command_;
     const Guidance guidance = guide(result, given.views, parsePixels(target_sigma_));
     write(result, given, guidance, flags);
     print(result, given, guidance);
@@ -78,13 +109,12 @@ class CalibrateCommand final : public Command {
   void addFitOptions(Flags& flags) {
     flags.under(kFitGroup);
     std::vector<std::string> models = modelIds();
-    const std::string list = join(models, ", ");
     models.emplace_back(kAutoModel);
     flags.add("--model", &options_.model,
-              "Camera model: " + list +
+              "Camera model: " + join(modelIds(), ", ") +
                   "; or auto: the smallest model that no larger one significantly outperforms in "
                   "cross-validation (with --init, the model of that file)",
-              oneOf(models));
+              oneOf(models, 0, aliasedModels()));
     flags.add("--init", &init_,
               "Camera file for the initial guess, with the same image size; its lens is converted to "
               "--model. Default: automatic initial guess",
@@ -112,10 +142,7 @@ class CalibrateCommand final : public Command {
     flags.under(kOutputGroup);
     flags.add("-o,--output", &output_,
               "Camera file to write (YAML); - for standard output instead of the summary", aside(kFilePath));
-    flags.add("--to", &format_,
-              "Format of the camera file: " + join(formatIds(), ", ") +
-                  ". The lens model is one that the format can represent",
-              oneOf(formatIds()));
+    addFormatFlag(flags, format_, "Format of the camera file; the lens model is one that it can represent: ");
     flags.add("--name", &name_.name, "Camera name to store in the camera file", kAside);
     flags.add("--serial", &name_.serial, "Serial number to store in the camera file", kAside);
     flags.add("--evidence", &evidence_,
@@ -280,7 +307,9 @@ class CalibrateCommand final : public Command {
   [[nodiscard]] int tell(const Calibration& result) const {
     if (!report_.empty() && !common_.quiet) printMessage("report written to " + report_);
     if (!result.isUsable()) {
-      printRefusal("the camera must not be used: " + result.diagnoses.front().cause, output_, isKept(result));
+      const Diagnosis& why = result.diagnoses.front();
+      printRefusal("the camera must not be used: " + why.cause, output_, isKept(result));
+      if (!rig_command_.empty()) printMessage("  next: " + why.next_step);  // in one line, to be copied
       return kUntrustworthyExit;
     }
     if (common_.quiet || output_ == "-") return 0;
@@ -294,6 +323,7 @@ class CalibrateCommand final : public Command {
 
   BoardInputs given_;
   CalibratorOptions options_;
+  std::string rig_command_;  // if the inputs may be of a rig
   std::string init_;
   std::string board_shape_ = "auto";
   std::string pupil_ = "auto";

@@ -270,8 +270,8 @@ std::string detailsText(const Calibration& result, const GivenViews& given, cons
   if (result.choice.model) text += modelChoiceText(*result.choice.model);
   text += weakPriorText(result) + projectionText(known) + domainText(result) + worstViewsText(result) +
           outliersText(result) + startText(result.choice.start);
-  text += fmt::format("Solver   {} after {} iterations: {}\n", terminationName(solver.termination),
-                      solver.num_iterations, solver.reason);
+  text += fmt::format("Solver   {} after {}\n", terminationName(solver.termination),
+                      counted(solver.num_iterations, "iteration"));
   text += labelled("Coverage", coverageText(guidance.coverage)) +
           labelled("Next", nextViewText(guidance, result.imageSize())) +
           labelled("Target", targetText(guidance));

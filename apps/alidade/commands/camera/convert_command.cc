@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "alidade/camera/correction_field.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -52,10 +53,7 @@ std::string poseText(const SE3& camera_from_first) {
 std::vector<int> pixelNumbers(const std::string& flag, const std::string& text, char separator,
                               std::size_t count, const std::string& expected) {
   if (auto numbers = wholeNumbers(text, separator, count)) return *numbers;
-  throw usageError({.where = flag,
-                    .found = "'" + text + "'",
-                    .expected = expected,
-                    .next_step = "alidade convert --help"});
+  throw flagError(flag, "'" + text + "'", expected, "alidade convert --help");
 }
 
 // The origin of a converted file: "alidade 0.1.0 convert crop 0,60,640,360, resize 320x180 of camera.yaml
@@ -216,14 +214,15 @@ class ConvertCommand final : public Command {
               "Camera file to write (a folder for the two files of a pair with --to ros); - writes it to "
               "standard output instead of the summary",
               kFilePath);
-    flags.add("--to", &format_, "Format of the output: " + join(formatIds(), ", "), oneOf(formatIds()));
+    addFormatFlag(flags, format_, "Format of the output: ");
     flags.add("--crop", &crop_, "Part of the image to keep, in pixels: X,Y,WIDTH,HEIGHT");
     flags.add("--bin", &request_.bin,
               "Combine N x N pixels into one; incomplete blocks at the edge are cropped");
     flags.add("--resize", &resize_, "New image size in pixels: WIDTHxHEIGHT");
+    flags.redirect({"--scale"}, "--resize WIDTHxHEIGHT, for example --resize 320x240");
     flags.addQuarterTurns("--rotate", request_.rotate_deg, "Rotate the image clockwise by this many degrees");
     flags.add("--model", &request_.model, "Fit this lens model instead: " + join(modelIds(), ", "),
-              oneOf(modelIds()));
+              oneOf(modelIds(), 0, aliasedModels()));
     flags.add("--max-error", &request_.max_error_px,
               "Largest accepted RMS error of the new model in pixels; the limit for a single pixel is "
               "ten times larger",

@@ -142,7 +142,7 @@ class FleetCommand final : public Command {
               "Earlier calibrations of the same cameras: files, folders or patterns", kFilePath);
     flags.add("--tolerance", &tolerance_px_,
               "Largest accepted distance from the typical camera in pixels, for 95 % of the image",
-              {.complaint = positiveNumber, .limits = "above 0", .number = pixelsOrNan});
+              {.complaint = pixelComplaint, .number = pixelsOrNan});
     flags.addSwitch("--same-frame", same_frame_, "Do not align: all cameras have the same frame");
     flags.addSwitch("--strict", is_strict_,
                     "Exit code 3 if a unit deviates or changed, or a file cannot be read");

@@ -128,7 +128,9 @@ class PointReader final : private std::streambuf {
     if (field_of_column_.empty() && !findColumns(lines_.commentNames()).empty()) {
       if (lines_.numFields() != columns_.size()) {
         throw lines_.error(std::to_string(lines_.numFields()) + " columns without a header",
-                           std::to_string(columns_.size()) + ": " + namesOf(columns_));
+                           std::to_string(columns_.size()) + ": " + namesOf(columns_),
+                           columns_.size() == 3 ? "pixels u,v are for alidade unproject"
+                                                : "points x,y,z are for alidade project");
       }
       for (std::size_t i = 0; i < columns_.size(); ++i) field_of_column_.push_back(i);
     }
@@ -280,6 +282,8 @@ class StreamCommand : public Command {
     columns_ = std::move(columns);
     flags.add("camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFilePath);
     flags.add("points", &points_path_, points, kFilePath);
+    flags.redirect({"-o,--output"}, "results go to standard output: add > FILE");
+    flags.redirect({"--camera"}, "FILE#NAME selects one camera of a file with several");
     addReadOptions(flags, camera_);
     flags.addCommon(common_, false);
     flags.under(nullptr);

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "alidade/adjust/board/errors.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
@@ -189,7 +190,7 @@ class RigCalibrateCommand final : public Command {
     flags.under(kFitGroup);
     flags.add("--model", &models_,
               "Camera model as for alidade calibrate, for all cameras; or one for each, separated by commas",
-              oneOf(models, ','));
+              oneOf(models, ',', aliasedModels()));
     flags.add("--fixed", &fixed_,
               "Camera files of cameras calibrated before, one for each camera, separated by commas ('-': "
               "calibrate this one); their lenses are kept",
@@ -206,6 +207,7 @@ class RigCalibrateCommand final : public Command {
               kBoardShapes);
     flags.under(kOutputGroup);
     flags.add("-o,--output", &output_, "Rig file to write (YAML)", kFilePath);
+    flags.redirect({"--to"}, "alidade convert rig.yaml -o camchain.yaml --to kalibr, afterwards");
     flags.add("--evidence", &evidence_, "JSON file to write: all results with the errors of all corners",
               kFilePath);
     flags.add("--report", &report_, "HTML page to write: the rig and its errors in figures, in one file",
@@ -246,7 +248,7 @@ class RigCalibrateCommand final : public Command {
  private:
   void checkUsage() const {
     if (views_.inputs.size() < 2) {
-      throw missing(fmt::format("{} inputs", views_.inputs.size()),
+      throw missing(counted(views_.inputs.size(), "input"),
                     "two or more, one for each camera, for example left/ right/");
     }
     std::vector<std::string> sources = views_.sources();

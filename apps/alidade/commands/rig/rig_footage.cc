@@ -37,9 +37,8 @@ void requireFootage(const RigRecord& rig, const RigInputs& inputs) {
                       .next_step = "test the camera alone: alidade validate FILE --footage IMAGES"});
   }
   if (!inputs.boards.empty()) {
-    throw usageError({.where = "rig validate",
-                      .found = "--board with --footage",
-                      .expected = "--board for images of a board, or --footage for any other images"});
+    throw flagError("rig validate", "--board with --footage",
+                    "--board for images of a board, or --footage for any other images");
   }
   for (const std::string& input : inputs.inputs) {
     if (!isCornersFile(input)) continue;

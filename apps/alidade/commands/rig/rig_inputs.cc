@@ -60,10 +60,10 @@ void requireDifferentInputs(const std::string& command, const std::vector<std::s
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const auto [at, is_new] = input_of.emplace(withoutLinks(inputs[i]).string(), i);
     if (is_new) continue;
-    throw usageError({.where = command,
-                      .found = "the same input for two cameras: " + inputs[at->second] +
-                               (inputs[at->second] == inputs[i] ? "" : " and " + inputs[i]),
-                      .expected = expected});
+    throw flagError(command,
+                    "the same input for two cameras: " + inputs[at->second] +
+                        (inputs[at->second] == inputs[i] ? "" : " and " + inputs[i]),
+                    expected, "give another folder for the second, for example left/ right/");
   }
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     if (isCornersFile(inputs[i])) continue;
@@ -71,10 +71,10 @@ void requireDifferentInputs(const std::string& command, const std::vector<std::s
       if (image == inputs[i]) continue;
       const auto [at, is_new] = input_of.emplace(placeOf(image), i);
       if (is_new || at->second == i) continue;
-      throw usageError({.where = command,
-                        .found = "an image of two cameras: " + image + ", in " + inputs[at->second] +
-                                 " and in " + inputs[i],
-                        .expected = expected});
+      throw flagError(
+          command,
+          "an image of two cameras: " + image + ", in " + inputs[at->second] + " and in " + inputs[i],
+          expected);
     }
   }
 }
@@ -174,12 +174,10 @@ std::vector<std::string> RigInputs::cameraNames(const CommonOptions& common) con
   std::vector<std::string> result = names.empty() ? namesOf(inputs) : names;
   const std::set<std::string> unique(result.begin(), result.end());
   if (result.size() != inputs.size() || unique.size() != result.size() || unique.contains("")) {
-    throw usageError(
-        {.where = names.empty() ? common.command : "--names",
-         .found = (result.empty() ? "no names in the inputs" : "the names " + join(result, ", ")) +
-                  fmt::format(" for {} cameras", inputs.size()),
-         .expected = "a different name for each camera",
-         .next_step = "give --names, for example --names left,right"});
+    throw flagError(names.empty() ? common.command : "--names",
+                    (result.empty() ? "no names in the inputs" : "the names " + join(result, ", ")) +
+                        fmt::format(" for {} cameras", inputs.size()),
+                    "a different name for each camera", "give --names, for example --names left,right");
   }
   return result;
 }

@@ -188,10 +188,8 @@ class RigRectifyCommand final : public Command {
     if (names_.empty() && rig.size() == 2) return {0, 1};
     if (names_.size() == 2) return {rig.index(names_[0]), rig.index(names_[1])};
     const auto count = names_.empty() ? rig.size() : names_.size();
-    throw usageError({.where = names_.empty() ? rig_path_ : "--cameras",
-                      .found = fmt::format("{} cameras", count),
-                      .expected = "two, given as --cameras FIRST,SECOND",
-                      .next_step = "the rig has " + join(known, ", ")});
+    throw flagError(names_.empty() ? rig_path_ : "--cameras", fmt::format("{} cameras", count),
+                    "two, given as --cameras FIRST,SECOND", "the rig has " + join(known, ", "));
   }
 
   [[nodiscard]] ViewRequest request(const Flags& flags) const {

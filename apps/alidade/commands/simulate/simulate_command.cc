@@ -82,6 +82,7 @@ class SimulateCommand final : public Command {
         "in each frame) in place of corners.csv, and trajectory.txt (the poses as TUM trajectory).");
     flags.add("scene", &scene_path_, "Scene file (YAML): camera and either board and views, or footage",
               kFilePath);
+    flags.redirect({"--board", "--camera", "--seed"}, "write it in the scene file, see config/scene.yaml");
     flags.add("-o,--output", &output_, "Folder to create", kFolder);
     flags.addSwitch("--corners-only,--truth-only", truth_only_, "Write only the ground truth, no images");
     flags.addSwitch("--overwrite", overwrite_, kOverwriteText);

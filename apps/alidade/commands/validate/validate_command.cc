@@ -45,8 +45,8 @@ class ValidateCommand final : public Command {
         "checkerboard:9x6:25mm\nExample: alidade validate camera.yaml --footage walk.mp4\nPrints a line for "
         "each file and the totals; --verbose adds a line for each check, --quiet prints only files that "
         "fail.\nFolders are searched with their sub-folders for yaml, yml, json, xml, txt, cameramodel and "
-        "cam. Files that do not name\na camera are only counted. Of a rig, the poses are checked "
-        "too.\n--images tests the camera on photographs that were not used for its calibration. Use 10 or "
+        "cam. Files without a\ncamera are only counted (--verbose names them), also those of other programs "
+        "(toml, ini, npz) that may hold one.\nOf a rig, the poses are checked too.\n--images tests the camera on photographs that were not used for its calibration. Use 10 or "
         "more.\n--footage tests it on ordinary pictures of a scene in which nothing moves, without a board "
         "(docs/footage.md): whether\nanother focal length, centre or distortion explains them better. It may "
         "be unable to tell; that is a warning.\nFiles may have any supported format (docs/formats.md); "
@@ -59,6 +59,8 @@ class ValidateCommand final : public Command {
     flags.add("--report", &report_,
               "HTML page to write: what was found, with figures, in one file that needs no network",
               kFilePath);
+    flags.redirect({"--model"},
+                   "--read-as radtan or --read-as kannala_brandt, for files that do not state it");
     addReadOptions(flags, camera_);
     flags.add("--images", &images_.inputs,
               "Images of a board that were not used for the calibration: folders, files or patterns, or "
@@ -83,7 +85,7 @@ class ValidateCommand final : public Command {
               "Largest accepted error in pixels (95th percentile; --images: where boards were "
               "seen), for --images and --against. For --footage, whose default is 1, a fifth of the "
               "error that surely fails",
-              {.complaint = positiveNumber, .limits = "above 0", .number = pixelsOrNan});
+              {.complaint = pixelComplaint, .number = pixelsOrNan});
     flags.addCommon(common_, true);
   }
 
@@ -214,7 +216,7 @@ class ValidateCommand final : public Command {
     for (std::size_t i = 0; i < listed.size(); ++i) {
       if (judgements[i]) {
         result.files.push_back(*std::move(judgements[i]));
-      } else {
+      } else if (listed[i].path != junit_path_) {  // an earlier report
         result.other_files.push_back(listed[i].path);
       }
     }

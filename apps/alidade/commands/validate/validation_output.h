@@ -18,7 +18,7 @@ namespace alidade {
 [[nodiscard]] std::string filesText(const ValidationResult& result, bool only_failed);
 /// One line for each check of each file.
 [[nodiscard]] std::string checksText(const ValidationResult& result);
-/// JUnit XML: a test case for each file.
+/// JUnit XML: a test case for each file; those without a camera are skipped.
 [[nodiscard]] std::string junitText(const ValidationResult& result);
 
 /// All results for programs: one JSON document.

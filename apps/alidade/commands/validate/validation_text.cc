@@ -20,6 +20,7 @@ namespace {
 
 constexpr std::string_view kFootageStart = "footage: ";  // prefix of the check's reason
 constexpr std::string_view kNextLine = "\n  next: ";
+constexpr const char* kNoCamera = "not a camera file of a known format";
 
 // "PASS", "NOTE", "WARN" or "FAIL".
 std::string_view statusLabel(Severity severity) {
@@ -203,8 +204,7 @@ FileJudgement withoutFootage(FileJudgement file) {
   return file;
 }
 
-// Adds a test case. @returns true if it failed
-bool addTestCase(pugi::xml_node suite, const char* class_name, const std::string& file, bool is_failed,
+void addTestCase(pugi::xml_node suite, const char* class_name, const std::string& file, bool is_failed,
                  const std::string& reason, const std::string& text) {
   pugi::xml_node test = suite.append_child("testcase");
   test.append_attribute("classname") = class_name;
@@ -216,7 +216,6 @@ bool addTestCase(pugi::xml_node suite, const char* class_name, const std::string
   } else {
     test.append_child("system-out").text().set(text.c_str());
   }
-  return is_failed;
 }
 
 }  // namespace
@@ -230,10 +229,11 @@ std::string totalsText(const ValidationResult& result) {
   const std::size_t num_failed = numWith(result, Severity::kFailure);
   const std::size_t num_warned = numWith(result, Severity::kWarning);
   const std::size_t num_others = result.other_files.size();
-  return fmt::format("{}: {} passed{}, {} failed{}\n", counted(result.files.size(), "file"),
-                     result.files.size() - num_failed,
-                     num_warned > 0 ? fmt::format(" ({} with warnings)", num_warned) : "", num_failed,
-                     num_others > 0 ? "; " + counted(num_others, "other file") + " without a camera" : "");
+  return fmt::format(
+      "{}: {} passed{}, {} failed{}\n", counted(result.files.size(), "file"),
+      result.files.size() - num_failed, num_warned > 0 ? fmt::format(" ({} with warnings)", num_warned) : "",
+      num_failed,
+      num_others > 0 ? "; " + counted(num_others, "other file") + " without a readable camera" : "");
 }
 
 std::string filesText(const ValidationResult& result, bool only_failed) {
@@ -250,7 +250,7 @@ std::string checksText(const ValidationResult& result) {
   std::string text;
   for (const FileJudgement& file : result.files) text += fileText(result, file);
   for (const std::string& file : result.other_files)
-    text += fmt::format("other {}  not a camera file\n", printable(file));
+    text += fmt::format("other {}  {}\n", printable(file), kNoCamera);
   return text;
 }
 
@@ -262,33 +262,30 @@ std::string junitText(const ValidationResult& result) {
   pugi::xml_node suites = document.append_child("testsuites");
   pugi::xml_node suite = suites.append_child("testsuite");
   suite.append_attribute("name") = "alidade validate";
-  // The attributes come before the test cases, but their numbers are known only at the end.
-  for (pugi::xml_node node : {suites, suite}) {
-    for (const char* name : {"tests", "failures", "errors"}) node.append_attribute(name) = 0;
-  }
-  unsigned long long num_tests = 0;
-  unsigned long long num_failed = 0;
   for (const FileJudgement& file : result.files) {
     const FileJudgement alone = withoutFootage(file);
-    num_tests += 1;
-    num_failed += addTestCase(suite, "camera_file", file.file, result.isFailed(alone), reasonText(alone),
-                              fileText(result, alone))
-                      ? 1
-                      : 0;
+    addTestCase(suite, "camera_file", file.file, result.isFailed(alone), reasonText(alone),
+                fileText(result, alone));
     const FileCheck* const footage = footageCheckOf(file);
     if (footage == nullptr) continue;
     FileJudgement on_footage = file;
     std::erase_if(on_footage.cameras.front().checks,
                   [](const FileCheck& check) { return !check.id.starts_with("footage"); });
-    num_tests += 1;
-    num_failed += addTestCase(suite, "footage", file.file, result.isFailed(on_footage),
-                              reasonText(on_footage), fileText(result, on_footage))
-                      ? 1
-                      : 0;
+    addTestCase(suite, "footage", file.file, result.isFailed(on_footage), reasonText(on_footage),
+                fileText(result, on_footage));
+  }
+  for (const std::string& file : result.other_files) {
+    addTestCase(suite, "other_file", file, false, "", kNoCamera);
+    suite.last_child().prepend_child("skipped").append_attribute("message") = kNoCamera;
   }
   for (pugi::xml_node node : {suites, suite}) {
-    node.attribute("tests") = num_tests;
-    node.attribute("failures") = num_failed;
+    const auto count = [&](const char* name, const char* kind) {
+      node.append_attribute(name) = static_cast<unsigned long long>(suite.select_nodes(kind).size());
+    };
+    count("tests", "testcase");
+    count("failures", "testcase/failure");
+    count("errors", "testcase/error");
+    count("skipped", "testcase/skipped");
   }
   std::ostringstream out;
   document.save(out, "  ", pugi::format_default, pugi::encoding_utf8);

@@ -11,6 +11,7 @@
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/correction_field.h"
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
@@ -353,7 +354,7 @@ AnyCamera readCamera(const YamlNode& root) {
   const std::string id = model.text();
   if (std::find(modelIds().begin(), modelIds().end(), id) == modelIds().end()) {
     throw model.error("unknown camera model '" + id + "'", "one of " + join(modelIds(), ", "),
-                      didYouMean(id, modelIds()));
+                      didYouMeanOne(id, aliasedModels()));
   }
   const YamlNode parameters = root.at("parameters");
   const std::vector<double> values = readByName(parameters, parameterNames(id));

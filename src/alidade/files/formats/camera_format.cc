@@ -10,6 +10,7 @@
 #include "alidade/camera/same_lens.h"
 #include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
@@ -32,16 +33,21 @@ std::span<const CameraFormat* const> cameraFormats() {
   return kFormats;
 }
 
+std::vector<AliasedName> aliasedFormats() {
+  return mapped(cameraFormats(), [](const CameraFormat* format) {
+    return AliasedName{std::string(format->id), format->aliases};
+  });
+}
+
 const CameraFormat& cameraFormat(std::string_view id) {
-  std::vector<std::string> ids;
-  for (const CameraFormat* format : cameraFormats()) {
-    if (format->id == id) return *format;
-    ids.emplace_back(format->id);
-  }
+  const auto known = cameraFormats();
+  const auto found = std::ranges::find(known, id, &CameraFormat::id);
+  if (found != known.end()) return **found;
+  const std::vector<AliasedName> formats = aliasedFormats();
   throw usageError({.where = "camera format",
                     .found = "'" + std::string(id) + "'",
-                    .expected = "one of " + join(ids, ", "),
-                    .next_step = didYouMean(id, ids)});
+                    .expected = "one of " + join(mapped(formats, &AliasedName::name), ", "),
+                    .next_step = didYouMeanOne(id, formats)});
 }
 
 namespace {
@@ -269,19 +275,10 @@ const PlacedKey* findLastWord(const std::vector<PlacedKey>& keys, std::string_vi
   return found == keys.end() ? nullptr : &*found;
 }
 
-// Lower case without underscores.
-std::string plain(std::string_view name) {
-  std::string text;
-  for (const char c : name) {
-    if (c != '_') text += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  }
-  return text;
-}
-
 // True if equal except for case, underscores and one typo.
 bool isNearly(std::string_view key, std::string_view mark) {
-  const std::string a = plain(key);
-  const std::string b = plain(mark);
+  const std::string a = bareWord(key);
+  const std::string b = bareWord(mark);
   if (a == b) return true;
   const std::size_t size = std::max(a.size(), b.size());
   if (std::min(a.size(), b.size()) < kMinNearSize) return false;

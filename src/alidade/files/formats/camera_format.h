@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "alidade/core/aliases.h"
 #include "alidade/files/formats/stated_camera.h"
 
 namespace alidade {
@@ -20,8 +21,9 @@ class CameraDocument;
 struct CameraFormat {
   static constexpr std::size_t kAnyNumber = 1'000'000;  ///< of cameras
 
-  std::string_view id;     ///< as in --to: "kalibr"
-  std::string_view title;  ///< for display: "Kalibr camchain (YAML)"
+  std::string_view id;            ///< as in --to: "kalibr"
+  std::string_view title;         ///< for display: "Kalibr camchain (YAML)"
+  std::string_view aliases = {};  ///< other words for --to: names of the tool and of its files
   /// The models that the format stores exactly, in the order in which they are tried for a camera of an
   /// equivalent model.
   std::vector<std::string_view> models;
@@ -51,6 +53,9 @@ struct CameraFormat {
 
 /// THE list of formats; the first one is this program's own. No file is recognised by two of them.
 [[nodiscard]] std::span<const CameraFormat* const> cameraFormats();
+
+/// The ids of all formats with their aliases.
+[[nodiscard]] std::vector<AliasedName> aliasedFormats();
 
 /// @throws Error (kUsage) for an unknown id, naming the known ones
 [[nodiscard]] const CameraFormat& cameraFormat(std::string_view id);

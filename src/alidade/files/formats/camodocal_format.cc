@@ -85,6 +85,7 @@ const CameraFormat& camodocal() {
   static const CameraFormat kFormat = {
       .id = "camodocal",
       .title = "camodocal camera (YAML)",
+      .aliases = "vins vins-mono vins-fusion",
       .models = {"radtan", "omni", "kannala_brandt"},
       .holds_k3 = false,
       .marks = {"model_type", "projection_parameters", "distortion_parameters", "mirror_parameters"},

@@ -281,6 +281,7 @@ const CameraFormat& kalibr() {
   static const CameraFormat kFormat = {
       .id = "kalibr",
       .title = "Kalibr camchain (YAML)",
+      .aliases = "camchain kalibr_camchain openvins",
       .models = {"pinhole", "radtan", "kannala_brandt", "fov", "omni", "eucm", "double_sphere"},
       .holds_k3 = false,
       .max_cameras = CameraFormat::kAnyNumber,

@@ -188,6 +188,7 @@ const CameraFormat& mrcal() {
   using namespace mrcal_format;
   static const CameraFormat kFormat = {.id = "mrcal",
                                        .title = "mrcal camera model (.cameramodel)",
+                                       .aliases = "cameramodel",
                                        .models = {"pinhole", "radtan", "rational", "thin_prism"},
                                        .poses = CameraFormat::Poses::kFromRig,
                                        .marks = {"lensmodel", "intrinsics", "imagersize"},

@@ -7,7 +7,6 @@
 // poses, which are not read.
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -15,6 +14,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "alidade/core/aliases.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
@@ -75,12 +76,10 @@ bool isFisheyeModel(const YamlNode& model) {
   const std::string name = model.text();
   const std::vector<std::string> known = words(kPerspective + kFisheye);
   if (std::find(known.begin(), known.end(), name) != known.end()) return name == kFisheye;
-  std::string upper = name;
-  std::transform(upper.begin(), upper.end(), upper.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  const auto names = mapped(known, [](const std::string& model) { return AliasedName{model}; });
   throw UnsupportedCamera(model.error(
       "'" + name + "'", "one of " + join(known, ", "),
-      didYouMean(upper, known, "use one of these models in the program that calibrated the images")));
+      didYouMeanOne(name, names, "use one of these models in the program that calibrated the images")));
 }
 
 bool isFisheye(const Intrinsics& intrinsics) {
@@ -322,6 +321,7 @@ const CameraFormat& nerfstudio() {
   using namespace nerfstudio_format;
   static const CameraFormat kFormat = {.id = "nerfstudio",
                                        .title = "nerfstudio transforms.json",
+                                       .aliases = "nerf transforms_json instant-ngp",
                                        .models = {"pinhole", "radtan", "kannala_brandt"},
                                        .marks = {"fl_x", "camera_angle_x"},
                                        .recognises = recognises,

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/camera/model_traits.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -141,13 +142,10 @@ std::string namedModel(const YamlNode& root) {
   const auto name = root.find("distortion_model");
   if (!name) return "";
   const std::string text = name->text();
-  for (const char* fisheye : {"kannala_brandt", "fisheye", "equidistant"}) {
-    if (text == fisheye) return "kannala_brandt";
-  }
-  for (const char* radtan :
-       {"radtan", "plumb_bob", "rational", "rational_polynomial", "thin_prism", "pinhole"}) {
-    if (text == radtan) return "radtan";
-  }
+  const std::string model = meantName(text, aliasedModels()).value_or("");
+  if (model == "kannala_brandt") return model;
+  for (const char* plane : {"radtan", "rational", "thin_prism", "pinhole"})
+    if (model == plane) return "radtan";
   throw name->error("'" + text + "'",
                     "kannala_brandt, fisheye or equidistant; or radtan, plumb_bob, rational, "
                     "rational_polynomial, thin_prism or pinhole");
@@ -363,6 +361,7 @@ const CameraFormat& opencv() {
   static const CameraFormat kFormat = {
       .id = "opencv",
       .title = "OpenCV FileStorage (YAML, XML, JSON)",
+      .aliases = "cv opencv_yaml filestorage",
       .models = {"pinhole", "radtan", "rational", "thin_prism", "kannala_brandt", "omni"},
       .max_cameras = 2,
       .poses = CameraFormat::Poses::kFromFirst,

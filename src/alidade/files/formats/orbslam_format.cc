@@ -274,6 +274,7 @@ const CameraFormat& orbslam() {
   using namespace orbslam_format;
   static const CameraFormat kFormat = {.id = "orbslam",
                                        .title = "ORB-SLAM3 settings (YAML)",
+                                       .aliases = "orb-slam2 orb-slam3",
                                        .models = {"pinhole", "radtan", "kannala_brandt"},
                                        .marks = {"Camera.fx", "Camera1.fx", "Camera.type"},
                                        .recognises = recognises,

@@ -281,6 +281,7 @@ const CameraFormat& ros() {
   static const CameraFormat kFormat = {
       .id = "ros",
       .title = "ROS camera_info (YAML)",
+      .aliases = "ros2 camera_info ros_yaml",
       .models = {"pinhole", "radtan", "rational", "kannala_brandt"},
       .holds_rectification = true,
       .marks = {"camera_matrix", "distortion_model", "distortion_coefficients", "projection_matrix"},
