@@ -17,6 +17,7 @@ void bindCamera(pybind11::module_& module);
 void bindFiles(pybind11::module_& module);
 void bindDetection(pybind11::module_& module);
 void bindCalibration(pybind11::module_& module);
+void bindPoses(pybind11::module_& module);
 void bindRig(pybind11::module_& module);
 void bindChecks(pybind11::module_& module);
 void bindDifference(pybind11::module_& module);

@@ -29,6 +29,7 @@ PYBIND11_MODULE(_core, module) {
   bindFiles(module);
   bindDetection(module);
   bindCalibration(module);
+  bindPoses(module);
   bindRig(module);
   bindDifference(module);
   bindChecks(module);

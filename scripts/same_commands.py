@@ -11,7 +11,7 @@ import os
 import random
 
 PROGRAM_COMMANDS = ["calibrate", "detect", "rig calibrate", "rig validate", "rig rectify", "rig triangulate", "project",
-                    "unproject", "undistort", "validate", "diff", "fleet", "convert", "report", "track", "board", "simulate",
+                    "unproject", "pose", "undistort", "validate", "diff", "fleet", "convert", "report", "track", "board", "simulate",
                     "help"]
 MODELS = ["pinhole", "radtan", "rational", "thin_prism", "kannala_brandt", "fov", "ucm", "omni", "eucm", "double_sphere"]
 FORMATS = ["alidade", "opencv", "ros", "kalibr", "colmap", "colmap_rig", "mrcal", "basalt", "nerfstudio", "camodocal",
@@ -153,6 +153,8 @@ def use_of_camera(camera, images, others):
              f"project {camera} points.csv", f"project {camera} points.csv --jacobian --json",
              f"project {camera} points.csv --poses testdata/checkerboard/poses.yaml --clip",
              f"project {camera} --pose '{{quaternion_xyzw: [0, 0, 0.1, 0.995], translation_m: [0.1, 0, 1]}}' < points.csv",
+             *[f"pose testdata/checkerboard/poses.yaml --to {form}" for form in ("euler_zyx_deg", "matrix", "csv", "kitti")],
+             "pose testdata/checkerboard/poses.yaml --mean --json --invert",
              f"unproject {camera} pixels.csv", f"unproject {camera} pixels.csv --jacobian --json --clip"]
     for other in others:
         lines += [f"diff {camera} {other} -o diff.svg", f"diff {camera} {other} --json --distance 2m --grid 20x15",

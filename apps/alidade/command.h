@@ -61,6 +61,7 @@ extern const CommandEntry kRigRectifyCommand;
 extern const CommandEntry kRigTriangulateCommand;
 extern const CommandEntry kProjectCommand;
 extern const CommandEntry kUnprojectCommand;
+extern const CommandEntry kPoseCommand;
 extern const CommandEntry kUndistortCommand;
 extern const CommandEntry kValidateCommand;
 extern const CommandEntry kDiffCommand;

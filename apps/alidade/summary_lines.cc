@@ -94,8 +94,8 @@ std::string turnText(const SO3& rotation) {
     return fmt::format("{:.3f}", std::round(kSteps * kDegPerRad * rad) / kSteps + 0.0);
   };
   return fmt::format("{} degrees ({} about z, {} about the new y, {} about the new x{})",
-                     degrees(rotation.log().norm()), degrees(angles.yaw_rad), degrees(angles.pitch_rad),
-                     degrees(angles.roll_rad), gimbal_lock ? "; gimbal lock: z and x are one axis" : "");
+                     degrees(rotation.log().norm()), degrees(angles[0]), degrees(angles[1]),
+                     degrees(angles[2]), gimbal_lock ? "; gimbal lock: z and x are one axis" : "");
 }
 
 std::string verdictText(Verdict verdict, std::string_view what, bool is_coloured) {

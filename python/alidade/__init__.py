@@ -6,6 +6,7 @@ from ._core import (AccuracyMap, Board, Calibration, CalibrationInfo, Calibratio
                     Difference, Error, FileValidation, Finding, InputError, RigCalibration, RigDifference, Survey,
                     UsageError, __version__, calibrate, calibrate_rig, detect, diff, diff_rigs, load_camera,
                     load_cameras, load_corners, models, parameter_names, save_camera, validate)
+from .poses import SE3
 
 
 class Status(_IntEnum):
@@ -19,4 +20,4 @@ class Status(_IntEnum):
 __all__ = ["__version__", "AccuracyMap", "Board", "calibrate", "calibrate_rig", "Calibration", "CalibrationInfo",
            "CalibrationView", "Camera", "Check", "detect", "Detection", "diff", "diff_rigs", "Difference", "Error",
            "FileValidation", "Finding", "InputError", "load_camera", "load_cameras", "load_corners", "models", "parameter_names",
-           "RigCalibration", "RigDifference", "save_camera", "Status", "Survey", "UsageError", "validate"]
+           "RigCalibration", "RigDifference", "save_camera", "SE3", "Status", "Survey", "UsageError", "validate"]

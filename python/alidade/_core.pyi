@@ -566,3 +566,7 @@ def diff_rigs(a: Union[RigCalibration, _Path], b: Union[RigCalibration, _Path], 
     distance_m: of the points that are projected from one camera into another; default: 10 times the largest distance
     between two cameras. InputError: other names or image sizes, or a file without poses.
     """
+
+# For SE3 of poses.py: (..., N) numbers in a form (alidade pose --help) and (..., 4, 4) or (..., 16) matrices.
+def _poses_from_numbers(form: str, numbers: ArrayLike) -> _Floats: ...
+def _numbers_from_poses(form: str, matrices: ArrayLike) -> tuple[_Floats, bool]: ...

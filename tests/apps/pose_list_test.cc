@@ -82,6 +82,18 @@ TEST(Poses, ReadsThemAsTheyAreCommonlyWritten) {
        {},
        false},
       {fmt::format("1 0.2 0.1 -1 0 0 -{0} {0}\n2 0 0 -2 0 0 0 1\n", s), {}, false},
+      // Other programs' words.
+      {"- {id: a, rvec: [0, 0, 1.5707963267948966], tvec: [0.1, -0.2, 1]}\n"
+       "- {id: b, camera_to_world: {rotation_vector_deg: [0, 0, 0], translation_m: [0, 0, -2]}}\n"},
+      {fmt::format("id,tx,ty,tz,qx,qy,qz,qw\na,0.2,0.1,-1,0,0,-{0},{0}\nb,0,0,-2,0,0,0,1\n", s),
+       {"--poses-are", "camera_to_world"}},
+      {fmt::format(
+          "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n1 {0} 0 0 {0} 0.1 -0.2 1 1 a\n1.5 2 3\n"
+          "2 1 0 0 0 0 0 2 1 b\n\n",
+          s)},
+      {"{\"frames\": [{\"file_path\": \"a\", \"transform_matrix\": [[0, -1, 0, 0.2], [-1, 0, 0, 0.1], [0, 0, -1, -1], "
+       "[0, 0, 0, 1]]}, {\"file_path\": \"b\", \"transform_matrix\": [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, -2], "
+       "[0, 0, 0, 1]]}]}\n"},
   };
   constexpr double kSamePx = 1e-9;  // the forms carry 16 digits
   std::vector<std::vector<std::string>> expected;
@@ -100,7 +112,7 @@ TEST(Poses, ReadsThemAsTheyAreCommonlyWritten) {
     }
     ++num_files;
   }
-  EXPECT_EQ(num_files, 11u);
+  EXPECT_EQ(num_files, 15u);
 }
 
 TEST(Poses, SaysThatItTakesEightColumnsForATrajectory) {
@@ -140,7 +152,12 @@ TEST(Poses, NamesWhatIsWrong) {
        "poses:2: found poses without a direction",
        "--poses-are"},
       {{"tx,ty,tz,qx,qy,qz,qw\n", forward}, "poses: no pose", "one row per pose"},
-      {{"0 0 0 0 0 0 1\n"}, "poses:1: found 7 columns without a header", "add a header"},
+      {{"0 0 0 0 0 0 1\n"}, "poses:1: found poses without a direction", "--poses-are"},
+      {{"0 0 0 0 0 1\n"}, "poses:1: found 6 columns without a header", "add a header"},
+      {{"1 0 0 0 1 0 0 0 1\n", forward}, "poses: rotations without translations", "poses"},
+      {{"- {imu_from_world: {rvec: [0, 0, 0], tvec: [0, 0, 0]}}\n"},
+       "unknown key 'imu_from_world'",
+       "one of"},
       {{"tx,ty,tz\n0,0,0\n", forward}, "poses:1: found no column qx in the header tx,ty,tz", "rx,ry,rz"},
       {{"tx,ty,tz,qx,qy,qz,qw,rx\n", forward},
        "poses:1: found both a quaternion and a rotation",
@@ -178,7 +195,7 @@ TEST(Poses, NamesWhatIsWrong) {
     EXPECT_THAT(result, FailsWith(1, AllOf(HasSubstr(c.found), HasSubstr(c.expected)))) << c.file.content;
     ++num_refused;
   }
-  EXPECT_EQ(num_refused, 22u);
+  EXPECT_EQ(num_refused, 25u);
 }
 
 TEST(Poses, KnowsManyFromOne) {

@@ -63,8 +63,8 @@ TEST(SimulateFootage, WritesATruthThatAgreesWithItself) {
   EXPECT_EQ(document.at("num_pixels"), rows.size());
   EXPECT_GT(rows.size(), 4U * 16U * 12U * 9U / 10U);
   const CameraRecord camera = loadCamera(scratch.path("out/camera.yaml"));
-  const PoseList poses = readPoseList(scratch.path("out/poses.yaml"), std::nullopt);
-  const PoseList trajectory = readPoseList(scratch.path("out/trajectory.txt"), std::nullopt);
+  const PoseList poses = readPoseList(scratch.path("out/poses.yaml"));
+  const PoseList trajectory = readPoseList(scratch.path("out/trajectory.txt"));
   ASSERT_EQ(poses.poses.size(), 4U);
   ASSERT_EQ(trajectory.poses.size(), 4U);
   EXPECT_EQ(poses.poses[3].id, "frame_00003.png");

@@ -112,7 +112,7 @@ TEST_F(TrackTest, WritesTheTrajectoryOfAVideo) {
   const std::string text = scratch_.read("trajectory.txt");
   EXPECT_THAT(text, AllOf(HasSubstr("the scale is arbitrary"), HasSubstr("# piece 1 of 1: frames 0 to 49"),
                           HasSubstr("# timestamps are seconds")));
-  const PoseList list = parsePoseList(text, "trajectory.txt", std::nullopt);
+  const PoseList list = parsePoseList(text, "trajectory.txt");
   ASSERT_EQ(list.poses.size(), poses.size());
   EXPECT_EQ(list.poses[15].id, "0.5");  // 30 frames a second
   EXPECT_LT(trajectoryError(list, poses), kMostPathShare);
@@ -147,7 +147,7 @@ TEST_F(TrackTest, TakesPhotographsByTheirKeyPoints) {
   EXPECT_EQ(answer.at("num_posed"), few.size());
   EXPECT_EQ(answer.at("pieces").size(), 1u);
   EXPECT_EQ(answer.at("obstacle"), "none");
-  const PoseList list = parsePoseList(scratch_.read("trajectory.txt"), "trajectory.txt", std::nullopt);
+  const PoseList list = parsePoseList(scratch_.read("trajectory.txt"), "trajectory.txt");
   ASSERT_EQ(list.poses.size(), few.size());
   EXPECT_LT(trajectoryError(list, few), kMostPathShare);
 }
@@ -181,7 +181,7 @@ TEST_F(TrackTest, TellsWhereThePathBreaks) {
   ASSERT_NE(second, std::string::npos);
   EXPECT_LT(text.find("\n1.6 "), second);
   EXPECT_GT(text.find("\n1.8 "), second);
-  EXPECT_EQ(parsePoseList(text, "trajectory.txt", std::nullopt).poses.size(), 80u);
+  EXPECT_EQ(parsePoseList(text, "trajectory.txt").poses.size(), 80u);
 }
 
 TEST_F(TrackTest, SaysWhyThereIsNoPath) {

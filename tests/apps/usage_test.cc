@@ -23,7 +23,7 @@ using testing::StartsWith;
 
 const std::vector<std::string> kCommands = {"calibrate", "detect",   "project", "unproject",
                                             "undistort", "validate", "diff",    "convert",
-                                            "simulate",  "fleet",    "board"};
+                                            "simulate",  "fleet",    "board",   "pose"};
 
 // Those of the group rig whose examples need no more than its files.
 const std::vector<std::string> kRigCommands = {"rectify", "triangulate", "calibrate", "validate"};
@@ -48,7 +48,7 @@ TEST(Usage, HelpsOnRequest) {
     EXPECT_THAT(one.out, AllOf(HasSubstr("Example: "), HasSubstr("--json"), HasSubstr("--config")));
     ++num_commands;
   }
-  EXPECT_EQ(num_commands, 11);
+  EXPECT_EQ(num_commands, 12);
 }
 
 TEST(Usage, TellsItsVersion) {
@@ -359,6 +359,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
   scratch.write("points.csv", "x,y,z\n0,0,1\n");
   scratch.write("pixels.csv", "id,camera,u,v\n1,left,310,240\n1,right,290,240\n");
   scratch.write("trajectory.txt", "1.5 0 0 -1 0 0 0 1\n");
+  scratch.write("images.txt", "1 1 0 0 0 0 0 1 1 a.jpg\n\n");
   // Rendering one of its views shows as much as rendering all.
   scratch.write("config/scene.yaml",
                 replaced(readFile(sourcePath("config/scene.yaml")), "{random: 12}", "{random: 1}"));
@@ -375,7 +376,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 24);
+  EXPECT_EQ(num_examples, 28);
   // Of a rig.
   scratch.write("rig.yaml", rigFileText(pairOfCameras()));
   linkImages(scratch, "left", 12);
@@ -387,7 +388,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 30);
+  EXPECT_EQ(num_examples, 34);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

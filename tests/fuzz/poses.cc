@@ -5,8 +5,8 @@
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace alidade;
   const std::string text = fuzz::textOf(data, size);
-  fuzz::read([&] { (void)parsePoseList(text, "poses", {}); });
-  fuzz::read([&] { (void)parsePoseList(text, "poses", PoseDirection::kCameraFromWorld); });
+  fuzz::read([&] { (void)parsePoseList(text, "poses"); });
+  fuzz::read([&] { (void)parsePoseList(text, "poses", "camera_from_world"); });
   // Text in braces is a pose itself; anything else would be the name of a file.
   fuzz::read([&] { (void)readPoseSource("{" + text); });
   return 0;

@@ -6,10 +6,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "alidade/core/error.h"
 #include "alidade/core/random.h"
@@ -139,10 +141,10 @@ TEST(RotationFromEuler, TurnsAboutXThenYThenZ) {
   using Eigen::AngleAxisd;
   Random random(62);
   for (int i = 0; i < kNumRandom; ++i) {
-    const EulerZyx e{random.uniform(-4.0, 4.0), random.uniform(-4.0, 4.0), random.uniform(-4.0, 4.0)};
+    const Eigen::Vector3d e(random.uniform(-4.0, 4.0), random.uniform(-4.0, 4.0), random.uniform(-4.0, 4.0));
     const Eigen::Matrix3d expected =
-        (AngleAxisd(e.yaw_rad, Eigen::Vector3d::UnitZ()) * AngleAxisd(e.pitch_rad, Eigen::Vector3d::UnitY()) *
-         AngleAxisd(e.roll_rad, Eigen::Vector3d::UnitX()))
+        (AngleAxisd(e[0], Eigen::Vector3d::UnitZ()) * AngleAxisd(e[1], Eigen::Vector3d::UnitY()) *
+         AngleAxisd(e[2], Eigen::Vector3d::UnitX()))
             .toRotationMatrix();
     ASSERT_TRUE(isNear(rotationFromEuler(e).matrix(), expected, kTolerance));
   }
@@ -157,12 +159,13 @@ TEST(EulerFromRotation, RoundTripsTheAngles) {
   constexpr double kAngleTolerance = 1e-13;  // a rounding over the cosine of the pitch, which is 0.01 or more
   Random random(63);
   for (int i = 0; i < kNumRandom; ++i) {
-    const EulerZyx e{random.uniform(-kPi, kPi), random.uniform(-1.56, 1.56), random.uniform(-kPi, kPi)};
+    const Eigen::Vector3d e(random.uniform(-kPi, kPi), random.uniform(-1.56, 1.56),
+                            random.uniform(-kPi, kPi));
     const auto [angles, gimbal_lock] = eulerFromRotation(rotationFromEuler(e));
     ASSERT_FALSE(gimbal_lock);
-    ASSERT_NEAR(angles.yaw_rad, e.yaw_rad, kAngleTolerance);
-    ASSERT_NEAR(angles.pitch_rad, e.pitch_rad, kAngleTolerance);
-    ASSERT_NEAR(angles.roll_rad, e.roll_rad, kAngleTolerance);
+    ASSERT_NEAR(angles[0], e[0], kAngleTolerance);
+    ASSERT_NEAR(angles[1], e[1], kAngleTolerance);
+    ASSERT_NEAR(angles[2], e[2], kAngleTolerance);
   }
 }
 
@@ -185,7 +188,8 @@ TEST(EulerFromRotation, RecomposesUpToTheEdgeOfTheLock) {
   for (const double from_pole : {1e-2, 1e-4, 1e-6, 2e-8}) {
     for (const double sign : {-1.0, 1.0}) {
       for (int i = 0; i < 100; ++i) {
-        const EulerZyx e{random.uniform(-kPi, kPi), sign * (kPi / 2 - from_pole), random.uniform(-kPi, kPi)};
+        const Eigen::Vector3d e(random.uniform(-kPi, kPi), sign * (kPi / 2 - from_pole),
+                                random.uniform(-kPi, kPi));
         const SO3 rotation = rotationFromEuler(e);
         const auto [angles, gimbal_lock] = eulerFromRotation(rotation);
         ASSERT_FALSE(gimbal_lock);
@@ -203,13 +207,14 @@ TEST(EulerFromRotation, ReportsGimbalLock) {
   for (const double from_pole : {0.0, 1e-12, 5e-9}) {
     for (const double sign : {-1.0, 1.0}) {
       for (int i = 0; i < 100; ++i) {
-        const EulerZyx e{random.uniform(-1.5, 1.5), sign * (kPi / 2 - from_pole), random.uniform(-1.5, 1.5)};
+        const Eigen::Vector3d e(random.uniform(-1.5, 1.5), sign * (kPi / 2 - from_pole),
+                                random.uniform(-1.5, 1.5));
         const SO3 rotation = rotationFromEuler(e);
         const auto [angles, gimbal_lock] = eulerFromRotation(rotation);
         ASSERT_TRUE(gimbal_lock);
-        ASSERT_EQ(angles.roll_rad, 0.0);
-        ASSERT_NEAR(angles.pitch_rad, e.pitch_rad, kTolerance);
-        ASSERT_NEAR(angles.yaw_rad, e.yaw_rad - sign * e.roll_rad, kTolerance);
+        ASSERT_EQ(angles[2], 0.0);
+        ASSERT_NEAR(angles[1], e[1], kTolerance);
+        ASSERT_NEAR(angles[0], e[0] - sign * e[2], kTolerance);
         ASSERT_TRUE(
             isNear(rotationFromEuler(angles).matrix(), rotation.matrix(), 2 * from_pole + kTolerance));
         ++num_checked;
@@ -217,6 +222,105 @@ TEST(EulerFromRotation, ReportsGimbalLock) {
     }
   }
   EXPECT_EQ(num_checked, 3 * 2 * 100);
+}
+
+// The letters of all 12 orders.
+std::vector<std::string> allOrders() {
+  std::vector<std::string> orders;
+  for (const char a : {'x', 'y', 'z'}) {
+    for (const char b : {'x', 'y', 'z'}) {
+      for (const char c : {'x', 'y', 'z'}) {
+        if (a != b && b != c) orders.push_back({a, b, c});
+      }
+    }
+  }
+  return orders;
+}
+
+TEST(EulerOrder, HasTwelveOrdersOfNeighboursThatDiffer) {
+  EXPECT_EQ(allOrders().size(), 12u);
+  for (const std::string& letters : allOrders()) EXPECT_TRUE(eulerOrder(letters)) << letters;
+  for (const char* letters : {"", "zy", "zzx", "zyy", "zyxz", "ZYX", "abc", "wxy"})
+    EXPECT_FALSE(eulerOrder(letters)) << letters;
+}
+
+TEST(EulerOrder, TurnsAboutMovingOrFixedAxes) {
+  using Eigen::AngleAxisd;
+  Random random(66);
+  int num_checked = 0;
+  for (const std::string& letters : allOrders()) {
+    const Eigen::Vector3d e = randomVector(random, -4.0, 4.0);
+    std::array<Eigen::Matrix3d, 3> turns;
+    for (std::size_t i = 0; i < 3; ++i)
+      turns[i] =
+          AngleAxisd(e[static_cast<int>(i)], Eigen::Vector3d::Unit(letters[i] - 'x')).toRotationMatrix();
+    EXPECT_TRUE(isNear(rotationFromEuler(e, *eulerOrder(letters)).matrix(), turns[0] * turns[1] * turns[2],
+                       kTolerance));
+    EXPECT_TRUE(isNear(rotationFromEuler(e, *eulerOrder(letters, true)).matrix(),
+                       turns[2] * turns[1] * turns[0], kTolerance));
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 12);
+}
+
+TEST(EulerOrder, RecomposesAnyRotationWithAnglesInTheirRanges) {
+  int num_checked = 0;
+  int num_locks = 0;
+  for (const std::string& letters : allOrders()) {
+    for (const bool is_fixed : {false, true}) {
+      const EulerOrder order = *eulerOrder(letters, is_fixed);
+      for (const auto& w : allTangents<SO3>()) {
+        const SO3 rotation = SO3::exp(w);
+        const auto [angles, gimbal_lock] = eulerFromRotation(rotation, order);
+        ASSERT_TRUE(isNear(rotationFromEuler(angles, order).matrix(), rotation.matrix(),
+                           gimbal_lock ? kLockTolerance : 2 * kTolerance))
+            << letters << " " << w.transpose();
+        const double least = letters[0] == letters[2] ? 0.0 : -kPi / 2;
+        ASSERT_TRUE(angles[1] >= least && angles[1] <= least + kPi);
+        if (gimbal_lock) {
+          ASSERT_EQ(angles[is_fixed ? 0 : 2], 0.0);
+        }
+        num_locks += gimbal_lock ? 1 : 0;
+        ++num_checked;
+      }
+    }
+  }
+  EXPECT_EQ(num_checked, 24 * kNumAllTangents<SO3>);
+  EXPECT_GT(num_locks, 24 * 10);
+}
+
+TEST(MeanPose, IsWhereTheTurnsCancel) {
+  Random random(67);
+  std::vector<SE3> poses;
+  const SE3 truth = SE3::exp(randomTangent<SE3>(random));
+  for (int i = 0; i < 40; ++i) {
+    const SE3::Tangent away = 0.3 * randomTangent<SE3>(random, 1.0);
+    for (const double sign : {-1.0, 1.0}) {
+      poses.push_back(
+          {truth.rotation * SO3::exp(sign * away.tail<3>()), truth.translation + sign * away.head<3>()});
+    }
+  }
+  const PoseMean mean = meanPose(poses);
+  EXPECT_TRUE(isNear(mean.mean.matrix(), truth.matrix(), 1e-13));
+  double squares = 0;
+  double largest = 0;
+  for (const SE3& pose : poses) {
+    const double angle = (truth.rotation.inverse() * pose.rotation).log().norm();
+    squares += angle * angle;
+    largest = std::max(largest, angle);
+  }
+  EXPECT_NEAR(mean.rms_rad, std::sqrt(squares / 80), 1e-12);
+  EXPECT_NEAR(mean.max_rad, largest, 1e-12);
+  EXPECT_GT(mean.rms_m, 0.1);
+}
+
+TEST(MeanPose, IsTheKarcherMeanOfUnevenTurns) {
+  const auto turned = [](double angle) { return SE3{SO3::exp({0, 0, angle}), Eigen::Vector3d::Zero()}; };
+  const std::vector<SE3> poses = {turned(0), turned(0), turned(1.2)};
+  const PoseMean mean = meanPose(poses);
+  EXPECT_TRUE(isNear(mean.mean.rotation.log(), Eigen::Vector3d(0, 0, 0.4), 1e-14));
+  EXPECT_NEAR(mean.rms_rad, std::sqrt((2 * 0.16 + 0.64) / 3), 1e-14);
+  EXPECT_EQ(meanPose(std::vector<SE3>{turned(3.0)}).rms_rad, 0.0);
 }
 
 TEST(RotationAxis, IsTheEigenvectorOfEigenvalueOne) {

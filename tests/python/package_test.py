@@ -38,8 +38,8 @@ def test_stubs_name_all_there_is():
             if "__init__" in vars(value) and name in ("Board", "Camera"):
                 members.add("__init__")
             found |= {f"{name}.{m}" for m in members}
-    assert found == stub_names() and len(found) > 120
-    assert set(alidade.__all__) == {n for n in found if "." not in n} | {"Status", "__version__"}
+    assert found == {n for n in stub_names() if not n.startswith("_")} and len(found) > 120
+    assert set(alidade.__all__) == {n for n in found if "." not in n} | {"SE3", "Status", "__version__"}
 
 
 def test_everything_public_has_a_docstring():
@@ -98,7 +98,7 @@ def samples_folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("name, count", [("README.md", 2), ("docs/python.md", 5)])
+@pytest.mark.parametrize("name, count", [("README.md", 2), ("docs/python.md", 6)])
 def test_samples_run(samples_folder, name, count):
     code = blocks(ROOT / name)
     assert len(code) == count

@@ -51,7 +51,7 @@ TEST(Footage, OfADeskGivesThePathOfItsCamera) {
   const std::vector<std::string> inputs = {deskFolder() + "rgb"};
   const std::vector<std::string> images = listImages(inputs);
   ASSERT_EQ(images.size(), 9u);
-  const PoseList truth = readPoseList(deskFolder() + "groundtruth.txt", PoseDirection::kWorldFromCamera);
+  const PoseList truth = readPoseList(deskFolder() + "groundtruth.txt", "world_from_camera");
   Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(images.size()));
   double length = 0;
   for (Eigen::Index i = 0; i < places.cols(); ++i) {

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <string_view>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/files/text/pose_node.h"
@@ -23,7 +25,6 @@ using detail::YamlNode;
 
 constexpr std::size_t kMaxPoseFileBytes = std::size_t{256} << 20U;
 
-const std::vector<std::string> kTumNames = {"timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
 const std::vector<TableColumn> kTranslation = {{"tx", "m"}, {"ty", "m"}, {"tz", "m"}};
 const std::vector<TableColumn> kPlainTranslation = {{"x", "m"}, {"y", "m"}, {"z", "m"}};
 const std::vector<TableColumn> kQuaternion = {{"qx"}, {"qy"}, {"qz"}, {"qw"}};
@@ -32,22 +33,41 @@ const std::string kHowToSay =
     "add --poses-are camera_from_world (transforms points to the camera) or world_from_camera (position of "
     "the camera)";
 
-SE3 cameraFromWorld(const SE3& pose, PoseDirection direction) {
-  return direction == PoseDirection::kCameraFromWorld ? pose : pose.inverse();
-}
+// What is known about poses beside their text.
+struct Context {
+  std::string name;    // of the text
+  std::string frames;  // of poses that do not state theirs; empty if unknown
+  bool is_any;         // see readStatedPose()
+};
 
 // A table with one pose per row.
 class PoseTable {
  public:
-  PoseTable(const std::string& name, std::optional<PoseDirection> direction)
-      : lines_(name), direction_(direction) {}
+  // @param form  of the numbers in a row; otherwise a header or their count tells
+  explicit PoseTable(const Context& context, std::optional<PoseForm> form = {})
+      : context_(context), lines_(context.name), frames_(context.frames), form_(std::move(form)) {
+    if (form_) names_.resize(form_->places.size());
+  }
 
   void line(std::string_view text) {
     const TableLines::Kind kind = lines_.take(text);
     if (kind == TableLines::Kind::kNothing) return;
+    if (kind == TableLines::Kind::kHeader && form_)
+      throw lines_.error("'" + std::string(lines_.fields().front()) + "'",
+                         "only numbers of the form " + form_->name,
+                         "without --from, columns and keys tell the form");
     if (kind == TableLines::Kind::kHeader) return readHeader(lines_.names());
-    if (list_.poses.empty() && rotation_.empty()) withoutHeader();
+    if (names_.empty()) withoutHeader();
     list_.poses.push_back(row());
+  }
+  // Counts a line that is no part of the table.
+  void skipLine() { lines_.countLine(); }
+
+  void readHeader(const std::vector<std::string>& names) {
+    names_ = names;
+    if (!form_) findColumns(names);
+    if (frames_.empty() && !context_.is_any)
+      throw lines_.error("poses without a direction", "a direction", kHowToSay);
   }
 
   PoseList finish() { return std::move(list_); }
@@ -56,23 +76,25 @@ class PoseTable {
   // Handles a first row without a header, or with one in a comment.
   void withoutHeader() {
     const auto& comment = lines_.commentNames();
-    if (detail::findColumn(comment, {"qw"}).index && detail::findColumn(comment, {"qx"}).index) {
-      if (comment == kTumNames && !direction_) direction_ = PoseDirection::kWorldFromCamera;
-      return readHeader(comment);
+    const bool is_named =
+        detail::findColumn(comment, {"qw"}).index && detail::findColumn(comment, {"qx"}).index;
+    for (const auto& [name, names, form, frames, title] : poseRows()) {
+      if (lines_.numFields() != names.size() || name == "csv" || (is_named && comment != names)) continue;
+      if (frames_.empty() && !is_named) list_.remarks.push_back(context_.name + " is read as a " + title);
+      if (frames_.empty()) frames_ = frames;
+      if (names.front().empty()) form_ = findPoseForm(form);
+      return readHeader(names);
     }
-    if (lines_.numFields() != kTumNames.size()) {
-      throw lines_.error(std::to_string(lines_.numFields()) + " columns without a header",
-                         "a header that names tx,ty,tz,qx,qy,qz,qw or tx,ty,tz,rx,ry,rz, or the 8 columns of "
-                         "a TUM trajectory, " +
-                             join(kTumNames, " "),
-                         "add a header");
-    }
-    list_.is_assumed_tum = !direction_;
-    if (!direction_) direction_ = PoseDirection::kWorldFromCamera;
-    readHeader(kTumNames);
+    if (is_named) return readHeader(comment);
+    throw lines_.error(
+        std::to_string(lines_.numFields()) + " columns without a header",
+        "a header that names tx,ty,tz,qx,qy,qz,qw or tx,ty,tz,rx,ry,rz, or the 8 columns of a "
+        "TUM trajectory, 12 of KITTI, 7 of x y z qx qy qz qw or 16 of 4x4 matrices",
+        "add a header, or say what the numbers are: alidade pose --from FORM, such as matrix for a "
+        "4x4 matrix in four lines");
   }
 
-  void readHeader(const std::vector<std::string>& names) {
+  void findColumns(const std::vector<std::string>& names) {
     const bool has_quaternion = detail::findColumn(names, {"qw"}).index.has_value();
     const detail::ColumnSearch vector = detail::findColumn(names, {"rx", "rad"});
     const bool has_vector = vector.index || (!has_quaternion && !vector.complaint.empty());
@@ -92,10 +114,6 @@ class PoseTable {
           id_ = i;
       }
     }
-    names_ = names;
-    if (!direction_) {
-      throw lines_.error("poses without a direction", "a direction", kHowToSay);
-    }
   }
 
   std::size_t indexOf(const std::vector<std::string>& names, const TableColumn& column) {
@@ -107,42 +125,50 @@ class PoseTable {
                        "tx,ty,tz (metres) with qx,qy,qz,qw or with rx,ry,rz (radians)");
   }
 
-  double number(std::size_t index) {
-    const double value = lines_.number(index, names_[index]);
-    if (!std::isfinite(value))
-      throw lines_.error("'" + std::string(lines_.fields()[index]) + "' as " + names_[index],
-                         "a finite number");
-    return value;
+  std::vector<double> numbersAt(const std::vector<std::size_t>& columns) {
+    return mapped(columns, [&](std::size_t index) {
+      const std::string name = names_[index].empty() ? "number " + std::to_string(index + 1) : names_[index];
+      const double value = lines_.number(index, name);
+      if (!std::isfinite(value))
+        throw lines_.error("'" + std::string(lines_.fields()[index]) + "' as " + name, "a finite number");
+      return value;
+    });
   }
 
-  SO3 rotation() {
-    std::array<double, 4> r{};
-    for (std::size_t i = 0; i < rotation_.size(); ++i) r[i] = number(rotation_[i]);
-    if (rotation_.size() == 3) return SO3::exp({r[0], r[1], r[2]});
-    const Eigen::Quaterniond q(r[3], r[0], r[1], r[2]);
+  NamedPose stated() {
+    if (form_) {
+      std::vector<std::size_t> all(names_.size());
+      std::iota(all.begin(), all.end(), 0U);
+      const std::vector<double> numbers = numbersAt(all);
+      return detail::withPlace(lines_.place(), [&] { return form_->read(numbers); });
+    }
+    const std::vector<double> r = numbersAt(rotation_);
     // Allows for rounding to two digits; numbers of other columns deviate more.
     constexpr double kMaxLengthError = 0.01;
-    if (!(std::abs(q.norm() - 1) <= kMaxLengthError)) {
-      throw lines_.error("a quaternion of length " + exactText(q.norm()), "qx,qy,qz,qw of length 1",
+    const double length = Eigen::Map<const Eigen::VectorXd>(r.data(), std::ssize(r)).norm();
+    if (r.size() == 4 && !(std::abs(length - 1) <= kMaxLengthError)) {
+      throw lines_.error("a quaternion of length " + exactText(length), "qx,qy,qz,qw of length 1",
                          "check that the columns match the header");
     }
-    return SO3::fromQuaternion(q);
-  }
-
-  NamedPose row() {
-    NamedPose pose;
-    pose.id = id_ ? std::string(lines_.fields()[*id_]) : std::to_string(list_.poses.size());
-    if (id_ && !ids_.insert(pose.id).second)
-      throw lines_.error("the pose '" + pose.id + "' twice", "each " + names_[*id_] + " once");
-    SE3 stated;
-    stated.rotation = rotation();
-    stated.translation = {number(translation_[0]), number(translation_[1]), number(translation_[2])};
-    pose.camera_from_x = cameraFromWorld(stated, *direction_);
+    NamedPose pose = findPoseForm(r.size() == 4 ? "quaternion_xyzw" : "rotation_vector_rad")->read(r);
+    pose.stated.translation = Eigen::Vector3d(numbersAt(translation_).data());
+    pose.has_translation = true;
     return pose;
   }
 
+  NamedPose row() {
+    NamedPose pose = stated();
+    pose.id = id_ ? std::string(lines_.fields()[*id_]) : std::to_string(list_.poses.size());
+    if (id_ && !ids_.insert(pose.id).second)
+      throw lines_.error("the pose '" + pose.id + "' twice", "each " + names_[*id_] + " once");
+    pose.frames = frames_;
+    return pose;
+  }
+
+  const Context& context_;
   TableLines lines_;
-  std::optional<PoseDirection> direction_;
+  std::string frames_;
+  std::optional<PoseForm> form_;
   std::vector<std::string> names_;
   std::vector<std::size_t> translation_;
   std::vector<std::size_t> rotation_;
@@ -151,34 +177,85 @@ class PoseTable {
   PoseList list_;
 };
 
-PoseList readYaml(const YamlNode& root, std::optional<PoseDirection> direction) {
-  std::vector<YamlNode> items;
-  if (root.isSequence()) {
-    items = root.items();
-  } else if (root.has("poses")) {
-    root.allowKeys({"poses"});
-    items = root.at("poses").items();
-  } else {
-    items = {root};
+// The fields of a line that names an image in images.txt of COLMAP; none for other lines.
+std::vector<std::string> imageLine(std::string_view line) {
+  std::vector<std::string> fields = detail::words(line);
+  const bool is_image = fields.size() >= 10 && !parseDouble(fields[9]) &&
+                        std::all_of(fields.begin(), fields.begin() + 9, parseDouble);
+  return is_image ? fields : std::vector<std::string>();
+}
+
+// The line below that of an image holds its points, and may be empty.
+PoseList readColmap(const std::vector<std::string_view>& lines, Context context) {
+  context.frames = context.frames.empty() ? "camera_from_world" : context.frames;
+  PoseTable table(context);
+  table.readHeader(detail::words("number qw qx qy qz tx ty tz camera image"));
+  bool was_image = false;
+  for (const std::string_view line : lines) {
+    const std::vector<std::string> fields = imageLine(line);
+    if (!fields.empty()) {
+      const std::string image(
+          trim(line.substr(line.find(fields[9], line.find(fields[7]) + fields[7].size()))));
+      table.line(join(std::span(fields).first(9), ",") + "," + detail::csvField(image));
+    } else if (was_image || line.starts_with('#')) {
+      table.skipLine();
+    } else {
+      table.line(line);  // which finds the fault
+    }
+    was_image = !fields.empty();
   }
+  return table.finish();
+}
+
+// Plain numbers in any number of lines, with or without brackets and commas.
+PoseList readNumbers(const std::string& text, const Context& context, std::optional<PoseForm> form) {
+  std::string plain = text;
+  for (const char mark : {'[', ']', '(', ')', ',', ';'}) std::ranges::replace(plain, mark, ' ');
+  const std::vector<std::string> all = detail::words(plain);
+  for (const PoseForm& other : poseForms()) {
+    // Of three and four numbers there are several forms.
+    if (!form && all.size() > 4 && other.places.size() == all.size()) form = other;
+  }
+  const std::size_t count = form ? form->places.size() : std::max<std::size_t>(all.size(), 1);
+  if (all.size() % count != 0) {
+    throw detail::errorAt(context.name, "found " + std::to_string(all.size()) + " numbers",
+                          std::to_string(count) + " per pose of the form " + form->name,
+                          "count them, or choose another form: alidade pose --help lists all");
+  }
+  PoseTable table(context, form);
+  for (std::size_t i = 0; i < all.size(); i += count) table.line(join(std::span(all).subspan(i, count), " "));
+  return table.finish();
+}
+
+PoseList readYaml(const YamlNode& root, const Context& context) {
+  const bool is_nerf = root.has("frames");
+  std::vector<YamlNode> items = {root};
+  if (root.isSequence()) items = root.items();
+  if (is_nerf || root.has("poses")) items = root.at(is_nerf ? "frames" : "poses").items();
+  if (!is_nerf && root.has("poses")) root.allowKeys({"poses"});
   PoseList list;
   std::set<std::string> ids;
   for (const YamlNode& item : items) {
-    const std::vector<std::string> names = {"id", "image"};
-    const auto framed = detail::readFramedPose(item, names);
-    const SE3 pose = framed ? *framed
-                            : cameraFromWorld(detail::readPose(item, names),
-                                              direction.value_or(PoseDirection::kCameraFromWorld));
-    const auto id = item.has("id") ? item.find("id") : item.find("image");
-    if (framed && direction) {
+    std::vector<std::string> names = is_nerf ? item.keys() : detail::words("id image");  // not of the pose
+    std::erase(names, "transform_matrix");
+    NamedPose pose = detail::readStatedPose(item, names, context.is_any);
+    if (!pose.frames.empty() && !context.frames.empty()) {
       throw item.error("a key that names the frames, together with --poses-are", "only one of them",
                        "remove --poses-are: the key already states the direction of the pose");
     }
-    list.poses.push_back({.id = id ? id->text() : std::to_string(list.poses.size()), .camera_from_x = pose});
-    if (!ids.insert(list.poses.back().id).second)
-      throw item.error("the pose '" + list.poses.back().id + "' twice",
-                       "each id (or image, without an id) only once");
+    if (pose.frames.empty()) pose.frames = context.frames;
+    pose.id = std::to_string(list.poses.size());
+    for (const char* key : {"file_path", "image", "id"}) {
+      if (item.has(key)) pose.id = item.at(key).text();
+    }
+    list.poses.push_back(pose);
+    if (!ids.insert(pose.id).second)
+      throw item.error("the pose '" + pose.id + "' twice", "each id (or image, without an id) only once");
   }
+  if (root.has("transform_matrix") || is_nerf)
+    list.remarks.push_back(context.name +
+                           ": transform_matrix is read as world_from_camera with OpenGL's axes, and turned "
+                           "to x right, y down, z forward");
   return list;
 }
 
@@ -192,6 +269,63 @@ bool looksLikeYaml(std::string_view text) {
            line.find(": ") != std::string_view::npos;
   }
   return false;
+}
+
+bool areNumbers(std::string_view text) {
+  return text.find_first_not_of("0123456789+-.eE,; \t\r\n[]()") == std::string_view::npos;
+}
+
+PoseList parse(const std::string& text, const Context& context, const std::optional<PoseForm>& form = {}) {
+  const std::vector<std::string_view> lines = split(text, '\n');
+  PoseList list;
+  if (form || (areNumbers(text) && trim(text).starts_with('['))) {
+    list = readNumbers(text, context, form);
+  } else if (looksLikeYaml(text)) {
+    list = readYaml(YamlNode::parse(text, context.name), context);
+  } else if (std::ranges::any_of(lines, [](std::string_view line) { return !imageLine(line).empty(); })) {
+    list = readColmap(lines, context);
+  } else {
+    PoseTable table(context);
+    for (const std::string_view line : lines) table.line(line);
+    list = table.finish();
+  }
+  if (list.poses.empty()) {
+    throw detail::errorAt(context.name, "no pose", "a YAML list of poses, or a table with one row per pose",
+                          "see alidade pose --help");
+  }
+  double worst = 1;
+  for (NamedPose& pose : list.poses) {
+    if (!context.is_any && !pose.has_translation)
+      throw detail::errorAt(context.name, "rotations without translations", "poses");
+    pose.camera_from_x = pose.frames.ends_with("_from_camera") ? pose.stated.inverse() : pose.stated;
+    if (std::abs(pose.quaternion_length - 1) > std::abs(worst - 1)) worst = pose.quaternion_length;
+  }
+  constexpr double kRounding = 1e-3;
+  if (std::abs(worst - 1) > kRounding)
+    list.remarks.push_back(context.name + ": a quaternion has length " + exactText(worst) +
+                           " instead of 1, and is normalised");
+  return list;
+}
+
+// The numbers in brackets, those of a matrix by rows.
+std::string listText(const std::vector<double>& numbers) {
+  const std::size_t columns = numbers.size() < 9 ? numbers.size() : numbers.size() == 9 ? 3 : 4;
+  std::string text;
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    text += (i == 0 ? "" : i % columns == 0 ? "], [" : ", ") + exactText(numbers[i]);
+  return numbers.size() < 9 ? "[" + text + "]" : "[[" + text + "]]";
+}
+
+std::string yamlText(const NamedPose& pose, const PoseForm& form, bool has_id, bool& gimbal_lock) {
+  YAML::Emitter id;
+  id << YAML::DoubleQuoted << pose.id;
+  std::string text = (has_id ? "- {id: " + std::string(id.c_str()) + ", " : "{");
+  if (!pose.frames.empty()) text += pose.frames + ": {";
+  text += form.name + ": " + listText(form.write(pose.stated, gimbal_lock));
+  const Eigen::Vector3d& t = pose.stated.translation;
+  if (!form.hasTranslation() && pose.has_translation)
+    text += ", translation_m: " + listText({t.x(), t.y(), t.z()});
+  return text + (pose.frames.empty() ? "}\n" : "}}\n");
 }
 
 }  // namespace
@@ -209,45 +343,84 @@ SE3 readPoseSource(const std::string& source) {
                      "one pose: a map with a rotation and translation_m",
                      "for a list or table of poses, use --poses");
   }
-  const auto framed = detail::readFramedPose(root);
-  return framed ? *framed : detail::readPose(root);
+  const NamedPose pose = detail::readStatedPose(root, {}, false);
+  return pose.frames.ends_with("_from_camera") ? pose.stated.inverse() : pose.stated;
 }
 
-PoseList parsePoseList(const std::string& text, const std::string& name,
-                       std::optional<PoseDirection> direction) {
-  PoseList list;
-  if (looksLikeYaml(text)) {
-    list = readYaml(YamlNode::parse(text, name), direction);
-  } else {
-    PoseTable table(name, direction);
-    for (const std::string_view line : split(text, '\n')) table.line(line);
-    list = table.finish();
-  }
-  if (list.poses.empty()) {
-    throw detail::errorAt(name, "no pose", "a YAML list of poses, or a table with one row per pose",
-                          "see alidade project --help");
-  }
-  return list;
+PoseList parsePoseList(const std::string& text, const std::string& name, const std::string& frames) {
+  return parse(text, {name, detail::poseFrames(frames, true), false});
 }
 
-PoseList readPoseList(const std::string& path, std::optional<PoseDirection> direction) {
-  return parsePoseList(readTextFile(path, kMaxPoseFileBytes), path, direction);
+PoseList readPoseList(const std::string& path, const std::string& frames) {
+  return parsePoseList(readTextFile(path, kMaxPoseFileBytes), path, frames);
+}
+
+PoseList readAnyPoses(const std::string& source, const std::string& frames,
+                      const std::optional<PoseForm>& form) {
+  const bool is_text = trim(source).find_first_of("{[") == 0 ||
+                       (areNumbers(source) && source.find_first_of(" ,") != std::string::npos);
+  const std::string name = is_text ? "pose" : source == "-" ? "standard input" : source;
+  const std::string path = source == "-" ? "/dev/stdin" : source;
+  return parse(is_text ? source : readTextFile(path, kMaxPoseFileBytes),
+               {name, detail::poseFrames(frames, true), true}, form);
+}
+
+const std::vector<PoseRows>& poseRows() {
+  static const std::vector<PoseRows> kRows = {
+      {"csv", detail::words("id tx ty tz qx qy qz qw"), "xyz_xyzw", "", "table of id,tx,ty,tz,qx,qy,qz,qw"},
+      {"tum", detail::words("timestamp tx ty tz qx qy qz qw"), "xyz_xyzw", "world_from_camera",
+       "TUM trajectory (timestamp tx ty tz qx qy qz qw, world_from_camera)"},
+      {"kitti", std::vector<std::string>(12), "matrix_3x4", "world_from_camera",
+       "KITTI trajectory (3x4 matrices, world_from_camera)"},
+      {"", detail::words("tx ty tz qx qy qz qw"), "xyz_xyzw", "",
+       "table of tx ty tz qx qy qz qw, as ROS prints transforms"},
+      {"", std::vector<std::string>(9), "rotation_matrix", "", "table of 3x3 matrices, row by row"},
+      {"", std::vector<std::string>(16), "matrix", "", "table of 4x4 matrices, row by row"}};
+  return kRows;
+}
+
+std::string poseText(const std::vector<NamedPose>& poses, const std::string& form,
+                     std::vector<std::string>& remarks) {
+  const auto rows = std::ranges::find(poseRows(), form, &PoseRows::name);
+  const bool is_table = rows != poseRows().end();
+  const PoseForm numbers = findPoseForm(is_table ? rows->form : form).value();
+  const bool has_id = is_table && !rows->columns.front().empty();
+  const std::string separator = form == "csv" ? "," : " ";
+  std::string text = has_id ? (form == "csv" ? "" : "# ") + join(rows->columns, separator) + "\n" : "";
+  bool has_lock = false;
+  bool has_turned = false;
+  for (const NamedPose& pose : poses) {
+    if (!is_table) {
+      text += yamlText(pose, numbers, poses.size() > 1, has_lock);
+      continue;
+    }
+    if (has_id && rows->columns.front() == "timestamp" && !parseDouble(pose.id))
+      throw usageError({"pose '" + pose.id + "'", "no number", "a time, with which such rows begin",
+                        "--to csv takes any id"});
+    const bool is_turned = !rows->frames.empty() && pose.frames.starts_with("camera_from_");
+    has_turned = has_turned || is_turned;
+    std::vector<std::string> fields =
+        mapped(numbers.write(is_turned ? pose.stated.inverse() : pose.stated, has_lock), exactText);
+    if (has_id) fields.insert(fields.begin(), detail::csvField(pose.id));
+    text += join(fields, separator) + "\n";
+  }
+  if (has_turned)
+    remarks.push_back("rows of " + form + " are " + rows->frames + ", so the poses are inverted");
+  if (has_lock) {
+    remarks.push_back(
+        "gimbal lock: the first and the last Euler angle turn about one axis; only their sum or difference "
+        "is determined, and one is given as 0");
+  }
+  return text;
 }
 
 std::string tumText(const std::vector<double>& times_s, const std::vector<SE3>& camera_from_world) {
   expect(times_s.size() == camera_from_world.size(), "one time per pose");
-  std::string text = "# timestamp tx ty tz qx qy qz qw\n";
-  for (std::size_t i = 0; i < times_s.size(); ++i) {
-    const SE3 world_from_camera = camera_from_world[i].inverse();
-    const Eigen::Vector3d& t = world_from_camera.translation;
-    SO3::Quaternion q = world_from_camera.rotation.quaternion();
-    if (q.w() < 0) q.coeffs() = -q.coeffs();
-    text += exactText(times_s[i]);
-    for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()})
-      text += " " + exactText(value);
-    text += "\n";
-  }
-  return text;
+  std::vector<NamedPose> poses;
+  for (std::size_t i = 0; i < times_s.size(); ++i)
+    poses.push_back({.id = exactText(times_s[i]), .stated = camera_from_world[i].inverse()});
+  std::vector<std::string> none;
+  return poseText(poses, "tum", none);
 }
 
 }  // namespace alidade

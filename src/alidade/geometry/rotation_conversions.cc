@@ -2,6 +2,7 @@
 #include "alidade/geometry/rotation_conversions.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -74,36 +75,62 @@ SE3 motionFromMatrix(const Eigen::Matrix4d& matrix, double tolerance) {
   return {rotationFromMatrix(matrix.topLeftCorner<3, 3>(), tolerance), translation};
 }
 
-SO3 rotationFromEuler(const EulerZyx& angles) {
-  for (const double angle : {angles.yaw_rad, angles.pitch_rad, angles.roll_rad}) {
-    if (!std::isfinite(angle)) {
-      throw inputError({"Euler angles", exactText(angle), "finite yaw, pitch and roll in radians", ""});
-    }
-  }
-  using Vec3 = Eigen::Vector3d;
-  return SO3::exp(angles.yaw_rad * Vec3::UnitZ()) * SO3::exp(angles.pitch_rad * Vec3::UnitY()) *
-         SO3::exp(angles.roll_rad * Vec3::UnitX());
+Eigen::Vector4d quaternionXyzw(const SO3& rotation) {
+  const Eigen::Vector4d q = rotation.quaternion().coeffs();
+  return q.w() < 0 ? Eigen::Vector4d(-q) : q;
 }
 
-EulerDecomposition eulerFromRotation(const SO3& rotation) {
+std::optional<EulerOrder> eulerOrder(std::string_view letters, bool is_fixed) {
+  EulerOrder order{.axes = {}, .is_fixed = is_fixed};
+  if (letters.size() != order.axes.size()) return std::nullopt;
+  for (std::size_t i = 0; i < letters.size(); ++i) {
+    order.axes[i] = letters[i] - 'x';
+    if (order.axes[i] < 0 || order.axes[i] > 2 || (i > 0 && letters[i] == letters[i - 1]))
+      return std::nullopt;
+  }
+  return order;
+}
+
+SO3 rotationFromEuler(const Eigen::Vector3d& angles_rad, const EulerOrder& order) {
+  SO3 rotation;
+  for (std::size_t i = 0; i < order.axes.size(); ++i) {
+    const double angle = angles_rad[static_cast<Eigen::Index>(i)];
+    if (!std::isfinite(angle))
+      throw inputError({"Euler angles", exactText(angle), "three finite angles", ""});
+    const SO3 turn = SO3::exp(angle * Eigen::Vector3d::Unit(order.axes[i]));
+    rotation = order.is_fixed ? turn * rotation : rotation * turn;
+  }
+  return rotation;
+}
+
+EulerDecomposition eulerFromRotation(const SO3& rotation, const EulerOrder& order) {
   constexpr double kGimbalLockCosine = 1e-8;
   const Eigen::Matrix3d R = rotation.matrix();
-  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
+  // Turns about fixed axes are those about moving ones in reverse.
+  const int i = order.axes[order.is_fixed ? 2 : 0];
+  const int j = order.axes[1];
+  const int k = order.axes[order.is_fixed ? 0 : 2];
+  const int h = 3 - i - j;  // the axis that is neither the first nor the second
+  const double sign = (j - i + 3) % 3 == 1 ? 1.0 : -1.0;
+  const bool is_proper = i == k;
+  // Column k is Ri(first) applied to a vector that depends on the middle angle alone.
+  const double off_pole = std::hypot(R(j, k), R(h, k));
   EulerDecomposition result;
-  EulerZyx& angles = result.angles;
-  angles.pitch_rad = std::atan2(-R(2, 0), cos_pitch);
-  result.gimbal_lock = cos_pitch < kGimbalLockCosine;
+  result.gimbal_lock = off_pole < kGimbalLockCosine;
+  double first = is_proper ? std::atan2(R(j, k), -sign * R(h, k)) : std::atan2(-sign * R(j, k), R(h, k));
+  const double middle = is_proper ? std::atan2(off_pole, R(i, i)) : std::atan2(sign * R(i, k), off_pole);
+  double last = 0;
   if (result.gimbal_lock) {
-    angles.yaw_rad = std::atan2(-R(0, 1), R(1, 1));
-    return result;
+    first = std::atan2(sign * R(h, j), R(j, j));
+  } else {
+    // Row j of Ri(-first) R has the sine and cosine of the last angle. Those in R would give another angle
+    // than the one that belongs to this first one: near the poles each is inaccurate, and only the pair is
+    // the rotation.
+    const Eigen::RowVector3d row = std::cos(first) * R.row(j) + sign * std::sin(first) * R.row(h);
+    last = std::atan2(is_proper ? -sign * row(h) : sign * row(i), row(j));
   }
-  angles.yaw_rad = std::atan2(R(1, 0), R(0, 0));
-  // The second row of Rz(-yaw) R is (0, cos(roll), -sin(roll)). The last row of R would give another roll
-  // than the one that belongs to this yaw: near the poles each is inaccurate, and only the pair is the
-  // rotation.
-  const double c = std::cos(angles.yaw_rad);
-  const double s = std::sin(angles.yaw_rad);
-  angles.roll_rad = std::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
+  result.angles_rad = {first, middle, last};
+  if (order.is_fixed) result.angles_rad.reverseInPlace();
   return result;
 }
 
@@ -122,6 +149,35 @@ SO3 bestRotation(const Eigen::Matrix3d& correlation) {
   if ((U * V.transpose()).determinant() < 0) U.col(2) = -U.col(2);
   const Eigen::Matrix3d R = U * V.transpose();
   return SO3::fromQuaternion(Eigen::Quaterniond(R));
+}
+
+PoseMean meanPose(std::span<const SE3> poses) {
+  const double share = 1.0 / static_cast<double>(poses.size());
+  PoseMean result;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const SE3& pose : poses) {
+    sum += pose.rotation.matrix();
+    result.mean.translation += share * pose.translation;
+  }
+  // The nearest rotation to the sum is close; the mean turn from there to the poses leads to the Karcher
+  // mean.
+  result.mean.rotation = bestRotation(sum);
+  constexpr int kNumSteps = 30;
+  for (int i = 0; i <= kNumSteps; ++i) {
+    Eigen::Vector3d step = Eigen::Vector3d::Zero();
+    result = {.mean = result.mean};
+    for (const SE3& pose : poses) {
+      const Eigen::Vector3d turn = (result.mean.rotation.inverse() * pose.rotation).log();
+      step += share * turn;
+      result.rms_rad += share * turn.squaredNorm();
+      result.rms_m += share * (pose.translation - result.mean.translation).squaredNorm();
+      result.max_rad = std::max(result.max_rad, turn.norm());
+    }
+    if (i < kNumSteps) result.mean.rotation = result.mean.rotation * SO3::exp(step);
+  }
+  result.rms_rad = std::sqrt(result.rms_rad);
+  result.rms_m = std::sqrt(result.rms_m);
+  return result;
 }
 
 }  // namespace alidade

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <optional>
+#include <span>
+#include <string_view>
 
 #include <Eigen/Core>
 
@@ -23,28 +26,36 @@ inline constexpr double kRotationTolerance = 1e-6;
 /// rotationFromMatrix().
 [[nodiscard]] SE3 motionFromMatrix(const Eigen::Matrix4d& matrix, double tolerance = kRotationTolerance);
 
-/// R = Rz(yaw) Ry(pitch) Rx(roll): about the fixed x, then y, then z axis; equivalently, about z, then the
-/// new y, then the new x axis.
-struct EulerZyx {
-  double yaw_rad = 0.0;
-  double pitch_rad = 0.0;
-  double roll_rad = 0.0;
+/// The quaternion x, y, z, w with w >= 0.
+[[nodiscard]] Eigen::Vector4d quaternionXyzw(const SO3& rotation);
+
+/// The axes of three turns. By default R = Rz(yaw) Ry(pitch) Rx(roll): about z, then the new y, then the new
+/// x axis; equivalently, about the fixed x, then y, then z axis.
+struct EulerOrder {
+  std::array<int, 3> axes = {2, 1, 0};  ///< x is 0; neighbours differ
+  bool is_fixed = false;  ///< the axes stay where they are; otherwise the second and third turn along
 };
+
+/// The order of letters such as "zyx" or "zxz"; nothing for others.
+[[nodiscard]] std::optional<EulerOrder> eulerOrder(std::string_view letters, bool is_fixed = false);
 
 /// The Euler angles of a rotation.
 struct EulerDecomposition {
-  EulerZyx angles;           ///< pitch in [-pi/2, pi/2], yaw and roll in [-pi, pi]
-  bool gimbal_lock = false;  ///< only yaw - roll (pitch +pi/2) or yaw + roll (pitch -pi/2) is determined
+  /// In the order of the axes. The middle one is in [-pi/2, pi/2], or in [0, pi] if the outer axes are the
+  /// same; the others are in [-pi, pi].
+  Eigen::Vector3d angles_rad;
+  bool gimbal_lock = false;  ///< the outer axes coincide: only the sum or difference of their angles counts
 };
 
-/// Any finite angles.
+/// Any finite angles, in the order of the axes.
 /// @throws Error if one is not finite.
-[[nodiscard]] SO3 rotationFromEuler(const EulerZyx& angles);
+[[nodiscard]] SO3 rotationFromEuler(const Eigen::Vector3d& angles_rad, const EulerOrder& order = {});
 
-/// The inverse of rotationFromEuler(). Within 1e-8 rad of pitch = +-pi/2, where sin(pitch) is 1 to the last
-/// bit, it reports gimbal lock, with a roll of 0 and the determined combination as yaw. The rotation of the
-/// angles equals the given one to rounding, and under gimbal lock to the distance of the pitch from the pole.
-[[nodiscard]] EulerDecomposition eulerFromRotation(const SO3& rotation);
+/// The inverse of rotationFromEuler(). Within 1e-8 rad of gimbal lock, where the sine or cosine of the middle
+/// angle is 1 to the last bit, it reports that, with 0 as the last angle (the first one of fixed axes) and
+/// the determined combination as the other. The rotation of the angles equals the given one to rounding, and
+/// under gimbal lock to the distance of the middle angle from the pole.
+[[nodiscard]] EulerDecomposition eulerFromRotation(const SO3& rotation, const EulerOrder& order = {});
 
 /// The unit axis of the rotation matrix `R`: its eigenvector of eigenvalue 1, the null space of R - I. The
 /// sign is that of the rotation vector, R = exp(angle * axis) with angle in (0, pi], and at pi that of
@@ -58,5 +69,15 @@ struct EulerDecomposition {
 /// 1976, A solution for the best rotation to relate two sets of vectors, Acta Crystallographica A32.
 /// @param correlation  sum of w_i b_i a_i^T, finite
 [[nodiscard]] SO3 bestRotation(const Eigen::Matrix3d& correlation);
+
+/// The mean of poses, and how far they are from it.
+struct PoseMean {
+  SE3 mean;  ///< the rotation with the least sum of squared angles (Karcher mean), and the mean translation
+  double rms_rad = 0.0;  ///< sqrt(mean of the squared angles to it)
+  double max_rad = 0.0;  ///< from 90 degrees on, another rotation may be as good a mean
+  double rms_m = 0.0;    ///< sqrt(mean of the squared distances from it)
+};
+/// @param poses  at least one
+[[nodiscard]] PoseMean meanPose(std::span<const SE3> poses);
 
 }  // namespace alidade

@@ -368,8 +368,9 @@ class ProjectCommand final : public StreamCommand {
               "Pose camera_from_points: a YAML file, or YAML text in braces. Default: identity", kFilePath);
     flags.add("--poses", &poses_path_, "File of poses; all points are projected for each pose", kFilePath);
     flags.add("--poses-are", &direction_,
-              "Direction of the poses, unless YAML keys state it: camera_from_world or world_from_camera",
-              oneOf({"camera_from_world", "world_from_camera"}));
+              "Direction of the poses, unless the input states it: camera_from_world (also called "
+              "world_to_camera) or world_from_camera (camera_to_world)",
+              oneOf(kPoseDirections));
     flags.addSwitch("--jacobian", has_jacobian_, "Append the derivatives of the pixel");
     flags.addSwitch("--clip", is_clipped_, "Leave out the coordinates of pixels outside the image");
   }
@@ -386,15 +387,8 @@ class ProjectCommand final : public StreamCommand {
     }
     if (!pose_.empty()) camera_from_points_ = readPoseSource(pose_);
     if (!poses_path_.empty()) {
-      std::optional<PoseDirection> direction;
-      if (!direction_.empty())
-        direction = direction_ == "camera_from_world" ? PoseDirection::kCameraFromWorld
-                                                      : PoseDirection::kWorldFromCamera;
-      list_ = readPoseList(poses_path_, direction);
-      if (list_.is_assumed_tum && !common_.quiet) {
-        printMessage("note: " + poses_path_ +
-                     " is read as a TUM trajectory (timestamp tx ty tz qx qy qz qw, world_from_camera)");
-      }
+      list_ = readPoseList(poses_path_, direction_);
+      if (!common_.quiet) printNotes(list_.remarks);
     }
     if (has_jacobian_) jacobian_.resize(2 * (9 + file.camera.parameters().size()));
   }

@@ -2,9 +2,9 @@
 #include "alidade/files/text/pose_node.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/text/yaml_writer.h"
 #include "alidade/geometry/rotation_conversions.h"
@@ -12,91 +12,135 @@
 namespace alidade::detail {
 namespace {
 
-const std::vector<std::string> kRotationKeys =
-    words("quaternion_xyzw quaternion_wxyz rotation_vector_rad rotation_matrix euler_zyx_rad euler_zyx_deg");
+// The keys by which a program writes a pose.
+struct PoseKeys {
+  std::string rotation{};
+  std::string translation{};  // empty if the rotation's value holds it
+  std::string form{};         // of the rotation's value
+  std::string frames{};       // if the program always means these
+  bool are_maps = false;      // {x: 0, y: 0, z: 0, w: 1}
+};
+// Those of OpenCV, ROS (Pose, Transform), many scripts, and nerfstudio, whose camera has OpenGL's axes.
+const std::vector<PoseKeys> kOtherKeys = {{"rvec", "tvec", "rotation_vector_rad", "camera_from_object"},
+                                          {"orientation", "position", "quaternion_xyzw", "", true},
+                                          {"rotation", "translation", "quaternion_xyzw", "", true},
+                                          {"R", "t", "rotation_matrix"},
+                                          {"R", "T", "rotation_matrix"},
+                                          {"transform_matrix", "", "matrix", "world_from_camera"}};
 
-// A matrix written as rows, or as one list of numbers, row by row.
-template <int kSize>
-Eigen::Matrix<double, kSize, kSize> matrixOf(const YamlNode& node) {
+// Keys whose meaning differs between programs, and what to write instead.
+struct Replacement {
+  const char* keys;
+  const char* instead;
+};
+constexpr Replacement kReplacements[] = {
+    {"quaternion quat q orientation rotation",
+     "quaternion_xyzw: [x, y, z, w], or quaternion_wxyz: [w, x, y, z]"},
+    {"rpy roll pitch yaw", "euler_fixed_xyz_rad: [roll, pitch, yaw], or euler_fixed_xyz_deg"},
+    {"euler euler_angles", "euler_zyx_deg: [yaw, pitch, roll], or another order, such as euler_xyz_deg"},
+    {"axis angle", "axis_angle_deg: [x, y, z, angle]"},
+    {"translation position t xyz location tvec", "translation_m: [x, y, z] in metres, and a rotation"},
+    {"T transform extrinsic extrinsics pose", "matrix: 4x4, under a key such as camera_from_world"}};
+
+// A list of numbers, a list of rows, or a map of x, y, z and w.
+std::vector<double> numbersIn(const YamlNode& node, std::size_t count) {
+  if (node.isMap())
+    return mapped(words(count == 4 ? "x y z w" : "x y z"),
+                  [&](const std::string& key) { return node.at(key).number(); });
   const std::vector<YamlNode> rows = node.items();
+  if (rows.empty() || !rows.front().isSequence() || count % rows.size() != 0) return node.numbers(count);
   std::vector<double> all;
-  if (rows.size() != kSize) {
-    all = node.numbers(kSize * kSize);
-  } else {
-    for (const YamlNode& row : rows) {
-      for (const double value : row.numbers(kSize)) all.push_back(value);
-    }
-  }
-  return Eigen::Map<const Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>>(all.data());
+  for (const YamlNode& row : rows)
+    std::ranges::copy(row.numbers(count / rows.size()), std::back_inserter(all));
+  return all;
 }
 
-// Conversion errors do not know their place in the file, so it is added.
-SO3 readRotation(const YamlNode& value, const std::string& key) {
-  if (key == "rotation_matrix") {
-    const Eigen::Matrix3d matrix = matrixOf<3>(value);
-    return withPlace(value.where(), [&] { return rotationFromMatrix(matrix); });
+NamedPose readKeys(const YamlNode& node, const PoseKeys& keys, bool is_any) {
+  const YamlNode rotation = node.at(keys.rotation);
+  const PoseForm form = findPoseForm(keys.form).value();
+  const std::vector<double> numbers = numbersIn(rotation, form.places.size());
+  // Errors of a form do not know their place in the file, so it is added.
+  NamedPose pose = withPlace(rotation.where(), [&] { return form.read(numbers); });
+  pose.frames = keys.frames;
+  if (keys.rotation == "transform_matrix")
+    pose.stated.rotation = pose.stated.rotation * SO3::fromQuaternion({0, 1, 0, 0});
+  if (pose.has_translation || (is_any && !node.has(keys.translation))) return pose;
+  pose.stated.translation = Eigen::Vector3d(numbersIn(node.at(keys.translation), 3).data());
+  pose.has_translation = true;
+  return pose;
+}
+
+NamedPose readUnframed(const YamlNode& node, std::vector<std::string> allowed, bool is_any) {
+  for (const PoseKeys& keys : kOtherKeys) {
+    if (!node.has(keys.rotation) || node.at(keys.rotation).isMap() != keys.are_maps ||
+        !(keys.translation.empty() || node.has(keys.translation)))
+      continue;
+    allowed.insert(allowed.end(), {keys.rotation, keys.translation});
+    node.allowKeys(allowed);
+    return readKeys(node, keys, is_any);
   }
-  const std::vector<double> v = value.numbers(key.starts_with("quaternion") ? 4 : 3);
-  return withPlace(value.where(), [&] {
-    if (key == "quaternion_xyzw") return SO3::fromQuaternion({v[3], v[0], v[1], v[2]});
-    if (key == "quaternion_wxyz") return SO3::fromQuaternion({v[0], v[1], v[2], v[3]});
-    if (key == "rotation_vector_rad") return SO3::exp({v[0], v[1], v[2]});
-    const double unit = key == "euler_zyx_deg" ? std::numbers::pi / 180 : 1.0;
-    return rotationFromEuler({.yaw_rad = v[0] * unit, .pitch_rad = v[1] * unit, .roll_rad = v[2] * unit});
-  });
+  PoseKeys found{.translation = "translation_m"};
+  const std::vector<std::string> forms = mapped(poseForms(), &PoseForm::name);
+  for (const std::string& key : node.isMap() ? node.keys() : std::vector<std::string>()) {
+    if (std::ranges::count(allowed, key) > 0) continue;
+    for (const auto& [keys, instead] : kReplacements) {
+      if (std::ranges::count(words(keys), key) > 0)
+        throw node.at(key).error("unknown key '" + key + "'", instead);
+    }
+    if (findPoseForm(key + "_deg"))
+      throw node.at(key).error("no unit", "degrees or radians", poseFormAdvice(key));
+    if (!findPoseForm(key)) continue;
+    if (!found.form.empty()) throw node.error("both " + found.form + " and " + key, "only one rotation");
+    found.form = found.rotation = key;
+  }
+  allowed.insert(allowed.end(), {found.rotation, found.translation});
+  allowed.insert(allowed.end(), forms.begin(), forms.end());
+  node.allowKeys(allowed);
+  if (found.form.empty()) throw node.error("no rotation", "one of " + join(forms, ", "));
+  if (findPoseForm(found.form)->hasTranslation() && node.has(found.translation))
+    throw node.error("'" + found.form + "' and '" + found.translation + "'",
+                     "only '" + found.form + "', which already contains the whole pose");
+  return readKeys(node, found, is_any);
 }
 
 }  // namespace
 
-SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside) {
-  std::vector<std::string> allowed = kRotationKeys;
-  allowed.insert(allowed.end(), {"translation_m", "matrix"});
-  allowed.insert(allowed.end(), beside.begin(), beside.end());
-  node.allowKeys(allowed);
-  if (node.has("matrix")) {
-    for (const std::string& key : node.keys()) {
-      if (key == "translation_m" || std::count(kRotationKeys.begin(), kRotationKeys.end(), key) > 0)
-        throw node.error("'matrix' and '" + key + "'",
-                         "only 'matrix', which already contains the whole pose");
-    }
-    const Eigen::Matrix4d matrix = matrixOf<4>(node.at("matrix"));
-    return withPlace(node.at("matrix").where(), [&] { return motionFromMatrix(matrix); });
-  }
-  std::string rotation_key;
-  for (const std::string& key : kRotationKeys) {
-    if (!node.has(key)) continue;
-    if (!rotation_key.empty()) throw node.error("both " + rotation_key + " and " + key, "only one rotation");
-    rotation_key = key;
-  }
-  if (rotation_key.empty())
-    throw node.error("no rotation", "one of " + join(kRotationKeys, ", ") + ", or matrix");
-  SE3 pose;
-  pose.rotation = readRotation(node.at(rotation_key), rotation_key);
-  const std::vector<double> t = node.at("translation_m").numbers(3);
-  pose.translation = {t[0], t[1], t[2]};
-  return pose;
+std::string poseFrames(const std::string& key, bool is_any) {
+  if (key == "w2c" || key == "cam_from_world") return "camera_from_world";
+  if (key == "c2w" || key == "world_from_cam") return "world_from_camera";
+  const std::size_t to = key.find("_to_");
+  const std::string frames =
+      to == std::string::npos ? key : key.substr(to + 4) + "_from_" + key.substr(0, to);
+  const std::size_t from = frames.find("_from_");
+  if (from == std::string::npos || is_any) return from == std::string::npos ? "" : frames;
+  const std::vector<std::string> ends = {frames.substr(0, from), frames.substr(from + 6)};
+  const auto isOther = [](const std::string& end) {
+    return end == "world" || end == "board" || end == "rig" || end == "object";
+  };
+  return std::ranges::count(ends, "camera") == 1 && std::ranges::any_of(ends, isOther) ? frames : "";
 }
 
-std::optional<SE3> readFramedPose(const YamlNode& node, const std::vector<std::string>& beside) {
-  for (const char* frame : {"world", "board", "rig"}) {
-    const std::string forward = std::string("camera_from_") + frame;
-    const std::string backward = std::string(frame) + "_from_camera";
-    for (const std::string& key : {forward, backward}) {
-      if (!node.has(key)) continue;
-      std::vector<std::string> allowed = beside;
-      allowed.push_back(key);
-      node.allowKeys(allowed);
-      const SE3 pose = readPose(node.at(key));
-      return key == forward ? pose : pose.inverse();
-    }
+NamedPose readStatedPose(const YamlNode& node, const std::vector<std::string>& beside, bool is_any) {
+  for (const std::string& key : node.isMap() ? node.keys() : std::vector<std::string>()) {
+    const std::string frames = isUserKey(key) ? "" : poseFrames(key, is_any);
+    if (frames.empty()) continue;
+    std::vector<std::string> allowed = beside;
+    allowed.push_back(key);
+    node.allowKeys(allowed);
+    NamedPose pose = node.at(key).isSequence() ? readKeys(node, {.rotation = key, .form = "matrix"}, is_any)
+                                               : readUnframed(node.at(key), {}, is_any);
+    pose.frames = frames;
+    return pose;
   }
-  return std::nullopt;
+  return readUnframed(node, beside, is_any);
+}
+
+SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside) {
+  return readUnframed(node, beside, false).stated;
 }
 
 void writePose(YAML::Emitter& out, const SE3& pose) {
-  Eigen::Vector4d q = pose.rotation.quaternion().coeffs();
-  if (q.w() < 0) q = -q;
-  flowMap("quaternion_xyzw", q, "translation_m", pose.translation)(out);
+  flowMap("quaternion_xyzw", quaternionXyzw(pose.rotation), "translation_m", pose.translation)(out);
 }
 
 }  // namespace alidade::detail

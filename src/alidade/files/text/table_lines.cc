@@ -202,7 +202,7 @@ double TableLines::number(std::size_t index, const std::string& column) const {
 
 Error TableLines::error(const std::string& found, const std::string& expected,
                         const std::string& next_step) const {
-  return errorAt(name_ + ":" + std::to_string(line_), "found " + found, expected, next_step);
+  return errorAt(place(), "found " + found, expected, next_step);
 }
 
 }  // namespace alidade::detail

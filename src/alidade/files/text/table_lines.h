@@ -62,6 +62,8 @@ class TableLines {
   [[nodiscard]] const std::vector<std::string>& commentNames() const { return comment_names_; }
   [[nodiscard]] std::size_t numFields() const { return num_fields_; }
 
+  /// "poses.csv:4"
+  [[nodiscard]] std::string place() const { return name_ + ":" + std::to_string(line_); }
   /// An error with the place of this line.
   [[nodiscard]] Error error(const std::string& found, const std::string& expected,
                             const std::string& next_step = "") const;
