@@ -44,7 +44,7 @@ struct CalibrationValue {
     return evidenceDocument(result, from.given, guidance,
                             {.settings = {{"model", {options.model}}},
                              .tolerance_px = options.tolerance_px,
-                             .created_by = creatorName()});
+                             .run = {.created_by = creatorName(), .camera = record.name}});
   }
 };
 
@@ -216,7 +216,7 @@ PageOptions pageOptions(const ViewsValue& from) {
     }
     return image;
   };
-  return {.pictures = {.image_of = image_of}};
+  return {.pictures = {{.image_of = image_of}}};
 }
 
 void writeReport(const CalibrationValue& self, const py::object& path) {

@@ -233,6 +233,12 @@ void bindDifference(py::module_& module) {
             return self.significance->isSignificant();
           },
           doc("Difference.is_significant"))
+      .def(
+          "answer",
+          [](const DifferenceValue& self, double tolerance_px) {
+            return answerOf(agreementOf(self.difference, self.significance, tolerance_px));
+          },
+          "tolerance_px"_a = kDefaultTolerancePx, doc("Difference.answer"))
       .def("__repr__",
            [](const DifferenceValue& self) {
              return "<alidade.Difference: " + lengthsText(self.difference) + ">";

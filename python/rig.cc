@@ -72,7 +72,7 @@ std::vector<CameraValue> camerasOf(const RigValue& self) {
 }
 
 nlohmann::json evidenceOf(const RigValue& self) {
-  return rigEvidenceDocument(self.result, self.tolerance_px, creatorName());
+  return rigEvidenceDocument(self.result, self.tolerance_px, {.created_by = creatorName()});
 }
 
 void saveRigOf(const RigValue& self, const py::object& path, bool keep_untrustworthy) {

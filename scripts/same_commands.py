@@ -128,7 +128,7 @@ def calibrate_variants(quick):
     fixed = "--model radtan" if quick else ""  # choosing a model takes most of the time
     variants = ["--json", "", f"--verbose {fixed}", "--quiet " + fixed, "--same-focal " + fixed, "--tolerance 5px " + fixed,
                 "--distance 2m " + fixed, "--target-sigma 0.1px " + fixed, "--board-shape flat", "--board-shape warp " + fixed,
-                "--board-shape uneven " + fixed, "--pupil 1 " + fixed, "--correction 4x3 " + fixed, "--name front --serial 17 " + fixed, "--model radtan --fix cx,cy,k3",
+                "--board-shape uneven " + fixed, "--pupil 1 " + fixed, "--correction 4x3 " + fixed, "--name front --serial 17 --date 2026-05-06 " + fixed, "--model radtan --fix cx,cy,k3",
                 "--model radtan --init start.yaml --fix k1", "--next-view next.svg " + fixed, "--config config/calibrate.yaml --jobs 2",
                 "--model auto --fix cx,cy --json", "--model rational --to opencv --quiet -o - ", "--model nonsense", "--fix k9 " + fixed]
     lines = [f"calibrate corners.csv --model {model} --keep-untrustworthy -o {model}.yaml" for model in MODELS]
@@ -211,7 +211,7 @@ def opencv_jobs(quick):
             "rig triangulate rig.yaml pixels.csv", "rig triangulate rig.yaml pixels.csv --covariance -o points.csv --sigma 0.5",
             "rig triangulate rig.yaml pixels.csv --json", "validate rig.yaml --verbose", "validate rig.yaml --json",
             "diff rig.yaml flat.yaml --tolerance 0.5", "diff rig.yaml flat.yaml --json --distance 3m",
-            "report rig.json -o again.html", "convert rig.yaml#0 -o left.yaml", "project rig.yaml#1 < points.csv",
+            f"report rig.json -o again.html --images {pair}", "convert rig.yaml#0 -o left.yaml", "project rig.yaml#1 < points.csv",
             *[f"convert rig.yaml -o rig_{name}.out --to {name}" for name in FORMATS],
             *[f"convert rig_{name}.out -o - --image-size 640x480" for name in FORMATS],
             "convert rig.yaml -o small.yaml --resize 320x240", "convert rig.yaml -o turned.yaml --rotate 90",

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "command.h"
 
+#include <span>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include "alidade/core/error_text.h"
+#include "alidade/files/text/atomic_file.h"
 #include "console.h"
+#include "junit.h"
 
 namespace alidade {
 
@@ -16,6 +19,17 @@ void Command::answer(const Answer& document, const Answer& text) {
     has_answered_ = true;
   } else if (!common_.quiet) {
     printResult(text());
+  }
+}
+
+void Command::writeJunitError(const std::string& message) const {
+  if (common_.junit.empty()) return;
+  try {
+    checkJunitPath(common_.junit);
+    const TestCase failed{.kind = "command", .name = common_.command, .error = message};
+    writeFileAtomically(common_.junit, junitText("alidade " + common_.command, std::span(&failed, 1)));
+  } catch (const Error&) {
+    return;  // the first error is the one to tell
   }
 }
 

@@ -23,6 +23,8 @@ class Command {
   virtual int run(const Flags& flags) = 0;
   /// True if standard output still needs its JSON document, so that an error must be printed as one.
   [[nodiscard]] virtual bool owesJson() const { return common_.json && !has_answered_; }
+  /// Writes the JUnit report of an input error, so that none of an earlier run remains.
+  void writeJunitError(const std::string& message) const;
 
  protected:
   using Answer = std::function<std::string()>;

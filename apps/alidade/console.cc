@@ -131,7 +131,14 @@ void ProgressBar::update(std::size_t done, std::size_t total) {
   constexpr std::size_t kWidth = 30;
   const std::size_t filled = kWidth * done / total;
   const std::string bar = std::string(filled, '#') + std::string(kWidth - filled, '.');
-  fmt::print(messageStream(), "\r{} [{}] {}/{}\033[K", label_, bar, done, total);
+  // The first seconds tell too little.
+  const double seconds = std::chrono::duration<double>(now - start_).count();
+  const double left =
+      done == 0 || seconds < 2 ? 0 : seconds * static_cast<double>(total - done) / static_cast<double>(done);
+  const std::string remaining = left < 1    ? ""
+                                : left < 90 ? fmt::format(", {:.0f} s left", left)
+                                            : fmt::format(", {:.0f} min left", left / 60);
+  fmt::print(messageStream(), "\r{} [{}] {}/{}{}\033[K", label_, bar, done, total, remaining);
   std::fflush(messageStream());
 }
 

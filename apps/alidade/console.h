@@ -43,7 +43,8 @@ void printNotes(const std::vector<std::string>& notes);
 /// The same as a message, below a title if there is one. Prints nothing without lines.
 void printListed(const std::vector<std::string>& lines, const std::string& title = "");
 
-/// A progress bar on standard error if that is a terminal; otherwise nothing. Erased at the end.
+/// A progress bar with the remaining time on standard error if that is a terminal; otherwise nothing. Erased
+/// at the end.
 class ProgressBar {
  public:
   ProgressBar(std::string label, bool is_quiet);
@@ -62,6 +63,7 @@ class ProgressBar {
   std::string label_;
   bool is_shown_;
   bool has_drawn_ = false;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point last_draw_;
 };
 

@@ -88,6 +88,7 @@ struct CommonOptions {
   bool quiet = false;
   int jobs = 0;
   std::string config;
+  std::string junit;                   ///< of commands that have the flag; see junit.h
   const CancelFlag* cancel = nullptr;  ///< of commands that can be interrupted
 };
 

@@ -145,6 +145,7 @@ int runCommand(int argc, char** argv) {
     throw;  // ends by the signal, without an exit code or a document
   } catch (const std::exception& error) {
     if (command->owesJson()) printErrorJson(error);
+    if (exitCodeOf(error) == kInputExit) command->writeJunitError(messageOf(error));
     throw;
   }
 }

@@ -28,8 +28,7 @@ std::string valueText(double value, double std) {
   return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, std, decimals);
 }
 
-// Empty for an even board.
-// What differs from a flat or evenly bent board.
+// What differs from a flat or evenly bent board; empty for an even one.
 std::string unevenText(const FitBoard& board) {
   if (board.isFlexible())
     return fmt::format(", bending by {:.2g} mm from view to view", 1e3 * board.flex.std_m);

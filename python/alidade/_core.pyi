@@ -534,6 +534,8 @@ class Difference:
     @property
     def is_significant(self) -> Optional[bool]:
         """Whether it exceeds the uncertainty of the cameras; None if neither states a covariance."""
+    def answer(self, tolerance_px: float = 0.2) -> str:
+        """"same", "changed", or "cannot tell" if the uncertainty exceeds the tolerance, as of the command diff."""
 
 def diff(a: Union[Camera, _Path], b: Union[Camera, _Path], *, distance_m: Optional[float] = None, same_frame: bool = False) -> Difference:
     """Compares two cameras of the same image, of any models and sizes, after alignment by the best rotation.

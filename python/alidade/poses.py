@@ -152,7 +152,8 @@ class SE3:
     def __getitem__(self, index: Any) -> SE3:
         if not self.shape:
             raise TypeError("a single motion has no elements")
-        return type(self)(self._matrix[(*index, ...) if isinstance(index, tuple) else index])
+        key = index if isinstance(index, tuple) else (index,)
+        return type(self)(self._matrix[(*key, slice(None), slice(None))])
 
     def __len__(self) -> int:
         if not self.shape:

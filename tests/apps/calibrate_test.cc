@@ -56,10 +56,10 @@ TEST(Calibrate, NamesTheCommandForFoldersOfTwoCameras) {
   const RunResult both =
       runAlidade({"calibrate", "left", "right", "--board", kBoardSpec, "-o", "c.yaml"}, here);
   EXPECT_THAT(both, EndsWith(3));
-  EXPECT_THAT(
-      both.err,
-      AllOf(HasSubstr("note: images match by name; if each folder is of one camera: " + command),
-            HasSubstr("several cameras"), HasSubstr("\n  next: for cameras of a rig: " + command + "\n")));
+  EXPECT_THAT(both.err,
+              AllOf(HasSubstr("note: images match by name; if each folder is of one camera: " + command),
+                    HasSubstr("several cameras"), HasSubstr("\n  next: fix zoom and focus"),
+                    HasSubstr("separately; if each folder is of one camera: " + command + "\n")));
   // One camera in two folders whose names do not match gets no hint, and is calibrated.
   linkImages(scratch, "more", kNumImages);
   for (const auto& entry : std::filesystem::directory_iterator(scratch.path("more"))) {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <filesystem>
 
 #include <nlohmann/json.hpp>
 
+#include "alidade/files/formats/alidade_writer.h"
 #include "apps/command_line.h"
+#include "apps/rig_support.h"
 
 namespace alidade {
 namespace {
@@ -27,9 +30,10 @@ json diffJson(std::vector<std::string> args, int exit_code = 0) {
 }
 
 TEST(Diff, OfACameraWithItselfIsZero) {
-  const RunResult result =
-      runAlidade({"diff", dataPath("camera.yaml"), dataPath("camera.yaml"), "--tolerance", "1e-9"});
+  const RunResult result = runAlidade(
+      {"diff", dataPath("camera.yaml"), dataPath("camera.yaml"), "--tolerance", "1e-9", "--verbose"});
   ASSERT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out, testing::StartsWith("same: the cameras differ by 0 px (95 %); limit 1e-09 px\n"));
   EXPECT_THAT(result.out, AllOf(HasSubstr("by a rotation of 0 degrees"), HasSubstr("1200 of 1200 pixels"),
                                 HasSubstr("Grid"), Not(HasSubstr("nan")), HasSubstr("Diff     none"),
                                 Not(HasSubstr("e-1"))));
@@ -67,8 +71,8 @@ TEST(Diff, IsSymmetricAcrossResolutions) {
   ASSERT_THAT(runAlidade({"convert", dataPath("camera.yaml"), "-o", half, "--resize", "320x240", "--model",
                           "kannala_brandt", "--max-error", "5"}),
               EndsWith(0));
-  const json there = diffJson({dataPath("camera.yaml"), half});
-  const json back = diffJson({half, dataPath("camera.yaml")});
+  const json there = diffJson({dataPath("camera.yaml"), half, "--tolerance", "5"});
+  const json back = diffJson({half, dataPath("camera.yaml"), "--tolerance", "5"});
   for (const char* key : {"mean_px", "rms_px", "p95_px", "max_px"})
     EXPECT_NEAR(there.at(key).get<double>(), back.at(key).get<double>(), 1e-7) << key;
   EXPECT_EQ(there.at("pixels_of"), back.at("pixels_of"));
@@ -82,7 +86,7 @@ TEST(Diff, ReturnsAKnownShiftInOneFrame) {
   const ScratchFolder scratch;
   const std::string a = scratch.write("a.yaml", smallCamera());
   const std::string b = otherCamera(scratch, "b.yaml", "cx: 320", "cx: 320.5");
-  const json document = diffJson({a, b, "--same-frame", "--grid", "5x4"});
+  const json document = diffJson({a, b, "--same-frame", "--grid", "5x4"}, 3);
   EXPECT_NEAR(document.at("mean_px").get<double>(), 0.5, 1e-6);
   EXPECT_NEAR(document.at("max_px").get<double>(), 0.5, 1e-6);
   const json& grid = document.at("grid");
@@ -98,10 +102,10 @@ TEST(Diff, TakesOutAPoseAtADistance) {
   const ScratchFolder scratch;
   const std::string a = scratch.write("a.yaml", smallCamera());
   const std::string b = otherCamera(scratch, "b.yaml", "fx: 500", "fx: 505");
-  const json far = diffJson({a, b});
-  const json near = diffJson({a, b, "--distance", "2m"});
-  const json nearer = diffJson({a, b, "--distance", "100 cm"});
-  EXPECT_EQ(near, diffJson({a, b, "--distance", "2"}));
+  const json far = diffJson({a, b}, 3);
+  const json near = diffJson({a, b, "--distance", "2m"}, 3);
+  const json nearer = diffJson({a, b, "--distance", "100 cm"}, 3);
+  EXPECT_EQ(near, diffJson({a, b, "--distance", "2"}, 3));
   EXPECT_LT(near.at("rms_px").get<double>(), far.at("rms_px").get<double>());
   EXPECT_EQ(near.at("rms_px"), nearer.at("rms_px"));
   const double z = near.at("b_from_a").at("translation_m")[2];
@@ -113,11 +117,17 @@ TEST(Diff, SaysNoBeyondTheTolerance) {
   const ScratchFolder scratch;
   const std::string a = scratch.write("a.yaml", smallCamera());
   const std::string b = otherCamera(scratch, "b.yaml", "fx: 500", "fx: 505");
-  EXPECT_THAT(runAlidade({"diff", a, b}), EndsWith(0));
-  EXPECT_THAT(runAlidade({"diff", a, b, "--tolerance", "20"}), EndsWith(0));
+  const RunResult usual = runAlidade({"diff", a, b});
+  EXPECT_THAT(usual, EndsWith(3));
+  EXPECT_THAT(usual.out, AllOf(testing::StartsWith("changed: the cameras differ by "),
+                               HasSubstr("; limit 0.2 px\n"), Not(HasSubstr("Grid"))));
+  const RunResult same = runAlidade({"diff", a, b, "--tolerance", "20"});
+  EXPECT_THAT(same, EndsWith(0));
+  EXPECT_THAT(same.out, testing::StartsWith("same: "));
+  EXPECT_THAT(runAlidade({"diff", a, b, "--quiet"}).out, "");
   const RunResult result = runAlidade({"diff", a, b, "--tolerance", "0.5px"});
   EXPECT_THAT(result, EndsWith(3));
-  EXPECT_THAT(result.err, AllOf(HasSubstr("error: the cameras differ by"), HasSubstr("--tolerance")));
+  EXPECT_THAT(result.err, HasSubstr("error: changed: the cameras differ by"));
   EXPECT_THAT(result.out, HasSubstr("neither file states a covariance"));
   EXPECT_EQ(diffJson({a, b, "--tolerance", "0.5"}, 3).at("agrees"), false);
 }
@@ -129,6 +139,8 @@ TEST(Diff, SaysWhetherADifferenceIsSignificant) {
               EndsWith(0));
   // The truth, and the same with another focal length.
   const json truth = diffJson({dataPath("camera.yaml"), all});
+  EXPECT_EQ(truth.at("answer"), "same");
+  EXPECT_EQ(truth.at("agrees"), true);
   ASSERT_NE(truth.at("significance"), nullptr);
   EXPECT_EQ(truth.at("significance").at("significant"), false) << truth.at("significance");
   const std::string wrong = scratch.write(
@@ -159,7 +171,7 @@ TEST(Diff, DrawsTheDifference) {
   const std::string b = otherCamera(scratch, "b.yaml", "fx: 500", "fx: 505");
   const std::string figure = scratch.path("figure.svg");
   const RunResult result = runAlidade({"diff", a, b, "-o", figure});
-  ASSERT_THAT(result, EndsWith(0));
+  ASSERT_THAT(result, EndsWith(3));
   EXPECT_THAT(result.err, HasSubstr("written to " + figure));
   EXPECT_THAT(scratch.read("figure.svg"),
               AllOf(testing::StartsWith("<svg "), HasSubstr(R"(a&amp;b\x01.yaml: pinhole, 640x480 px)"),
@@ -200,7 +212,7 @@ TEST(Diff, PrintsNoFigureWhereTheRotationIsNotFound) {
 
   const json document = diffJson({a, b}, 3);
   EXPECT_EQ(document.at("converged"), false);
-  EXPECT_EQ(document.at("agrees"), false);
+  EXPECT_EQ(document.at("agrees"), nullptr);
   int num_null = 0;
   for (const char* key :
        {"b_from_a", "image_turn_deg", "num_compared", "num_seen_by_one", "num_seen_by_neither", "mean_px",
@@ -226,7 +238,7 @@ TEST(Diff, SuspectsAPartOfAnImage) {
   const std::string crop = "alidade convert " + whole + " -o cropped.yaml --crop 100,50,320,240";
   EXPECT_THAT(runAlidade({"diff", whole, part}).err, AllOf(HasSubstr("note: "), HasSubstr(crop)));
   EXPECT_THAT(runAlidade({"diff", part, whole}).err, AllOf(HasSubstr("note: "), HasSubstr(crop)));
-  EXPECT_EQ(runAlidade({"diff", part, whole, "--quiet"}).err, "");
+  EXPECT_THAT(runAlidade({"diff", part, whole, "--quiet"}).err, Not(HasSubstr("note: ")));
   EXPECT_EQ(runAlidade({"diff", whole, half}).err, "");
   EXPECT_EQ(runAlidade({"diff", whole, whole}).err, "");
 }
@@ -251,13 +263,14 @@ TEST(Diff, CountsWhatIsFarOutsideTheImageAsSeenByOneCamera) {
     EXPECT_LE(document.at("max_px").get<double>(), kDiagonalPx);
     EXPECT_GT(document.at("num_seen_by_one").get<int>(), 60);  // 5 % of 1200
     EXPECT_GT(document.at("num_compared").get<int>(), 100);
-    EXPECT_EQ(document.at("agrees"), false);
+    EXPECT_EQ(document.at("agrees"), nullptr);
     ++num_compared;
   }
   EXPECT_EQ(num_compared, 2);
-  EXPECT_THAT(runAlidade({"diff", narrow, wide, "--same-frame"}),
-              AllOf(EndsWith(3), testing::Field(&RunResult::err, HasSubstr("seen by only one camera")),
-                    testing::Field(&RunResult::out, Not(HasSubstr("upside down")))));
+  EXPECT_THAT(
+      runAlidade({"diff", narrow, wide, "--same-frame"}),
+      AllOf(EndsWith(3), testing::Field(&RunResult::err, HasSubstr("pixels are seen by both cameras")),
+            testing::Field(&RunResult::out, Not(HasSubstr("upside down")))));
 }
 
 TEST(Diff, AsksForAGridThatIsFineEnough) {
@@ -271,9 +284,10 @@ TEST(Diff, AsksForAGridThatIsFineEnough) {
         << grid;
   EXPECT_THAT(runAlidade({"diff", a, b, "--grid", "5x1", "--distance", "1"}),
               FailsWith(2, HasSubstr("at least 6 pixels")));
-  EXPECT_THAT(runAlidade({"diff", a, b, "--grid", "3x1"}), EndsWith(0));
-  EXPECT_THAT(runAlidade({"diff", a, b, "--grid", "3x2", "--distance", "1"}), EndsWith(0));
-  EXPECT_THAT(runAlidade({"diff", a, b, "--grid", "1x1", "--same-frame"}), EndsWith(0));
+  EXPECT_THAT(runAlidade({"diff", a, b, "--grid", "3x1", "--tolerance", "9"}), EndsWith(0));
+  EXPECT_THAT(runAlidade({"diff", a, b, "--grid", "3x2", "--distance", "1", "--tolerance", "9"}),
+              EndsWith(0));
+  EXPECT_THAT(runAlidade({"diff", a, b, "--grid", "1x1", "--same-frame", "--tolerance", "9"}), EndsWith(0));
 }
 
 TEST(Diff, TellsThatSizesWereRounded) {
@@ -289,6 +303,112 @@ TEST(Diff, TellsThatSizesWereRounded) {
   EXPECT_THAT(runAlidade({"diff", uneven, large}).err, HasSubstr(note));
   EXPECT_EQ(runAlidade({"diff", uneven, large, "--quiet"}).err, "");
   EXPECT_EQ(runAlidade({"diff", large, even}).err, "");
+}
+
+// Neither of two files with a large covariance shows whether the camera is the same one.
+TEST(Diff, SaysWhenNobodyCanTell) {
+  const ScratchFolder scratch;
+  const std::string first = scratch.path("first.yaml");
+  const std::string second = dataPath("camera.yaml");  // the truth
+  ASSERT_THAT(
+      runAlidade({"calibrate", dataPath("images"), "--board", kBoardSpec, "--model", "radtan", "-o", first}),
+      EndsWith(0));
+  const RunResult unknown = runAlidade({"diff", first, second, "--tolerance", "0.001"});
+  EXPECT_THAT(unknown, EndsWith(3));
+  EXPECT_THAT(unknown.out, AllOf(testing::StartsWith("cannot tell: the cameras differ by "),
+                                 HasSubstr("their uncertainty alone makes")));
+  EXPECT_THAT(runAlidade({"diff", first, second, "--tolerance", "0.001", "--allow-unknown"}), EndsWith(0));
+  // The same question to another command.
+  const RunResult judged =
+      runAlidade({"validate", first, "--against", second, "--tolerance", "0.001", "--verbose"});
+  EXPECT_THAT(judged.out, HasSubstr("cannot tell: the cameras differ by "));
+  EXPECT_THAT(runAlidade({"validate", first, "--against", second, "--tolerance", "0.001", "--strict"}),
+              EndsWith(3));
+  // A copy is the same, whatever its covariance.
+  const std::string copy = scratch.path("copy.yaml");
+  ASSERT_THAT(runAlidade({"convert", first, "-o", copy, "--to", "ros"}), EndsWith(0));
+  EXPECT_THAT(runAlidade({"diff", first, copy, "--tolerance", "0.001"}), EndsWith(0));
+}
+
+class DiffFolders : public testing::Test {
+ protected:
+  DiffFolders() {
+    for (const char* folder : {"a", "b"}) std::filesystem::create_directory(scratch_.path(folder));
+    scratch_.write("a/one.yaml", smallCamera());
+    scratch_.write("b/renamed.yaml", smallCamera() + "camera: {name: front}\n");
+    scratch_.write("a/two.yaml", smallCamera());
+    scratch_.write("b/two.yaml", replaced(smallCamera(), "fx: 500", "fx: 505"));
+    scratch_.write("a/front.yaml", smallCamera() + "camera: {name: front}\n");
+    scratch_.write("b/notes.yaml", "lens: none\n");
+  }
+
+  [[nodiscard]] RunResult diff(std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"diff", scratch_.path("a"), scratch_.path("b")});
+    return runAlidade(more);
+  }
+
+  ScratchFolder scratch_;
+};
+
+TEST_F(DiffFolders, PairsTheirCameras) {
+  const RunResult result = diff({"--junit", scratch_.path("r.xml"), "--report", scratch_.path("p.html")});
+  EXPECT_THAT(result, EndsWith(3));
+  EXPECT_THAT(result.out, AllOf(testing::StartsWith("changed: 1 of 3 cameras; cannot tell: 1; same: 1\n"),
+                                HasSubstr("changed      two.yaml"), HasSubstr("same         front "),
+                                HasSubstr("cannot tell  one.yaml"), HasSubstr("no such camera in B")));
+  const std::string junit = scratch_.read("r.xml");
+  EXPECT_THAT(junit, AllOf(HasSubstr(R"(tests="3" failures="2")"), HasSubstr(R"(name="two.yaml")"),
+                           HasSubstr("changed: the cameras differ by")));
+  EXPECT_THAT(scratch_.read("p.html"), AllOf(HasSubstr("Changed: 1 of 3 cameras"), HasSubstr("two.yaml"),
+                                             HasSubstr("id=\"pair0-difference\"")));
+  const json document = json::parse(diff({"--json"}).out);
+  EXPECT_EQ(document.at("answer"), "changed");
+  EXPECT_EQ(document.at("pairs").size(), 3U);
+}
+
+TEST_F(DiffFolders, MissNoCamera) {
+  EXPECT_THAT(diff({"--tolerance", "20", "--allow-unknown"}), EndsWith(3));
+  scratch_.write("b/one.yaml", smallCamera());
+  EXPECT_THAT(diff({"--tolerance", "20"}), EndsWith(0));
+  scratch_.write("b/broken.yaml", "alidade_camera: 1\nmodel: radtan\n");
+  EXPECT_THAT(diff({"--tolerance", "20", "--allow-unknown"}), EndsWith(3));
+}
+
+// The report of an earlier run must not remain.
+TEST_F(DiffFolders, ReportErrorsToo) {
+  const std::string report = scratch_.path("r.xml");
+  scratch_.write("b/one.yaml", smallCamera());
+  ASSERT_THAT(diff({"--tolerance", "20", "--junit", report}), EndsWith(0));
+  std::filesystem::create_directory(scratch_.path("empty"));
+  EXPECT_THAT(runAlidade({"validate", scratch_.path("empty"), "--junit", report}),
+              FailsWith(1, HasSubstr("no file")));
+  EXPECT_THAT(scratch_.read("r.xml"), AllOf(HasSubstr(R"(errors="1")"), HasSubstr("alidade validate")));
+}
+
+// ROS states the place of a camera in a pair, which is no part of the camera.
+TEST_F(DiffFolders, SayIfOnlyTheRigChanged) {
+  const std::string rig = scratch_.write("rig.yaml", rigFileText(pairOfCameras()));
+  RigRecord other = pairOfCameras();
+  other.cameras[1].camera_from_rig.rotation =
+      SO3::exp(Eigen::Vector3d(0.01, 0, 0)) * other.cameras[1].camera_from_rig.rotation;
+  const std::string turned = scratch_.write("turned.yaml", rigFileText(other));
+  const RunResult result = runAlidade({"diff", rig + "#right", turned + "#right"});
+  EXPECT_THAT(result, EndsWith(0));
+  EXPECT_THAT(result.out, testing::StartsWith("same: the cameras differ by 0 px (95 %); limit 0.2 px; their "
+                                              "poses in a rig differ by 0.573 degrees"));
+  EXPECT_THAT(runAlidade({"diff", rig, turned}).out, testing::StartsWith("changed: "));
+}
+
+TEST_F(DiffFolders, RefuseAFolderAndAFile) {
+  EXPECT_THAT(runAlidade({"diff", scratch_.path("a"), scratch_.path("b/two.yaml")}),
+              FailsWith(2, AllOf(HasSubstr("is a folder"), HasSubstr("name the file in the folder"))));
+  EXPECT_THAT(diff({"-o", scratch_.path("x.svg")}), FailsWith(2, HasSubstr("--report page.html")));
+  EXPECT_THAT(diff({"--junit", scratch_.path("a/two.yaml")}), FailsWith(2, HasSubstr("no JUnit report")));
+  EXPECT_THAT(runAlidade({"diff", scratch_.path("a"), scratch_.path("nowhere")}),
+              FailsWith(1, HasSubstr("nowhere: no such file or folder")));
+  std::filesystem::create_directory(scratch_.path("empty"));
+  EXPECT_THAT(runAlidade({"diff", scratch_.path("a"), scratch_.path("empty")}),
+              FailsWith(1, HasSubstr("empty")));
 }
 
 TEST(Diff, ShortensLongNamesInTheFigure) {

@@ -109,6 +109,23 @@ TEST_F(FleetCommandTest, WritesAPageWithItsDataInIt) {
   EXPECT_EQ(printed["units"][6]["from_typical"]["significant"], false);
 }
 
+TEST_F(FleetCommandTest, BeginsItsPageWithUnitsThatChanged) {
+  const std::string page = scratch_.path("fleet.html");
+  const auto headline = [&](const std::vector<std::string>& units) {
+    std::vector<std::string> args = {"fleet"};
+    for (const std::string& unit : units) args.push_back(scratch_.path("now/" + unit));
+    args.insert(args.end(), {"--previous", before(), "-o", page});
+    EXPECT_THAT(runAlidade(args), EndsWith(0));
+    const std::string html = scratch_.read("fleet.html");
+    const std::size_t start = html.find("<strong>");
+    return html.substr(start, html.find("</strong>") - start);
+  };
+  // Two are too few for a typical camera.
+  EXPECT_THAT(headline({"unit9.yaml", "unit1.yaml"}),
+              AllOf(HasSubstr("1 of 2 units with a previous calibration changed"), HasSubstr("unit9.yaml")));
+  EXPECT_THAT(headline({"unit3.yaml", "unit1.yaml"}), HasSubstr("no typical camera"));
+}
+
 TEST_F(FleetCommandTest, WritesTheTypicalCamera) {
   const std::string typical = scratch_.path("typical.yaml");
   ASSERT_THAT(runAlidade({"fleet", now(), "--typical", typical}), EndsWith(0));

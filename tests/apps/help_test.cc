@@ -87,7 +87,7 @@ TEST(Help, IsAtMostSixtyLines) {
                 AllOf(Not(HasSubstr("--square")), Not(HasSubstr("--alpha")), Not(HasSubstr("--scale"))));
     ++num_topics;
   }
-  EXPECT_EQ(num_topics, 19u);
+  EXPECT_EQ(num_topics, 20u);
 }
 
 TEST(Help, SaysWhenItDoesNotArrive) {

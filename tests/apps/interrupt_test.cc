@@ -9,8 +9,10 @@
 
 #include <fmt/format.h>
 
+#include "alidade/files/formats/alidade_writer.h"
 #include "alidade/imagery/image_file.h"
 #include "apps/command_line.h"
+#include "apps/rig_support.h"
 #include "support/source_tree.h"
 
 namespace alidade {
@@ -96,6 +98,35 @@ TEST(Interrupt, StopsWhileAVideoIsRead) {
   expectInterrupted(interrupted({"calibrate", clip, "--board", kBoardSpec, "-o", output}, SIGTERM), SIGTERM);
   EXPECT_EQ(numRunning(clip), 0);  // neither do the programs that decode it
   EXPECT_EQ(scratch.list(), before);
+}
+
+TEST(Interrupt, StopsEveryLongCommand) {
+  const ScratchFolder scratch;
+  const std::string left = manyImages(scratch, "left");
+  const std::string right = manyImages(scratch, "right");
+  const std::string fleet = scratch.makeFolder("fleet");
+  std::filesystem::copy_file(dataPath("camera.yaml"), fleet + "/0.yaml");
+  for (int i = 1; i < 3000; ++i)
+    std::filesystem::create_hard_link(fleet + "/0.yaml", fmt::format("{}/{}.yaml", fleet, i));
+  const std::string rig = scratch.write("rig.yaml", rigFileText(pairOfCameras()));
+  const auto before = scratch.list();
+  const std::string output = scratch.path("out");
+  const std::vector<std::vector<std::string>> commands = {
+      {"rig", "calibrate", left, right, "--board", kBoardSpec, "-o", output},
+      {"rig", "validate", rig, left, right, "--board", kBoardSpec, "--junit", output},
+      {"rig", "rectify", rig, left, right, "-o", output},
+      {"undistort", dataPath("camera.yaml"), left, "-o", output},
+      {"validate", dataPath("camera.yaml"), "--images", left, "--board", kBoardSpec, "--report", output},
+      {"track", left, "--camera", dataPath("camera.yaml"), "-o", output},
+      {"fleet", fleet, "-o", output + ".html"}};
+  int num_interrupted = 0;
+  for (std::vector<std::string> command : commands) {
+    if (command.front() != "track") command.insert(command.end(), {"--jobs", "1"});
+    expectInterrupted(interrupted(command, SIGINT), SIGINT);
+    EXPECT_EQ(scratch.list(), before) << command[0] << " " << command[1];
+    ++num_interrupted;
+  }
+  EXPECT_EQ(num_interrupted, 7);
 }
 
 TEST(Interrupt, RemovesTheFolderThatASimulationWasFilling) {

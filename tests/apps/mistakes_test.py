@@ -145,7 +145,7 @@ TABLE = {
         ("", 2, "alidade diff --help"),
         ("camera.yaml", 2, "1 file"),
         ("camera.yaml none.yaml", 1, EXISTS),
-        ("camera.yaml photos", 1, "this is a folder"),
+        ("camera.yaml photos", 2, "photos is a folder and camera.yaml is not | name the file in the folder"),
         ("camera.yaml points.csv", 1, "not a camera file"),
         ("camera.yaml empty.yaml", 1, "an empty file"),
         ("camera.yaml camera.yaml --tolerence 1", 2, "did you mean '--tolerance'?"),

@@ -218,7 +218,7 @@ TEST(PoseCommand, SaysWhatToTypeInstead) {
        {"0 0 1", "--from", "quaternion_xyzw"},
        "found 3 numbers",
        "4 per pose of the form quaternion_xyzw"},
-      {1, {table, "--from", "quaternion_xyzw"}, "found 'id'", "without --from"},
+      {1, {table, "--from", "quaternion_xyzw"}, "found 'id'", "needs no --from"},
       {1, {"[[0, 1, 0], [1, 0, 0], [0, 0, 1]]"}, "a reflection, its determinant is -1", "right-handed"},
       {1, {"[[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]"}, "column 1 has length 1.00", "more digits"},
       {1, {scratch.path("")}, "folder", "file"},

@@ -101,6 +101,7 @@ std::vector<TwinCase> twinCases() {
             {"output", {"made/rig.yaml"}},
             {"evidence", {"made/rig.json"}},
             {"report", {"made/rig.html"}},
+            {"date", {"May 2026"}},
             {"json"}},
            3},
           {"calibrate", corners, {{"fixed", {"camera.yaml", "-"}}, {"model", {"kannala_brandt"}}, {"quiet"}}},
@@ -116,7 +117,14 @@ std::vector<TwinCase> twinCases() {
            3},
           {"validate",
            rig_corners,
-           {{"names", {"right", "left"}}, {"match", {"frames.csv"}}, {"tolerance", {"0.25"}}, {"json"}},
+           {{"names", {"right", "left"}},
+            {"match", {"frames.csv"}},
+            {"tolerance", {"0.25"}},
+            {"strict"},
+            {"junit", {"made/rig.xml"}},
+            {"report", {"made/rig.html"}},
+            {"date", {"May"}},
+            {"json"}},
            3},
           {"validate",
            rig_images,
@@ -191,7 +199,7 @@ TEST_F(RigConfig, IsTestedForEveryFlag) {
     EXPECT_EQ(tested, known) << command;
     num_flags += known.size();
   }
-  EXPECT_EQ(num_flags, 22U + 13U + 8U + 21U);
+  EXPECT_EQ(num_flags, 23U + 17U + 8U + 21U);
 }
 
 }  // namespace

@@ -182,6 +182,7 @@ TEST_F(RigFiles, AreCompared) {
   EXPECT_EQ(no.exit_code, 3);
   EXPECT_THAT(no.out, AllOf(HasSubstr("left       no difference"), HasSubstr("1 mm and 0 degrees different"),
                             HasSubstr("at 1 m from one camera")));
+  EXPECT_THAT(no.out, testing::StartsWith("changed: "));
   EXPECT_THAT(no.err, HasSubstr("points from"));
   const RunResult yes = runAlidade({"diff", rig_, other, "--tolerance", "1", "--distance", "1m", "--json"});
   EXPECT_EQ(yes.exit_code, 0);

@@ -160,7 +160,7 @@ TEST(RigFootageCommand, SaysWhatIsWrong) {
   made.scratch.write("one.yaml", rigFileText(one));
   EXPECT_THAT(validate("one.yaml", {made.back}), FailsWith(1, HasSubstr("a rig with one camera")));
   EXPECT_THAT(validate("rig.yaml", {made.back}),
-              FailsWith(2, AllOf(HasSubstr("1 inputs"), HasSubstr("back, front"))));
+              FailsWith(2, AllOf(HasSubstr("1 input"), HasSubstr("back, front"))));
   EXPECT_THAT(validate("rig.yaml", {made.back, made.front}, {"--board", "checkerboard:9x6:25mm"}),
               FailsWith(2, HasSubstr("--board with --footage")));
   other.write("corners.csv", "");

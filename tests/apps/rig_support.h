@@ -39,11 +39,11 @@ inline RigRecord pairOfCameras() {
 
 /// The corners of a board of 9x6 corners as each camera of pairOfCameras() sees it, with normal noise, in the
 /// images view_001.png to view_012.png.
-inline std::array<CornersFile, 2> cornersOfPair(double noise_px = 0.05) {
+inline std::array<CornersFile, 2> cornersOfPair(double noise_px = 0.05, unsigned seed = 7) {
   constexpr std::size_t kCount = 12;
   const Board board = Checkerboard{.columns = 9, .rows = 6, .square_m = 0.025};
   const AnyRig rig = rigOf(pairOfCameras());
-  Random random(7);
+  Random random(seed);
   std::array<CornersFile, 2> files;
   for (std::size_t i = 0; i < 2; ++i) {
     files[i].camera = rig.camera(i).name;
@@ -73,8 +73,8 @@ inline std::array<CornersFile, 2> cornersOfPair(double noise_px = 0.05) {
 }
 
 /// Writes them to left.csv and right.csv.
-inline void writeCornersOfPair(const ScratchFolder& scratch, double noise_px = 0.05) {
-  const std::array<CornersFile, 2> files = cornersOfPair(noise_px);
+inline void writeCornersOfPair(const ScratchFolder& scratch, double noise_px = 0.05, unsigned seed = 7) {
+  const std::array<CornersFile, 2> files = cornersOfPair(noise_px, seed);
   for (const CornersFile& file : files) writeCornersFile(scratch.path(file.camera + ".csv"), file);
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -11,6 +13,7 @@
 #include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/rig_file.h"
 #include "apps/command_line.h"
+#include "apps/report_page.h"
 #include "apps/rig_support.h"
 
 namespace alidade {
@@ -18,6 +21,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr const char* kModels = "radtan,kannala_brandt";
 
@@ -203,7 +207,7 @@ TEST_F(RigCalibrate, WritesAReport) {
   EXPECT_THAT(html, AllOf(HasSubstr("Rig of 2 cameras"), HasSubstr("id=\"scene\""),
                           HasSubstr("id=\"frame-errors\"")));
   // The cells of the figure have the RMS of the fit.
-  const std::string figure = html.substr(html.find("<figure id=\"frame-errors\""));
+  const std::string figure = figureOf(html, "frame-errors");
   const std::regex cell("data-count=\"(\\d+)\" data-rms=\"([-0-9.e]+)\"");
   double sum = 0;
   double count = 0;
@@ -216,8 +220,49 @@ TEST_F(RigCalibrate, WritesAReport) {
   ASSERT_THAT(runAlidade({"report", evidence, "-o", scratch_.path("again.html")}), EndsWith(0));
   EXPECT_TRUE(scratch_.read("again.html") == html);
   EXPECT_THAT(runAlidade({"report", evidence, "-o", page, "--images", dataPath("images")}),
-              FailsWith(2, HasSubstr("--images")));
+              FailsWith(2, HasSubstr("--images: 1 inputs for the 2 cameras")));
+  EXPECT_THAT(runAlidade({"report", evidence, "-o", page, "--against", dataPath("camera.yaml")}),
+              FailsWith(2, HasSubstr("--against")));
   EXPECT_THAT(calibrate({"--report", page, "--evidence", page}), FailsWith(2, HasSubstr("the same file")));
+}
+
+TEST_F(RigCalibrate, ShowsEachCameraAsItsOwnPageWould) {
+  const std::string page = scratch_.path("page.html");
+  const std::string evidence = scratch_.path("evidence.json");
+  ASSERT_THAT(calibrate({"--model", kModels, "--report", page, "--evidence", evidence, "--date", "May 2026",
+                         "-o", scratch_.path("rig.yaml")}),
+              EndsWith(0));
+  const std::string html = readFile(page);
+  EXPECT_THAT(html, Not(HasSubstr("data:image/jpeg")));
+  const auto document = nlohmann::json::parse(readFile(evidence));
+  std::set<std::string> opened;
+  for (const std::string camera : {"camera0", "camera1"}) {
+    EXPECT_THAT(html, AllOf(HasSubstr("<details class=\"file wide\" id=\"" + camera),
+                            HasSubstr("href=\"#" + camera)));
+    for (const char* id : {"accuracy", "coverage", "distortion-grid", "radial", "image-residuals"})
+      EXPECT_THAT(html, HasSubstr("<figure id=\"" + camera + "-" + id + "\"")) << id;
+    const std::vector<double> counts = valuesOf(figureOf(html, camera + "-coverage"), "data-count");
+    EXPECT_EQ(std::accumulate(counts.begin(), counts.end(), 0.0), 12 * 54);
+    const std::string sheet = figureOf(html, camera + "-view-sheet");
+    const std::regex view("data-view=\"(\\d+)\"");
+    for (std::sregex_iterator it(sheet.begin(), sheet.end(), view), end; it != end; ++it)
+      opened.insert((*it)[1]);
+  }
+  EXPECT_EQ(opened.size(), document.at("views").size());
+  const RigRecord rig = loadRig(scratch_.path("rig.yaml"));
+  for (const RigCameraRecord& camera : rig.cameras) EXPECT_EQ(camera.camera.calibration->date, "May 2026");
+  // Pictures belong to the views of their camera, although those of both have the same names.
+  const std::string pictures = scratch_.path("pictures.html");
+  scratch_.makeFolder("empty");
+  ASSERT_THAT(runAlidade({"report", evidence, "-o", pictures, "--images", dataPath("images"), imagePath(1)}),
+              EndsWith(0));
+  const std::regex picture("data:image/jpeg");
+  const auto numIn = [&](const std::string& id) {
+    const std::string figure = figureOf(readFile(pictures), id);
+    return std::distance(std::sregex_iterator(figure.begin(), figure.end(), picture), {});
+  };
+  EXPECT_EQ(numIn("camera0-view-sheet"), 12);
+  EXPECT_EQ(numIn("camera1-view-sheet"), 1);
 }
 
 TEST_F(RigCalibrate, MatchesImagesByATable) {
@@ -344,6 +389,17 @@ TEST_F(RigCalibrate, IsValidatedByImages) {
     args.insert(args.end(), more.begin(), more.end());
     return runAlidade(args);
   };
+  // Its own images cannot show that it is wrong.
+  const RunResult own = validate(rig, inputs);
+  EXPECT_THAT(own, EndsWith(0));
+  EXPECT_THAT(own.out, AllOf(HasSubstr("Verdict   the images confirm the rig with reservations\n"),
+                             HasSubstr("left: the camera was calibrated from these images")));
+  const std::string junit = scratch_.path("rig.xml");
+  EXPECT_THAT(validate(rig, {inputs[0], inputs[1], "--strict", "--junit", junit}), EndsWith(3));
+  EXPECT_THAT(readFile(junit), AllOf(HasSubstr(R"(failures="1")"), HasSubstr("only with reservations")));
+  writeCornersOfPair(scratch_, 0.05, 8);
+  EXPECT_THAT(validate(rig, {inputs[0], inputs[1], "--strict", "--junit", junit}), EndsWith(0));
+  EXPECT_THAT(readFile(junit), HasSubstr(R"(failures="0")"));
   const RunResult run = validate(rig, {inputs[0], inputs[1], "--json"});
   EXPECT_THAT(run, EndsWith(0));
   EXPECT_LT(nlohmann::json::parse(run.out).at("rms_px").get<double>(), 0.1);
@@ -370,8 +426,14 @@ TEST_F(RigCalibrate, IsValidatedByImages) {
   const RunResult no = validate(scratch_.path("moved.yaml"), inputs);
   EXPECT_THAT(no, EndsWith(3));
   EXPECT_THAT(no.err, HasSubstr("error: the images contradict the rig: right stands elsewhere"));
+  const std::string page = scratch_.path("rig.html");
+  EXPECT_THAT(validate(scratch_.path("moved.yaml"), {inputs[0], inputs[1], "--report", page}), EndsWith(3));
+  EXPECT_THAT(readFile(page), AllOf(HasSubstr("The images contradict the rig"), HasSubstr("moved.yaml"),
+                                    HasSubstr("Turns by, degrees")));
+  EXPECT_THAT(validate(rig, {inputs[0], inputs[1], "--footage", "--report", page}),
+              FailsWith(2, HasSubstr("--report with --footage")));
   EXPECT_THAT(validate(rig, {inputs[0]}),
-              FailsWith(2, AllOf(HasSubstr("1 inputs"), HasSubstr("left, right"))));
+              FailsWith(2, AllOf(HasSubstr("1 input"), HasSubstr("left, right"))));
   EXPECT_THAT(validate(rig, {inputs[0], inputs[1], "--names", "left,middle"}),
               FailsWith(2, AllOf(HasSubstr("'middle'"), HasSubstr("left, right"))));
   EXPECT_THAT(runAlidade({"rig", "validate"}), FailsWith(2, HasSubstr("no rig file")));
@@ -381,7 +443,7 @@ TEST_F(RigCalibrate, SaysWhatIsWrong) {
   EXPECT_THAT(runAlidade({"rig"}), FailsWith(2, AllOf(HasSubstr("rig: no command"), HasSubstr("calibrate"))));
   EXPECT_THAT(runAlidade({"rig", "solve"}), FailsWith(2, HasSubstr("solve")));
   EXPECT_THAT(runAlidade({"rig", "calibrate", scratch_.path("left.csv")}),
-              FailsWith(2, HasSubstr("1 inputs")));
+              FailsWith(2, HasSubstr("1 input")));
   EXPECT_THAT(calibrate({"--names", "left,left"}),
               FailsWith(2, AllOf(HasSubstr("a different name for each camera"), HasSubstr("--names"))));
   EXPECT_THAT(calibrate({"--model", "radtan,radtan,radtan"}),

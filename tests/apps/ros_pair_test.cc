@@ -104,6 +104,54 @@ TEST_F(RosPair, GivesTheRigAgain) {
   EXPECT_EQ(num_checked, 5);
 }
 
+// Two files that belong together state more than each by itself.
+TEST_F(RosPair, IsCheckedAsAPair) {
+  int num_checked = 0;
+  for (const PairCase& c : pairCases()) {
+    convert(rigFor(c));
+    const std::string left = scratch_.path("pair/left.yaml");
+    const RunResult good = runAlidade({"validate", left, scratch_.path("pair/right.yaml"), "--verbose"});
+    EXPECT_THAT(good, EndsWith(0));
+    EXPECT_THAT(good.out,
+                testing::AllOf(HasSubstr("the rectified images share their "), HasSubstr(" m apart")));
+    // Another right camera: its rows are elsewhere.
+    YAML::Node other = YAML::LoadFile(scratch_.path("pair/right.yaml"));
+    const std::size_t across = c.along == 0 ? 6 : 2;
+    other["projection_matrix"]["data"][across] =
+        other["projection_matrix"]["data"][across].as<double>() + 0.5;
+    const std::string wrong = scratch_.write("wrong.yaml", YAML::Dump(other) + "\n");
+    const RunResult bad = runAlidade({"validate", left, wrong});
+    EXPECT_THAT(bad, EndsWith(3));
+    EXPECT_THAT(bad.out,
+                testing::AllOf(HasSubstr("rows: the rectified images have different "), HasSubstr("0.5 px")))
+        << c.name;
+    ++num_checked;
+  }
+  EXPECT_EQ(num_checked, 5);
+  // Files of different cameras are no pair.
+  const std::string alone = scratch_.write("alone.yaml", smallCamera());
+  EXPECT_THAT(runAlidade({"validate", alone, scratch_.path("pair/left.yaml"), "--verbose"}).out,
+              testing::Not(HasSubstr("the rectified images share")));
+}
+
+TEST_F(RosPair, IsValidatedAsARig) {
+  writeCornersOfPair(scratch_);
+  RigRecord rig = pairOfCameras();
+  rig.covariance.clear();
+  convert(rig);
+  const auto validate = [&](const std::string& first, const std::string& second) {
+    return runAlidade({"rig", "validate", scratch_.path("pair/" + first), scratch_.path("pair/" + second),
+                       scratch_.path("left.csv"), scratch_.path("right.csv")});
+  };
+  const RunResult good = validate("left.yaml", "right.yaml");
+  EXPECT_THAT(good, EndsWith(0));
+  EXPECT_THAT(good.out, HasSubstr("the images confirm the rig"));
+  rig.cameras[1].camera_from_rig.rotation =
+      SO3::exp(Vector3d(0.01, 0, 0)) * rig.cameras[1].camera_from_rig.rotation;
+  convert(rig);
+  EXPECT_THAT(validate("left.yaml", "right.yaml"), EndsWith(3));
+}
+
 // A point's pixels in the images, undistorted, turned by R and projected by the left part of P, are those
 // that P gives of the point itself; they differ along the baseline alone, by f B / z.
 TEST_F(RosPair, PutsPointsIntoOneRow) {

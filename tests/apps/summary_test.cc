@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <filesystem>
 #include <sstream>
 
@@ -22,6 +23,7 @@ std::vector<std::string> linesOf(const std::string& text) {
 
 TEST(Summary, HasSixteenLinesOfAHundredColumnsAtMost) {
   int num_checked = 0;
+  int num_reasons = 0;
   for (const char* model : {"auto", "radtan", "thin_prism", "pinhole", "kannala_brandt"}) {
     for (const char* tolerance : {"1px", "0.001px"}) {
       const RunResult result = runAlidade({"calibrate", dataPath("corners.csv"), "--model", model,
@@ -32,10 +34,19 @@ TEST(Summary, HasSixteenLinesOfAHundredColumnsAtMost) {
       for (const std::string& line : lines) EXPECT_LE(line.size(), 100u) << line;
       EXPECT_THAT(lines[0], StartsWith("Verdict   "));
       EXPECT_THAT(lines[1], StartsWith("Accuracy  "));
+      // The reason for anything but trust.
+      const auto hasLine = [&](const char* label) {
+        return std::ranges::any_of(lines, [&](const std::string& line) { return line.starts_with(label); });
+      };
+      if (lines[0].find("trustworthy") == std::string::npos) {
+        EXPECT_TRUE(hasLine("Warning   ") || hasLine("FAILED    ")) << result.out;
+        ++num_reasons;
+      }
       ++num_checked;
     }
   }
   EXPECT_EQ(num_checked, 10);
+  EXPECT_GE(num_reasons, 5);
 }
 
 // The same number in the summary and in JSON.

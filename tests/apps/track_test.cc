@@ -249,7 +249,7 @@ TEST_F(TrackTest, ComplainsAboutItsInputs) {
     ++num_cases;
   }
   EXPECT_EQ(num_cases, 5);
-  EXPECT_THAT(track(clip, {"--front-end", "magic"}), FailsWith(2, HasSubstr("flow,keypoints")));
+  EXPECT_THAT(track(clip, {"--front-end", "magic"}), FailsWith(2, HasSubstr("one of flow, keypoints")));
   EXPECT_THAT(track(clip, {"--map", "trajectory.txt"}), FailsWith(2, HasSubstr("the same file as --output")));
   EXPECT_THAT(track(clip, {"--map", clip}), FailsWith(2, HasSubstr("this is also an input")));
   const std::vector<std::string> line = {"track", clip, "--camera", "camera.yaml"};

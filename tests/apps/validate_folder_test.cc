@@ -316,7 +316,7 @@ TEST(ValidateFolder, CountsCamerasOfOtherProgramsAndNoOtherFile) {
   const ScratchFolder scratch;
   scratch.write("set/camera.yaml", readFile(dataPath("camera.yaml")));
   const std::vector<std::string> foreign = {
-      scratch.write("set/calib.npz", "PK"),
+      scratch.write("set/calib.npz", "PK"), scratch.write("set/front.toml", "[camera]\nfx = 533\n"),
       scratch.write("set/left.ini", "[image]\ncamera matrix\ndistortion\n"),
       scratch.write("set/left.toml", "[cam_0]\ndistortions = [0, 0, 0, 0, 0]\n"),
       scratch.write("set/values.PKL", "\x80\x04}\x8c\x03mtx")};
@@ -328,15 +328,15 @@ TEST(ValidateFolder, CountsCamerasOfOtherProgramsAndNoOtherFile) {
       runAlidade({"validate", scratch.path("set"), "--junit", scratch.path("report.xml")});
   EXPECT_THAT(result, EndsWith(0));
   EXPECT_THAT(result.out,
-              testing::EndsWith("\n1 file: 1 passed, 0 failed; 4 other files without a readable camera\n"));
+              testing::EndsWith("\n1 file: 1 passed, 0 failed; 5 other files without a readable camera\n"));
   const RunResult verbose = runAlidade({"validate", scratch.path("set"), "--verbose"});
   pugi::xml_document report;
   ASSERT_TRUE(report.load_file(scratch.path("report.xml").c_str()));
   for (const char* node : {"testsuites", "testsuites/testsuite"}) {
     const pugi::xml_node suite = report.select_node(node).node();
-    EXPECT_EQ(suite.attribute("tests").as_int(), 5);
+    EXPECT_EQ(suite.attribute("tests").as_int(), 6);
     EXPECT_EQ(suite.attribute("failures").as_int(), 0);
-    EXPECT_EQ(suite.attribute("skipped").as_int(), 4);
+    EXPECT_EQ(suite.attribute("skipped").as_int(), 5);
   }
   const auto skipped = report.select_nodes("//testcase[skipped/@message]");
   ASSERT_EQ(skipped.size(), foreign.size());

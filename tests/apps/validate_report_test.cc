@@ -51,6 +51,7 @@ TEST(ValidationReport, HoldsTheResult) {
   json embedded = embeddedEvidenceOf(validationMade().page);
   EXPECT_EQ(embedded.at("against").at("model"), "pinhole");
   embedded.erase("against");
+  embedded.erase("origin");
   json& tested = embedded.at("files").at(0).at("cameras").at(0).at("held_out");
   double sum = 0;
   std::size_t num_corners = 0;
@@ -155,6 +156,28 @@ TEST(ValidationReport, ShowsAFileThatCannotBeRead) {
   EXPECT_THAT(runAlidade({"validate", bad, "--report", page_path}), EndsWith(3));
   EXPECT_THAT(readFile(page_path),
               AllOf(HasSubstr("Failed: it cannot be read"), HasSubstr("&lt;b&gt;"), Not(HasSubstr("<b>"))));
+}
+
+TEST(ValidationReport, SaysWhyWarningsFailedAFile) {
+  const ScratchFolder scratch;
+  const std::string odd = scratch.write("odd.yaml", replaced(smallCamera(), "fy: 501", "fy: 570"));
+  const std::string page_path = scratch.path("page.html");
+  const auto pageOf = [&](std::vector<std::string> args) {
+    args.insert(args.end(), {"--report", page_path});
+    static_cast<void>(runAlidade(args));
+    return readFile(page_path);
+  };
+  EXPECT_THAT(pageOf({"validate", odd}),
+              AllOf(HasSubstr("Passed, with warnings"), HasSubstr("<code>aspect</code>"),
+                    Not(HasSubstr("<code>--strict</code>"))));
+  EXPECT_THAT(pageOf({"validate", odd, "--strict"}),
+              AllOf(HasSubstr("Failed: it has warnings, and <code>--strict</code> was given"),
+                    HasSubstr("warnings count as failures"), Not(HasSubstr("do not use this camera"))));
+  EXPECT_THAT(pageOf({"validate", odd, dataPath("camera.yaml"), "--strict"}),
+              AllOf(HasSubstr("1 of 2 files failed"), HasSubstr("warnings count as failures")));
+  const std::string bad = scratch.write("bad.yaml", replaced(smallCamera(), "fy: 501", "fy: 1570"));
+  EXPECT_THAT(pageOf({"validate", bad, "--strict"}),
+              AllOf(HasSubstr("Failed: do not use this camera"), Not(HasSubstr("warnings count"))));
 }
 
 TEST(ValidationReport, OverwritesNoInput) {

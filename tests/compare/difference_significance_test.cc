@@ -2,6 +2,8 @@
 #include "alidade/compare/projection_difference.h"
 
 #include <cmath>
+#include <map>
+#include <string_view>
 
 #include <gmock/gmock.h>
 
@@ -106,6 +108,47 @@ TEST(DifferenceSignificance, DoesNotTakeChanceForADifference) {
   ASSERT_GT(difference.p95_px, 0.3);
   EXPECT_EQ(agreementOf(difference, significanceOf(difference, in_a, in_b, Freed::kRotation), 0.3),
             Agreement::kUncertain);
+}
+
+// How often pairs of estimates get each answer, for cameras that are equal and for those that are not.
+TEST(DifferenceSignificance, AnswersForEqualAndChangedCameras) {
+  constexpr int kPairs = 40;
+  constexpr double kTolerancePx = 0.5;
+  // The RMS difference that typicalCovariance() predicts for two estimates, px.
+  const double typical_px = [] {
+    const AnyCamera camera = truth();
+    const ComparedCamera both{&camera, kVga, typicalCovariance()};
+    return significanceOf(projectionDifference(both, both), both, both, Freed::kRotation)->expected_rms_px;
+  }();
+  const auto answers = [&](double predicted_px, double change) {
+    const Eigen::MatrixXd covariance = typicalCovariance() * std::pow(predicted_px / typical_px, 2);
+    Random random(5);
+    std::map<std::string_view, int> counts;
+    for (int i = 0; i < kPairs; ++i) {
+      const AnyCamera a = drawn(covariance, random);
+      const AnyCamera near = drawn(covariance, random);
+      std::vector<double> params(near.parameters().begin(), near.parameters().end());
+      params[0] *= 1 + change;
+      params[1] *= 1 + change;
+      const AnyCamera b = near.withParameters(params);
+      const ComparedCamera in_a{&a, kVga, covariance};
+      const ComparedCamera in_b{&b, kVga, covariance};
+      const auto difference = projectionDifference(in_a, in_b, {.columns = 12, .rows = 9});
+      ++counts[answerOf(
+          agreementOf(difference, significanceOf(difference, in_a, in_b, Freed::kRotation), kTolerancePx))];
+    }
+    return counts;
+  };
+  // Known well: equal cameras are the same, and 1 % of focal length is a change of 3 px in the corners.
+  const auto equal = answers(0.05, 0);
+  EXPECT_GE(equal.at("same"), 38);
+  EXPECT_EQ(equal.count("changed"), 0U);
+  EXPECT_EQ(answers(0.05, 0.01).at("changed"), kPairs);
+  // Known badly: neither is told from the other.
+  EXPECT_EQ(answers(2, 0).at("cannot tell"), kPairs);
+  const auto unknown = answers(4, 0.002);
+  EXPECT_EQ(unknown.count("same"), 0U);
+  EXPECT_GE(unknown.at("cannot tell"), 38);
 }
 
 TEST(DifferenceSignificance, IsSymmetricWhateverTheResolution) {

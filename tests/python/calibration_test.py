@@ -253,7 +253,7 @@ def test_validates(tmp_path, camera, photos):
 
 def test_compares(camera, result):
     same = alidade.diff(camera, DATA / "camera.yaml")
-    assert same.max_px < 1e-9 and same.is_significant is None
+    assert same.max_px < 1e-9 and same.is_significant is None and same.answer() == "same"
     difference = alidade.diff(camera, result.camera)
     lengths = np.linalg.norm(difference.difference_px, axis=-1)
     assert difference.is_significant is not None and np.isfinite(lengths).sum() == difference.num_compared > 1000
@@ -261,6 +261,7 @@ def test_compares(camera, result):
     assert abs(np.nanmean(lengths) - difference.mean_px) < 1e-12 and 0 < difference.p95_px < difference.max_px
     assert difference.difference_px.shape == difference.pixels.shape and difference.b_from_a.shape == (4, 4)
     assert "alidade.Difference" in repr(difference)
+    assert difference.answer(0.001) == "cannot tell" and difference.answer(tolerance_px=100) == "same"
     html = difference._repr_html_()
     assert html.count("image/svg+xml") == 1 and "significant" in html and f"{difference.rms_px:.4g} px" in html
     with pytest.raises(alidade.UsageError):

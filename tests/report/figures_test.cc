@@ -87,7 +87,7 @@ TEST(RadialFigure, MarksTheAngleOfTheImageCorner) {
   double corner_deg = 0;
   for (const double u : {0.0, 639.0})
     for (const double v : {0.0, 479.0}) corner_deg = std::max(corner_deg, degreesOf(data.camera, {u, v}));
-  const Figure figure = radialFigure(data);
+  const Figure figure = lensFigures(data).at(1);
   ASSERT_TRUE(std::isfinite(corner_deg));
   EXPECT_THAT(figure.svg, HasSubstr(fmt::format("image corner at {:.1f}°", corner_deg)));
   EXPECT_THAT(figure.svg, testing::Not(HasSubstr("no ray")));
@@ -98,7 +98,7 @@ TEST(RadialFigure, SaysThatAnImageCornerHasNoRay) {
   // Its curve turns back inside the image's corners, beyond the middles of its sides.
   data.camera = AnyCamera::make("kannala_brandt", std::vector<double>{300, 300, 319.5, 239.5, 0, -0.2, 0, 0});
   ASSERT_TRUE(std::isnan(degreesOf(data.camera, {0, 0})));
-  const Figure figure = radialFigure(data);
+  const Figure figure = lensFigures(data).at(1);
   const double corner_px = std::hypot(319.5, 239.5);
   const std::vector<double> radii = attributesOf(figure.svg, "data-radius");
   ASSERT_EQ(radii.size(), 1u);

@@ -188,6 +188,15 @@ class PageTest(unittest.TestCase):
         self.run_js("document.getElementById('scene-drawing').focus()")
         self.browser.press("ArrowUp", 38)
         self.assertNotEqual(self.run_js(shape), before)
+        # The views of each camera stand in its fold, and open.
+        self.run_js("location.hash = '#camera1'")
+        time.sleep(0.2)
+        self.assertEqual(self.run_js("[...document.querySelectorAll('details.file[open]')].map(d => d.id)"), ["camera1"])
+        self.run_js("document.querySelector('#camera1 .thumb[data-view=\"12\"]').click()")
+        self.assertIn("view 13 of 24", self.run_js("document.getElementById('viewer-words').textContent"))
+        self.assertGreater(self.run_js("document.querySelector('#viewer-drawing .detected').getBBox().width"), 50)
+        self.run_js("document.getElementById('viewer').close()")
+        self.check_frames(page)
 
     def test_a_validation_shows_its_figures_and_views(self) -> None:
         self.browser.open(self.validation)

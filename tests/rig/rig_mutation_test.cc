@@ -126,7 +126,7 @@ void trySpoiltRigs(std::uint64_t first_seed, int count, Outcomes& outcomes) {
       ++(rig.isUsable() ? outcomes.num_usable : outcomes.num_rejected);
       // Throws unless all numbers are finite.
       EXPECT_FALSE(rigFileText(recordOf(rig, "test")).empty());
-      EXPECT_FALSE(rigEvidenceDocument(rig, 1, "test").empty());
+      EXPECT_FALSE(rigEvidenceDocument(rig, 1, {.created_by = "test"}).empty());
     } catch (const Error& error) {
       ++outcomes.num_errors;
       EXPECT_EQ(error.code(), ErrorCode::kInput) << "seed " << first_seed + static_cast<std::uint64_t>(i);

@@ -369,9 +369,9 @@ TEST(RigValidation, TellsARightRigFromAWrongOne) {
   EXPECT_LT(right.freed_rms_px, right.rms_px);
   EXPECT_GT(right.num_points, 1500u);
   EXPECT_EQ(right.num_failed, 0u);
-  // Of the four or more numbers of a point's pixels, three are used up.
-  EXPECT_GT(right.epipolar_px, 0.06);
-  EXPECT_LT(right.epipolar_px, 0.11);
+  // The noise of both pixels across the curve, larger in the image of the longer focal length.
+  EXPECT_GT(right.epipolar_px, 0.1 * std::sqrt(2));
+  EXPECT_LT(right.epipolar_px, 0.2);
   EXPECT_NEAR(right.length_ratio, 1, 4 * right.length_ratio_std);
   EXPECT_LT(right.length_ratio_std, 1e-3);
   for (std::size_t c = 1; c < 3; ++c) EXPECT_LT(right.cameras[c].sigmas, 3) << c;

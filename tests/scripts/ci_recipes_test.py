@@ -18,7 +18,7 @@ import xml.etree.ElementTree
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 DATA = os.path.join(ROOT, "testdata", "checkerboard")
 BOARD = "checkerboard:9x6:25mm"
-NUM_RUNS = 3 * 4 + 3 + 4
+NUM_RUNS = 3 * 4 + 3 + 2 + 1 + 4
 NUM_OLD_PHOTOS, NUM_PHOTOS, NUM_NEW_PHOTOS = 8, 12, 8
 
 
@@ -114,15 +114,14 @@ class Recipes:
                 open(self.path(work + "/calibrations/spare/right.yaml"), "w", encoding="utf-8").write(right)
             self.run(f"the folder '{work}'", script, [], work, code)
             report = self.path(work + "/report.xml")
-            self.check(os.path.exists(report) == bool(right), f"the folder '{work}': report.xml")
-            if os.path.exists(report):
-                root = xml.etree.ElementTree.parse(report).getroot()
-                self.check((root.get("tests"), root.get("failures")) == ("2", num_failed),
-                           f"the folder '{work}': report.xml has {root.attrib}")
+            root = xml.etree.ElementTree.parse(report).getroot()
+            found = root.get("tests"), root.get("failures"), root.get("errors")
+            self.check(found == (("2", num_failed, "0") if right else ("1", "0", "1")),
+                       f"the folder '{work}': report.xml has {root.attrib}")
 
     def compare(self, script):
         """The second recipe: the last camera and a new one."""
-        for new, code, text in (("all", 0, "has not changed"), ("knocked", 3, "has changed"), ("no", 1, "not be compared")):
+        for new, code, text in (("all", 0, "same: "), ("knocked", 3, "if it has changed"), ("no", 1, "not be compared")):
             work = "compare_" + new
             os.mkdir(self.path(work))
             printed = self.run(f"the {new} camera", script, ["../old_camera.yaml", f"../{new}_camera.yaml"], work, code)
@@ -130,8 +129,20 @@ class Recipes:
             self.check(os.path.exists(self.path(work + "/difference.svg")) == (code != 1),
                        f"the {new} camera: difference.svg")
 
+    def compare_folders(self, script):
+        """The third recipe: the cameras of two months."""
+        for new, code in (("all", 0), ("knocked", 3)):
+            work = "months_" + new
+            for month, camera in (("2026-10", "old"), ("2026-11", new)):
+                os.makedirs(self.path(f"{work}/{month}"))
+                shutil.copy(self.path(camera + "_camera.yaml"), self.path(f"{work}/{month}/front.yaml"))
+            self.run(f"the months with the {new} camera", script, [], work, code)
+            root = xml.etree.ElementTree.parse(self.path(work + "/changes.xml")).getroot()
+            self.check(root.get("failures") == str(code // 3), f"{new}: changes.xml has {root.attrib}")
+            self.check(os.path.exists(self.path(work + "/changes.html")), f"{new}: changes.html")
+
     def calibrate_again(self, script):
-        """The third recipe, in one folder, night by night."""
+        """The last recipe, in one folder, night by night."""
         os.mkdir(self.path("nights"))
         in_use = self.path("nights/camera.yaml")
         shutil.copy(self.path("old_camera.yaml"), in_use)
@@ -162,8 +173,8 @@ def main():
         return 77
     scripts = blocks("sh")
     in_yaml = [commands_in(yaml.safe_load(text)) for text in blocks("yaml")]
-    if len(scripts) != 3 or [len(commands) for commands in in_yaml] != [1, 1]:
-        print(f"docs/ci.md has {len(scripts)} recipes, and its YAML the commands {in_yaml}; expected 3, and one each")
+    if len(scripts) != 5 or [len(commands) for commands in in_yaml] != [1, 1]:
+        print(f"docs/ci.md has {len(scripts)} recipes, and its YAML the commands {in_yaml}; expected 5, and one each")
         return 1
     with tempfile.TemporaryDirectory() as folder:
         recipes = Recipes(folder, os.path.abspath(sys.argv[1]))
@@ -173,7 +184,9 @@ def main():
         for script in [scripts[0], *(command for (command,) in in_yaml)]:
             recipes.check_folder(script)
         recipes.compare(scripts[1])
-        recipes.calibrate_again(scripts[2])
+        recipes.compare_folders(scripts[2])
+        recipes.run("the rig without a file", scripts[3], [], "good", 1)
+        recipes.calibrate_again(scripts[4])
     print(f"{recipes.num_runs} runs of recipes, {recipes.num_wrong} wrong")
     return 0 if recipes.num_runs == NUM_RUNS and recipes.num_wrong == 0 else 1
 

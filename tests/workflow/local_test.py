@@ -49,7 +49,7 @@ class WholeRun(unittest.TestCase):
     def test_names_each_camera_that_is_not_simply_calibrated(self):
         printed = REFERENCE.printed()
         self.assertIn("12 cameras: 9 calibrated, 1 changed, 2 failed\n", printed)
-        self.assertRegex(printed, r"\nchanged     drifted: diff: the cameras differ by [0-9.]+ px \(95 %\); limit 0.5 px")
+        self.assertRegex(printed, r"\nchanged     drifted: diff: changed: the cameras differ by [0-9.]+ px \(95 %\); limit 0.5 px")
         self.assertRegex(printed, r"\nfailed      mixed: calibrate: the camera must not be used: the views fall into two groups")
         self.assertRegex(printed, r"\nfailed      broken: detect: .*read")
         rows = content(REFERENCE.path("fleet/cameras.csv")).decode().splitlines()

@@ -357,6 +357,30 @@ std::string_view statusId(TriangulationStatus status) {
   return "";
 }
 
+std::optional<double> epipolarDistance(const MountedCamera& a, const MountedCamera& b,
+                                       const Vector2d& pixel_a, const Vector2d& pixel_b) {
+  double sum = 0;
+  for (const bool is_in_a : {true, false}) {
+    const MountedCamera& camera = is_in_a ? a : b;
+    const MountedCamera& other = is_in_a ? b : a;
+    Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_ray_pixel;
+    const auto ray = camera.camera.unproject(is_in_a ? pixel_a : pixel_b, J_ray_pixel.data());
+    const auto ray_of_other = other.camera.unproject(is_in_a ? pixel_b : pixel_a);
+    if (!ray || !ray_of_other) return std::nullopt;
+    const SE3 camera_from_other = camera.camera_from_rig * other.camera_from_rig.inverse();
+    // The plane through both centres that contains the other ray.
+    const Vector3d to_other =
+        camera_from_other * other.camera.startOf(*ray_of_other) - camera.camera.startOf(*ray);
+    const Vector3d normal = to_other.cross(camera_from_other.rotation * *ray_of_other);
+    constexpr double kSamePlace = 1e-9;  // m
+    constexpr double kLeastSine = 1e-6;  // of the ray with the line through both cameras
+    if (!(normal.norm() > std::max(kSamePlace, kLeastSine * to_other.norm()))) return std::nullopt;
+    const Vector2d gradient = J_ray_pixel.transpose() * normal;
+    sum += 0.5 * std::pow(normal.dot(*ray) / gradient.norm(), 2);
+  }
+  return std::sqrt(sum);
+}
+
 Eigen::Index numRigUnknowns(const AnyRig& rig) {
   auto count = 6 * static_cast<Eigen::Index>(rig.size() - 1);
   for (const MountedCamera& camera : rig.cameras())

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -69,6 +70,13 @@ struct Triangulation {
 /// @pre the cameras of the pixels exist; rig_covariance has a row for each of these unknowns
 [[nodiscard]] Triangulation triangulate(const AnyRig& rig, std::span<const RigPixel> pixels,
                                         const Eigen::MatrixXd& rig_covariance = Eigen::MatrixXd());
+
+/// How far the pixels of one point lie from each other's epipolar curves, px: the RMS of the distances in
+/// both images, to first order. In rectified images of the same scale, it is the difference of their rows.
+/// Nothing if a pixel has no ray, or if a ray points at the other camera.
+[[nodiscard]] std::optional<double> epipolarDistance(const MountedCamera& a, const MountedCamera& b,
+                                                     const Eigen::Vector2d& pixel_a,
+                                                     const Eigen::Vector2d& pixel_b);
 
 /// Number of rows of the joint covariance of a rig.
 [[nodiscard]] Eigen::Index numRigUnknowns(const AnyRig& rig);

@@ -13,6 +13,7 @@
 #include "alidade/compare/ray_alignment.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
+#include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/statistics.h"
 #include "alidade/core/text.h"
@@ -295,7 +296,6 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
   Eigen::MatrixXd factor = differenceFactor(a, b, difference.match, pixels, freed, weights);
 
   // Differences below this are rounding errors, regardless of the covariance.
-  constexpr double kRoundingPx = 1e-9;
   const auto n = static_cast<double>(compared.size());
   DifferenceSignificance result;
   result.std_px.assign(difference.pixels.size(), kNan);
@@ -306,7 +306,7 @@ std::optional<DifferenceSignificance> significanceOf(const ProjectionDifference&
     const auto row = 2 * static_cast<Eigen::Index>(i);
     const Eigen::Vector2d& d = difference.difference_px[compared[i]];
     const Eigen::Matrix2d covariance = factor.middleRows<2>(row) * factor.middleRows<2>(row).transpose() +
-                                       kRoundingPx * kRoundingPx * Eigen::Matrix2d::Identity();
+                                       kEqualPx * kEqualPx * Eigen::Matrix2d::Identity();
     const SymmetricEigen solver(covariance);
     result.std_px[compared[i]] = std::sqrt(solver.eigenvalues()(1));
     constexpr double kEllipse95 = 5.991464547107979;  // of the sum of squares of two normal variables
@@ -336,10 +336,40 @@ bool isComparable(const ProjectionDifference& difference) {
 
 Agreement agreementOf(const ProjectionDifference& difference,
                       const std::optional<DifferenceSignificance>& significance, double tolerance_px) {
+  constexpr double kCopy = 0.05;  // of the predicted difference
   if (!isComparable(difference)) return Agreement::kNotComparable;
-  if (difference.p95_px <= tolerance_px) return Agreement::kWithin;
-  const bool is_sure = !significance || significance->isSignificant();
-  return is_sure ? Agreement::kBeyond : Agreement::kUncertain;
+  if (difference.p95_px < kEqualPx) return Agreement::kWithin;
+  if (!significance) return difference.p95_px <= tolerance_px ? Agreement::kWithin : Agreement::kBeyond;
+  const bool is_known = significance->expected_rms_px <= tolerance_px;
+  if (difference.p95_px <= tolerance_px) {
+    const bool is_copy = difference.rms_px < kCopy * significance->expected_rms_px;
+    return is_known || is_copy ? Agreement::kWithin : Agreement::kUncertain;
+  }
+  return significance->sure_p95_px > (is_known ? 0 : tolerance_px) ? Agreement::kBeyond
+                                                                   : Agreement::kUncertain;
+}
+
+std::string_view answerOf(Agreement agreement) {
+  return agreement == Agreement::kWithin   ? "same"
+         : agreement == Agreement::kBeyond ? "changed"
+                                           : "cannot tell";
+}
+
+std::string agreementText(const ProjectionDifference& difference,
+                          const std::optional<DifferenceSignificance>& significance, double tolerance_px) {
+  if (!difference.is_converged)
+    return "the best alignment was not found, because the cameras have too little in common";
+  if (!isComparable(difference)) {
+    return "only " + std::to_string(difference.num_compared) + " of " +
+           counted(difference.pixels.size(), "pixel") + " are seen by both cameras";
+  }
+  const double p95_px = difference.p95_px < kEqualPx ? 0 : difference.p95_px;
+  std::string text = "the cameras differ by " + numberText("%.3g", p95_px) + " px (95 %)";
+  if (agreementOf(difference, significance, tolerance_px) == Agreement::kUncertain) {
+    text += ", but their uncertainty alone makes " + numberText("%.2g", significance->expected_rms_px) +
+            " px (RMS)";
+  }
+  return text + "; limit " + numberText("%g", tolerance_px) + " px";
 }
 
 std::optional<CropSuspicion> suspectCrop(const ComparedCamera& a, const ComparedCamera& b,

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -121,20 +123,36 @@ struct DifferenceSignificance {
                                                                    const ComparedCamera& b,
                                                                    std::optional<Freed> freed);
 
+/// Largest error or difference (95 %) of a camera that is not called wrong, px; docs/comparing.md derives it.
+inline constexpr double kDefaultTolerancePx = 0.2;
+
+/// Projecting one camera twice differs by less, px.
+inline constexpr double kEqualPx = 1e-9;
+
 /// The result of comparing a difference with a tolerance.
 enum class Agreement {
   kWithin,         ///< 95 % of the image agrees within the tolerance
   kBeyond,         ///< it does not, and uncertainty does not explain the difference
-  kUncertain,      ///< it does not, but the uncertainty explains the difference
+  kUncertain,      ///< neither is sure
   kNotComparable,  ///< too much of the image is seen by only one of the cameras
 };
 
 /// Compares the 95th percentile of the difference with the tolerance, because a tolerance applies to the
-/// image and not to its worst pixel. A larger difference is kBeyond only if it is significant. If the
+/// image and not to its worst pixel. A larger difference is kBeyond if it is significant, a smaller one is
+/// kWithin. Where the uncertainties predict more than the tolerance (RMS), the part that is surely real must
+/// exceed it, and only copies, which agree far better than two estimates can, are kWithin. If the
 /// significance is unknown, the cameras are assumed to be exact.
 [[nodiscard]] Agreement agreementOf(const ProjectionDifference& difference,
                                     const std::optional<DifferenceSignificance>& significance,
                                     double tolerance_px);
+
+/// The answer in a word or two, for people: "same", "changed" or "cannot tell".
+[[nodiscard]] std::string_view answerOf(Agreement agreement);
+
+/// The numbers behind the answer: "the cameras differ by 0.12 px (95 %); limit 0.2 px".
+[[nodiscard]] std::string agreementText(const ProjectionDifference& difference,
+                                        const std::optional<DifferenceSignificance>& significance,
+                                        double tolerance_px);
 
 /// True if enough of the image could be compared to judge it as a whole.
 [[nodiscard]] bool isComparable(const ProjectionDifference& difference);

@@ -161,6 +161,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"poses", Subject::kFile},
     {"rig_calibration", Subject::kFile},
     {"rig_covariance", Subject::kFile},
+    {"rows", Subject::kFile},
 
     {"held_out_error", Subject::kTest},
     {"images_agree", Subject::kTest},

@@ -29,7 +29,8 @@ constexpr std::array<std::string_view, 7> kExtensions = {".yaml", ".yml",       
 // Of other programs, for cameras and for much else; and what the name or content of a camera says.
 constexpr std::string_view kForeignExtensions =
     ".toml .ini .cfg .conf .csv .calib .mat .npy .npz .pkl .pickle";
-constexpr std::string_view kCameraWords = "calib cameramatrix intrinsic distortion distcoef focal mtx";
+constexpr std::string_view kCameraWords =
+    "calib [camera camera. cameramatrix intrinsic distortion distcoef focal mtx";
 
 bool hasExtension(const fs::path& path, std::span<const std::string_view> extensions) {
   return std::ranges::find(extensions, bareWord(path.extension().string())) != extensions.end();
@@ -135,6 +136,13 @@ std::vector<ListedFile> listCameraFiles(std::span<const std::string> inputs) {
   Lister lister;
   for (const std::string& input : inputs) lister.addInput(input);
   return lister.finish();
+}
+
+bool isNamedAsCameraFile(const std::string& path) {
+  const fs::path file = cameraFilePath(path);
+  std::error_code ignored;
+  return hasExtension(file, kExtensions) && bareWord(file.extension().string()) != ".txt" &&
+         fs::is_regular_file(file, ignored);
 }
 
 }  // namespace alidade

@@ -22,4 +22,8 @@ struct ListedFile {
 /// be read
 [[nodiscard]] std::vector<ListedFile> listCameraFiles(std::span<const std::string> inputs);
 
+/// True for an existing file ("FILE#NAME" too) with an extension that only camera files have: not txt, which
+/// lists of images have as well.
+[[nodiscard]] bool isNamedAsCameraFile(const std::string& path);
+
 }  // namespace alidade

@@ -55,7 +55,7 @@ class PoseTable {
     if (kind == TableLines::Kind::kHeader && form_)
       throw lines_.error("'" + std::string(lines_.fields().front()) + "'",
                          "only numbers of the form " + form_->name,
-                         "without --from, columns and keys tell the form");
+                         "remove what is no number; a table with a header needs no --from");
     if (kind == TableLines::Kind::kHeader) return readHeader(lines_.names());
     if (names_.empty()) withoutHeader();
     list_.poses.push_back(row());
@@ -177,12 +177,20 @@ class PoseTable {
   PoseList list_;
 };
 
-// The fields of a line that names an image in images.txt of COLMAP; none for other lines.
+// The nine numbers and the name in a line of an image in images.txt of COLMAP; none for other lines.
 std::vector<std::string> imageLine(std::string_view line) {
-  std::vector<std::string> fields = detail::words(line);
-  const bool is_image = fields.size() >= 10 && !parseDouble(fields[9]) &&
-                        std::all_of(fields.begin(), fields.begin() + 9, parseDouble);
-  return is_image ? fields : std::vector<std::string>();
+  std::vector<std::string> fields;
+  std::string_view rest = trim(line);
+  while (fields.size() < 9 && !rest.empty()) {
+    const std::size_t end = std::min(rest.find_first_of(" \t"), rest.size());
+    fields.emplace_back(rest.substr(0, end));
+    rest = trim(rest.substr(end));
+  }
+  if (rest.empty() || parseDouble(detail::words(rest).front()) ||
+      !std::all_of(fields.begin(), fields.end(), parseDouble))
+    return {};
+  fields.emplace_back(rest);
+  return fields;
 }
 
 // The line below that of an image holds its points, and may be empty.
@@ -194,9 +202,7 @@ PoseList readColmap(const std::vector<std::string_view>& lines, Context context)
   for (const std::string_view line : lines) {
     const std::vector<std::string> fields = imageLine(line);
     if (!fields.empty()) {
-      const std::string image(
-          trim(line.substr(line.find(fields[9], line.find(fields[7]) + fields[7].size()))));
-      table.line(join(std::span(fields).first(9), ",") + "," + detail::csvField(image));
+      table.line(join(std::span(fields).first(9), ",") + "," + detail::csvField(fields.back()));
     } else if (was_image || line.starts_with('#')) {
       table.skipLine();
     } else {
@@ -209,7 +215,9 @@ PoseList readColmap(const std::vector<std::string_view>& lines, Context context)
 
 // Plain numbers in any number of lines, with or without brackets and commas.
 PoseList readNumbers(const std::string& text, const Context& context, std::optional<PoseForm> form) {
-  std::string plain = text;
+  std::string plain;
+  for (const std::string_view line : split(text, '\n'))
+    if (!trim(line).starts_with('#')) plain += std::string(line) + "\n";
   for (const char mark : {'[', ']', '(', ')', ',', ';'}) std::ranges::replace(plain, mark, ' ');
   const std::vector<std::string> all = detail::words(plain);
   for (const PoseForm& other : poseForms()) {
@@ -307,6 +315,13 @@ PoseList parse(const std::string& text, const Context& context, const std::optio
   return list;
 }
 
+// The frames that these words mean.
+std::string directionOf(const std::string& words) {
+  if (words.empty() || std::ranges::count(kPoseDirections, words) > 0) return detail::poseFrames(words, true);
+  throw usageError({"direction of poses", "'" + words + "'", "one of " + join(kPoseDirections, ", "),
+                    didYouMean(words, kPoseDirections)});
+}
+
 // The numbers in brackets, those of a matrix by rows.
 std::string listText(const std::vector<double>& numbers) {
   const std::size_t columns = numbers.size() < 9 ? numbers.size() : numbers.size() == 9 ? 3 : 4;
@@ -348,7 +363,7 @@ SE3 readPoseSource(const std::string& source) {
 }
 
 PoseList parsePoseList(const std::string& text, const std::string& name, const std::string& frames) {
-  return parse(text, {name, detail::poseFrames(frames, true), false});
+  return parse(text, {name, directionOf(frames), false});
 }
 
 PoseList readPoseList(const std::string& path, const std::string& frames) {
@@ -361,8 +376,8 @@ PoseList readAnyPoses(const std::string& source, const std::string& frames,
                        (areNumbers(source) && source.find_first_of(" ,") != std::string::npos);
   const std::string name = is_text ? "pose" : source == "-" ? "standard input" : source;
   const std::string path = source == "-" ? "/dev/stdin" : source;
-  return parse(is_text ? source : readTextFile(path, kMaxPoseFileBytes),
-               {name, detail::poseFrames(frames, true), true}, form);
+  return parse(is_text ? source : readTextFile(path, kMaxPoseFileBytes), {name, directionOf(frames), true},
+               form);
 }
 
 const std::vector<PoseRows>& poseRows() {
@@ -389,7 +404,10 @@ std::string poseText(const std::vector<NamedPose>& poses, const std::string& for
   std::string text = has_id ? (form == "csv" ? "" : "# ") + join(rows->columns, separator) + "\n" : "";
   bool has_lock = false;
   bool has_turned = false;
+  bool is_assumed = false;  // the direction of the rows
+  bool is_at_origin = false;
   for (const NamedPose& pose : poses) {
+    is_at_origin = is_at_origin || (numbers.hasTranslation() && !pose.has_translation);
     if (!is_table) {
       text += yamlText(pose, numbers, poses.size() > 1, has_lock);
       continue;
@@ -398,6 +416,10 @@ std::string poseText(const std::vector<NamedPose>& poses, const std::string& for
       throw usageError({"pose '" + pose.id + "'", "no number", "a time, with which such rows begin",
                         "--to csv takes any id"});
     const bool is_turned = !rows->frames.empty() && pose.frames.starts_with("camera_from_");
+    is_assumed = is_assumed || (!rows->frames.empty() && pose.frames.empty());
+    if (!rows->frames.empty() && !is_turned && !pose.frames.empty() && !pose.frames.ends_with("_from_camera"))
+      throw usageError({"pose '" + pose.id + "'", pose.frames, rows->frames + ", which such rows mean",
+                        "--to csv takes any frames"});
     has_turned = has_turned || is_turned;
     std::vector<std::string> fields =
         mapped(numbers.write(is_turned ? pose.stated.inverse() : pose.stated, has_lock), exactText);
@@ -406,6 +428,12 @@ std::string poseText(const std::vector<NamedPose>& poses, const std::string& for
   }
   if (has_turned)
     remarks.push_back("rows of " + form + " are " + rows->frames + ", so the poses are inverted");
+  if (form == "csv" && !poses.front().frames.empty())
+    remarks.push_back("rows of csv do not state the direction, which is " + poses.front().frames +
+                      ": add it where they are read, such as --poses-are world_from_camera");
+  if (is_assumed)
+    remarks.push_back("rows of " + form + " are " + rows->frames + ", and so are poses without a direction");
+  if (is_at_origin) remarks.push_back("rotations without a translation are written with one of 0");
   if (has_lock) {
     remarks.push_back(
         "gimbal lock: the first and the last Euler angle turn about one axis; only their sum or difference "

@@ -61,7 +61,6 @@ struct PoseList {
 
 /// Reads poses that need not be those of a camera, from a file, from standard input ("-"), or from the source
 /// itself if it is YAML in braces or numbers. With a form, the text is only numbers, in any number of lines.
-/// The poses are as stated; camera_from_x is not set.
 [[nodiscard]] PoseList readAnyPoses(const std::string& source, const std::string& frames,
                                     const std::optional<PoseForm>& form);
 

@@ -240,34 +240,39 @@ std::vector<std::vector<Eigen::Vector2d>> usedCorners(const Calibration& calibra
   return used;
 }
 
-CoverageReport coverageOf(const Calibration& calibration, std::span<const View> views) {
-  const AnyCamera camera = calibration.camera();
-  const Fit& fit = calibration.fit;
-  const CellGrid grid(calibration.imageSize());
+CoverageReport imageCoverage(const AnyCamera& camera, ImageSize size,
+                             std::span<const std::vector<Eigen::Vector2d>> corners) {
+  const CellGrid grid(size);
   CoverageReport report;
   report.columns = grid.columns;
   report.rows = grid.rows;
   report.num_corners.assign(grid.index(0, grid.rows), 0);
+  for (const std::vector<Eigen::Vector2d>& of_view : corners)
+    for (const Eigen::Vector2d& pixel : of_view) ++report.num_corners[grid.cellOf(pixel)];
+  measureCells(camera, grid, report);
+  return report;
+}
+
+CoverageReport coverageOf(const Calibration& calibration, std::span<const View> views) {
+  const AnyCamera camera = calibration.camera();
+  const Fit& fit = calibration.fit;
   const auto corners = usedCorners(calibration, views);
+  CoverageReport report = imageCoverage(camera, calibration.imageSize(), corners);
   for (std::size_t v = 0; v < fit.views.size(); ++v) {
     Eigen::AlignedBox2d box;
-    for (const Eigen::Vector2d& pixel : corners[v]) {
-      ++report.num_corners[grid.cellOf(pixel)];
-      box.extend(pixel);
-    }
+    for (const Eigen::Vector2d& pixel : corners[v]) box.extend(pixel);
     const FitView& view = fit.views[v];
     report.views.push_back(
         {.image = view.image,
          .board = boardIndex(fit, view),
          .sighting = sightBoard(camera, boardOf(fit, view).target, cameraFromBoard(fit, view)),
-         .fill = fillOf(box, grid.size)});
+         .fill = fillOf(box, calibration.imageSize())});
     const BoardTilt& tilt = report.views.back().sighting.tilt;
     const std::array<double, 4> nearer_rad = {-tilt.right_rad, tilt.right_rad, -tilt.lower_rad,
                                               tilt.lower_rad};
     for (std::size_t side = 0; side < nearer_rad.size(); ++side)
       report.num_tilted_to[side] += nearer_rad[side] > kTiltedRad ? 1 : 0;
   }
-  measureCells(camera, grid, report);
   if (report.views.empty()) return report;
   const auto distances = std::ranges::minmax(
       mapped(report.views, [](const ViewCoverage& view) { return view.sighting.distance_m; }));

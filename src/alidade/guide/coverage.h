@@ -112,6 +112,10 @@ struct CoverageReport {
 [[nodiscard]] std::vector<std::vector<Eigen::Vector2d>> usedCorners(const Calibration& calibration,
                                                                     std::span<const View> views);
 
+/// The coverage of the image alone, by the corners of each view.
+[[nodiscard]] CoverageReport imageCoverage(const AnyCamera& camera, ImageSize size,
+                                           std::span<const std::vector<Eigen::Vector2d>> corners);
+
 /// @param views  those given to the calibration; only the ones that the result used count
 [[nodiscard]] CoverageReport coverageOf(const Calibration& calibration, std::span<const View> views);
 

@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/core/eigen.hpp>
 
+#include "alidade/camera/triangulation.h"
 #include "alidade/core/error.h"
 #include "alidade/core/text.h"
 #include "alidade/files/text/atomic_file.h"
@@ -202,18 +203,6 @@ void showValid(const CameraPair& cameras, const std::array<Vector2d, 2>& middles
   r.scale_px = (1 + kMargin) / detail::largestWindow(detail::borderOffsets(r.size), limit, has_source);
 }
 
-// Signed distance, to first order, of a pixel from the plane that contains the baseline and the other pixel's
-// ray.
-double curveDistance(const MountedCamera& camera, const SO3& rectified_from_camera, const Vector2d& pixel,
-                     const Vector3d& normal) {
-  Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_ray_pixel;
-  const auto ray = camera.camera.unproject(pixel, J_ray_pixel.data());
-  if (!ray) return std::numeric_limits<double>::quiet_NaN();
-  const Vector3d normal_in_camera = rectified_from_camera.inverse() * normal;
-  const Vector2d gradient = J_ray_pixel.transpose() * normal_in_camera;
-  return normal_in_camera.dot(*ray) / gradient.norm();
-}
-
 // Pixel in the rectified image; nothing outside the image.
 std::optional<Vector2d> shownPixel(const Rectification& r, std::size_t i, const Vector3d& ray) {
   const auto pixel = r.pixelFromRay(i, ray);
@@ -321,9 +310,7 @@ RemapTable makeRemapTable(const Rectification& rectification, std::size_t i, con
 
 EpipolarErrors epipolarErrors(const Rectification& rectification, const MountedCamera& first,
                               const MountedCamera& second, std::span<const EpipolarPair> pairs) {
-  const CameraPair cameras = {&first, &second};
   const Eigen::Index across = 1 - rectification.alongIndex();
-  const Vector3d baseline = Vector3d::Unit(rectification.alongIndex());
   EpipolarErrors errors;
   double curve_sum = 0;
   double row_sum = 0;
@@ -333,14 +320,9 @@ EpipolarErrors epipolarErrors(const Rectification& rectification, const MountedC
     if (!first_ray || !second_ray) continue;
     const std::array<Vector3d, 2> rays = {rectification.views[0].rectified_from_camera * *first_ray,
                                           rectification.views[1].rectified_from_camera * *second_ray};
-    double square = 0;
-    for (std::size_t i = 0; i < 2; ++i) {
-      square += 0.5 * std::pow(curveDistance(*cameras[i], rectification.views[i].rectified_from_camera,
-                                             pair[i], baseline.cross(rays[1 - i])),
-                               2);
-    }
-    if (!std::isfinite(square)) continue;  // on the baseline, where the curve is undefined
-    curve_sum += square;
+    const auto distance = epipolarDistance(first, second, pair[0], pair[1]);
+    if (!distance) continue;
+    curve_sum += *distance * *distance;
     ++errors.num_pairs;
     const auto first_pixel = shownPixel(rectification, 0, rays[0]);
     const auto second_pixel = shownPixel(rectification, 1, rays[1]);

@@ -27,6 +27,7 @@ struct WarpRecord {
 /// How the parameters were estimated. For documentation and later checks; not needed for projection.
 struct CalibrationRecord {
   Verdict verdict = Verdict::kTrustworthy;  ///< kNo if the file was written despite failures
+  std::string date = {};                    ///< as the user states it; empty: not stated
   /// The largest error of a pixel where boards were seen that is not exceeded with a probability of 95 %; NaN
   /// = unknown.
   double accuracy_px = std::numeric_limits<double>::quiet_NaN();

@@ -239,7 +239,7 @@ void measurePoints(const RigRecord& record, const Fit& fit, RigValidation& resul
   const AnyRig rig = rigOf(record);
   const std::vector<std::vector<CommonPoint>> points = commonPoints(fit);
   double sum = 0;
-  std::size_t num_pixels = 0;
+  std::size_t num_pairs = 0;
   std::vector<double> ratios;
   std::vector<std::vector<CommonPoint>> measured;
   for (const std::vector<CommonPoint>& of_placement : points) {
@@ -247,15 +247,22 @@ void measurePoints(const RigRecord& record, const Fit& fit, RigValidation& resul
     for (const CommonPoint& common : of_placement) {
       const Triangulation point = triangulate(rig, common.pixels);
       result.num_failed += point.ok() ? 0 : 1;
-      for (const Eigen::Vector2d& residual : point.residuals) sum += residual.squaredNorm();
-      num_pixels += point.residuals.size();
+      for (auto a = common.pixels.begin(); a != common.pixels.end(); ++a) {
+        for (auto b = a + 1; b != common.pixels.end(); ++b) {
+          const auto distance =
+              epipolarDistance(rig.camera(a->camera), rig.camera(b->camera), a->pixel, b->pixel);
+          if (!distance) continue;
+          sum += *distance * *distance;
+          ++num_pairs;
+        }
+      }
     }
     const double ratio = lengthRatioOf(rig, of_placement);
     if (std::isnan(ratio)) continue;
     ratios.push_back(ratio);
     measured.push_back(of_placement);
   }
-  if (num_pixels > 0) result.epipolar_px = std::sqrt(sum / static_cast<double>(num_pixels));
+  if (num_pairs > 0) result.epipolar_px = std::sqrt(sum / static_cast<double>(num_pairs));
   if (ratios.size() < 2) return;
   const auto count = static_cast<double>(ratios.size());
   const double mean = std::accumulate(ratios.begin(), ratios.end(), 0.0) / count;

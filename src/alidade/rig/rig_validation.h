@@ -34,8 +34,7 @@ struct RigValidation {
   std::vector<TestedRigCamera> cameras;
   double rms_px = 0;  ///< with lenses and poses as stated
   double freed_rms_px = 0;
-  /// sqrt(mean of dx^2 + dy^2) between pixels of two or more cameras and the point triangulated from them,
-  /// px.
+  /// RMS over pairs of pixels of one point, see epipolarDistance().
   double epipolar_px = std::numeric_limits<double>::quiet_NaN();
   std::size_t num_points = 0;  ///< corners that two or more cameras see
   std::size_t num_failed = 0;  ///< of these, without a triangulated point

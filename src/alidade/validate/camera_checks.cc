@@ -409,6 +409,7 @@ CameraJudgement judgeCamera(const StatedCamera& stated, const std::string& file)
                             .camera = stated.camera,
                             .image_size = stated.image_size,
                             .calibration = stated.own ? stated.own->calibration : std::nullopt,
+                            .label = stated.own ? stated.own->name : CameraName(),
                             .can_show_slips = stated.own && !stated.own->self_check.empty()};
   judgement.checks = checkCamera(recordToCheck(stated), !stated.image_size, stated.rectified_center);
   if (!stated.image_size) {

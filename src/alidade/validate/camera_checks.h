@@ -55,6 +55,7 @@ struct CameraJudgement {
   std::optional<AnyCamera> camera = {};               ///< nothing if its model is not supported
   std::optional<ImageSize> image_size = {};           ///< px; nothing if the file does not state it
   std::optional<CalibrationRecord> calibration = {};  ///< of an Alidade camera file
+  CameraName label = {};                              ///< that it states of itself, in such a file
   std::vector<FileCheck> checks = {};                 ///< at least one
   std::optional<HeldOutJudgement> held_out = {};      ///< findings from images, if there are any
   std::optional<FootageJudgement> footage = {};       ///< findings from footage, if there is any

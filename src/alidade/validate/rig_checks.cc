@@ -64,6 +64,26 @@ FileCheck checkSamePose(const RigRecord& rig) {
           .message = "the same pose: " + join(pairs, "; ") + " (was a pose copied, or never filled in?)"};
 }
 
+// A point must have one row (or column, for cameras above each other) in both rectified images, or no stereo
+// program finds matches. Both files state the camera of these images.
+FileCheck checkRows(const StatedCamera& a, const StatedCamera& b) {
+  constexpr double kLimitPx = 0.1;
+  const Eigen::Vector3d baseline = (*b.camera_from_rig * a.camera_from_rig->inverse()).translation;
+  const int across = std::abs(baseline.x()) >= std::abs(baseline.y()) ? 1 : 0;
+  const double focal_px = std::abs((*a.rectified_focal)(across) - (*b.rectified_focal)(across));
+  const double centre_px = std::abs((*a.rectified_center)(across) - (*b.rectified_center)(across));
+  const double off_px = std::max(focal_px, centre_px);
+  const bool is_off = !(off_px <= kLimitPx);
+  return {.severity = is_off ? Severity::kFailure : Severity::kPass,
+          .id = "rows",
+          .message =
+              is_off ? fmt::format("the rectified images have different {}: the projection matrices "
+                                   "differ by {:.3g} px; limit {} px (are both files of one pair?)",
+                                   across == 1 ? "rows" : "columns", off_px, kLimitPx)
+                     : fmt::format("the rectified images share their {}", across == 1 ? "rows" : "columns"),
+          .values = {{"difference_px", off_px}}};
+}
+
 FileCheck checkRigVerdict(const RigRecord& rig) {
   std::string message =
       fmt::format("the verdict was {} with {} frames", verdictName(rig.verdict), rig.num_frames);
@@ -107,6 +127,11 @@ std::vector<FileCheck> checkRig(const CameraSource& source) {
   std::vector<FileCheck> checks = {checkExtent(rig), checkSamePose(rig)};
   if (!rig.covariance.empty()) checks.push_back(checkJointCovariance(rig));
   if (rig.isCalibrated()) checks.push_back(checkRigVerdict(rig));
+  const auto hasRows = [](const StatedCamera& camera) {
+    return camera.rectified_center.has_value() && camera.rectified_focal.has_value();
+  };
+  if (source.cameras.size() == 2 && std::ranges::all_of(source.cameras, hasRows))
+    checks.push_back(checkRows(source.cameras[0], source.cameras[1]));
   return checks;
 }
 

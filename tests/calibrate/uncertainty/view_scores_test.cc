@@ -65,7 +65,7 @@ TEST(ViewInfluence, AFaintlyBentViewIsNamedAndCleanOnesAreNot) {
       const Calibration result = run(set);
       auto images = named(result, "influential_view");
       for (const ExcludedView& view : result.dropped.views) images.push_back(view.image);
-      for (const std::string& image : images) EXPECT_EQ(image, bad.front());
+      for (const std::string& image : images) EXPECT_EQ(image.substr(0, image.find(' ')), bad.front());
       if (!images.empty()) ++num_found;
       ++num_sets;
     }

@@ -32,6 +32,7 @@
 #include "commands/calibrate/calibration_output.h"
 #include "console.h"
 #include "outputs.h"
+#include "page_file.h"
 
 namespace alidade {
 namespace {
@@ -98,7 +99,8 @@ class CalibrateCommand final : public Command {
     for (Diagnosis& diagnosis : result.diagnoses)
       if (!rig_command_.empty() &&
           (diagnosis.id == DiagnosisId("two_cameras") || diagnosis.id == DiagnosisId("focal_changed")))
-        diagnosis.next_step = "for cameras of a rig: " + rig_command_;
+        diagnosis.next_step += (diagnosis.next_step.empty() ? "" : "; ") +
+                               std::string("if each folder is of one camera: ") + rig_command_;
     const Guidance guidance = guide(result, given.views, parsePixels(target_sigma_));
     write(result, given, guidance, flags);
     print(result, given, guidance);
@@ -145,13 +147,12 @@ class CalibrateCommand final : public Command {
     addFormatFlag(flags, format_, "Format of the camera file; the lens model is one that it can represent: ");
     flags.add("--name", &name_.name, "Camera name to store in the camera file", kAside);
     flags.add("--serial", &name_.serial, "Serial number to store in the camera file", kAside);
+    addDateFlag(flags, date_);
     flags.add("--evidence", &evidence_,
               "JSON file to write: everything that --json prints, the errors of all corners and the "
               "effective settings",
               aside(kFilePath));
-    flags.add("--report", &report_,
-              "HTML page to write: the verdict and its reasons in figures, in one file that needs no network",
-              kFilePath);
+    addReportFlag(flags, report_, "the verdict and its reasons in figures");
     flags.under(kVerdictGroup);
     flags.add("--tolerance", &tolerance_,
               "Error of a projected point that you accept (95 %). The verdict and the severity of "
@@ -265,7 +266,9 @@ class CalibrateCommand final : public Command {
   }
 
   [[nodiscard]] CameraRecord recordOf(const Calibration& result) const {
-    return alidade::recordOf(result, programName(), name_);
+    CameraRecord record = alidade::recordOf(result, programName(), name_);
+    record.calibration->date = dateText(date_);
+    return record;
   }
 
   // Writes all requested files.
@@ -273,14 +276,16 @@ class CalibrateCommand final : public Command {
              const Flags& flags) const {
     if (!next_view_.empty()) writeFileAtomically(next_view_, nextViewSvg(result, given.views, guidance));
     if (!evidence_.empty() || !report_.empty()) {
+      RunOrigin origin = originOf(given_.inputs, date_);
+      origin.camera = name_;
       const nlohmann::json evidence = evidenceDocument(
           result, given, guidance,
-          {.settings = flags.settings(), .tolerance_px = options_.tolerance_px, .created_by = programName()});
+          {.settings = flags.settings(), .tolerance_px = options_.tolerance_px, .run = origin});
       if (!evidence_.empty()) writeFileAtomically(evidence_, jsonText(evidence));
       if (!report_.empty())
         writeFileAtomically(report_,
                             reportPage(evidence, evidence_,
-                                       {.pictures = picturesOf(given.images, given.image_set, &passing_),
+                                       {.pictures = {picturesOf(given.images, given.image_set, &passing_)},
                                         .num_jobs = common_.jobs}));
     }
     if (!output_.empty() && output_ != "-" && isKept(result)) saveCamera(output_, recordOf(result), format_);
@@ -289,7 +294,7 @@ class CalibrateCommand final : public Command {
   void print(const Calibration& result, const GivenViews& given, const Guidance& guidance) const {
     const auto summary = [&](bool is_terminal) {
       const bool is_coloured = is_terminal && std::getenv("NO_COLOR") == nullptr;
-      return summaryText(result, given, guidance, options_.tolerance_px, is_coloured) +
+      return summaryText(result, given, guidance, options_.tolerance_px, is_coloured, is_verbose_) +
              (is_terminal ? coveragePicture(guidance.coverage) : "") +
              (is_verbose_ ? "\n" + detailsText(result, given, guidance) : "");
     };
@@ -309,7 +314,8 @@ class CalibrateCommand final : public Command {
     if (!result.isUsable()) {
       const Diagnosis& why = result.diagnoses.front();
       printRefusal("the camera must not be used: " + why.cause, output_, isKept(result));
-      if (!rig_command_.empty()) printMessage("  next: " + why.next_step);  // in one line, to be copied
+      if (!rig_command_.empty() && !why.next_step.empty())
+        printMessage("  next: " + why.next_step);  // in one line, to be copied
       return kUntrustworthyExit;
     }
     if (common_.quiet || output_ == "-") return 0;
@@ -338,6 +344,7 @@ class CalibrateCommand final : public Command {
   std::string evidence_;
   std::string report_;
   CameraName name_;
+  std::string date_;
   bool keep_untrustworthy_ = false;
   PassingPictures passing_;
 };

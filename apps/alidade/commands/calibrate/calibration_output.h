@@ -12,8 +12,10 @@ namespace alidade {
 /// The summary of a calibration for people: at most 16 lines of at most 100 columns, the verdict and the
 /// accuracy first.
 /// @param is_coloured  true for a terminal
+/// @param is_verbose   true if detailsText() follows, which tells boards, views and diagnoses in full
 [[nodiscard]] std::string summaryText(const Calibration& result, const GivenViews& given,
-                                      const Guidance& guidance, double tolerance_px, bool is_coloured);
+                                      const Guidance& guidance, double tolerance_px, bool is_coloured,
+                                      bool is_verbose);
 
 /// The details that --verbose adds to the summary.
 [[nodiscard]] std::string detailsText(const Calibration& result, const GivenViews& given,

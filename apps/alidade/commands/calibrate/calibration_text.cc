@@ -20,6 +20,21 @@
 namespace alidade {
 namespace {
 
+// ", not counting the 1.7 px of focal_changed": the largest effect of a cause that exceeds the accuracy,
+// which assumes that nothing is wrong.
+std::string uncountedText(const Calibration& result) {
+  const Diagnosis* largest = nullptr;
+  for (const Diagnosis& diagnosis : result.diagnoses) {
+    if (diagnosis.severity < Severity::kWarning || diagnosis.id.kind().rank == Rank::kConsequence ||
+        !(diagnosis.effect_px > result.uncertainty.accuracy->covered_px))
+      continue;
+    if (largest == nullptr || diagnosis.effect_px > largest->effect_px) largest = &diagnosis;
+  }
+  return largest == nullptr
+             ? ""
+             : fmt::format(", not counting the {} of {}", pixels(largest->effect_px), largest->id);
+}
+
 Lines accuracyLines(const Calibration& result, double tolerance_px) {
   if (!result.uncertainty.accuracy)
     return wrapped("Accuracy", "unknown: the views do not determine the camera");
@@ -27,11 +42,14 @@ Lines accuracyLines(const Calibration& result, double tolerance_px) {
   const std::string where =
       std::isinf(accuracy.distance_m) ? "" : fmt::format(" at {:g} m", accuracy.distance_m);
   const char* whole = result.domain.full_image ? "the image" : "the pixels with a ray";
-  return {fmt::format("{:<{}}within {} (95 %){} where boards were seen ({} of {})", "Accuracy", kIndent,
-                      pixels(accuracy.covered_px), where, percentText(accuracy.covered_share), whole),
-          fmt::format("{:<{}}within {:.3g} px in {} of {}; worst {} at pixel ({:.0f}, {:.0f})", "", kIndent,
-                      tolerance_px, percentText(accuracy.shareWithin(tolerance_px)), whole,
-                      pixels(accuracy.worst_px), accuracy.worst_pixel.x(), accuracy.worst_pixel.y())};
+  Lines lines =
+      wrapped("Accuracy", fmt::format("within {} (95 %){} where boards were seen ({} of {}){}",
+                                      pixels(accuracy.covered_px), where, percentText(accuracy.covered_share),
+                                      whole, uncountedText(result)));
+  addLines(lines, "", "within {:.3g} px in {} of {}; worst {} at pixel ({:.0f}, {:.0f})", tolerance_px,
+           percentText(accuracy.shareWithin(tolerance_px)), whole, pixels(accuracy.worst_px),
+           accuracy.worst_pixel.x(), accuracy.worst_pixel.y());
+  return lines;
 }
 
 std::string fitText(const Calibration& result, const GivenViews& given) {
@@ -207,7 +225,7 @@ Lines toldShortly(const Diagnosis& diagnosis) {
 }  // namespace
 
 std::string summaryText(const Calibration& result, const GivenViews& given, const Guidance& guidance,
-                        double tolerance_px, bool is_coloured) {
+                        double tolerance_px, bool is_coloured, bool is_verbose) {
   Lines lines = wrapped("Verdict", verdictText(result.verdict(), "camera", is_coloured));
   append(lines, accuracyLines(result, tolerance_px));
   Lines rest =
@@ -217,31 +235,35 @@ std::string summaryText(const Calibration& result, const GivenViews& given, cons
   append(rest, pupilLines(result));
   append(rest, correctionLines(result));
   append(rest, wrapped("Fit", fitText(result, given)));
+  if (is_verbose) {
+    append(lines, rest);
+    return join(lines, "\n") + "\n";
+  }
   Lines last = wrapped("Views", viewsText(guidance.coverage));
-  // The reason for a rejection is always shown.
-  const bool is_rejected =
-      !result.diagnoses.empty() && result.diagnoses.front().severity == Severity::kFailure;
-  std::size_t num_others = lines.size() + rest.size() + last.size() + (guidance.target ? 3 : 1) +
-                           (is_rejected ? toldShortly(result.diagnoses.front()).size() : 0);
+  // The reason for a rejection or reservations is always shown.
+  const bool has_reason =
+      !result.diagnoses.empty() && result.diagnoses.front().severity >= Severity::kWarning;
+  const std::size_t num_needed = has_reason ? toldShortly(result.diagnoses.front()).size() : 0;
+  std::size_t num_others = lines.size() + rest.size() + last.size() + (guidance.target ? 3 : 1) + num_needed;
   // It matters more than the next view.
   const Lines next = wrapped("Next", shortNextViewText(guidance, result.imageSize()));
-  if (!is_rejected || num_others + next.size() < kMaxLines) {
+  if (!has_reason || num_others + next.size() < kMaxLines) {
     append(last, next);
     num_others += next.size();
   }
   append(rest, boardLines(result.fit, std::clamp<std::size_t>(kMaxLines - std::min(num_others, kMaxLines), 1,
                                                               kMaxBoardLines)));
   append(rest, last);
-  // The diagnoses get the remaining lines; those that do not fit are counted. Why a camera is rejected is
-  // told in any case.
+  // The diagnoses get the remaining lines; those that do not fit are counted, except for the reason.
   const std::size_t num_reserved = lines.size() + rest.size() + (guidance.target ? 3 : 1);
-  const std::size_t num_needed = is_rejected ? toldShortly(result.diagnoses.front()).size() : 0;
   const Lines more = addDiagnoses(
       lines, result.diagnoses, std::max(num_needed, kMaxLines - std::min(num_reserved, kMaxLines)),
-      [](const Diagnosis& diagnosis, std::size_t room) {
+      [&](const Diagnosis& diagnosis, std::size_t room) {
         if (diagnosis.severity == Severity::kNote) return Lines();
         Lines told = diagnosisLines(diagnosis);
-        return told.size() > room && diagnosis.severity == Severity::kFailure ? toldShortly(diagnosis) : told;
+        const bool is_reason = &diagnosis == &result.diagnoses.front();
+        const bool is_shortened = is_reason || diagnosis.severity == Severity::kFailure;
+        return told.size() > room && is_shortened ? toldShortly(diagnosis) : told;
       });
   append(lines, rest);
   if (guidance.target) {

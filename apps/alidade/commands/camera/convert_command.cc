@@ -25,6 +25,7 @@
 #include "commands/rig/rectified_pair.h"
 #include "console.h"
 #include "outputs.h"
+#include "summary_lines.h"
 
 namespace alidade {
 namespace {

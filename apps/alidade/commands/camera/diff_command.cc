@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include "alidade/compare/ray_alignment.h"
 #include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
@@ -18,16 +20,18 @@
 #include "alidade/record/camera_record.h"
 #include "alidade/report/data/json_output.h"
 #include "alidade/report/figures/difference_svg.h"
+#include "alidade/report/pages/comparison_page.h"
 #include "camera_files.h"
 #include "command.h"
+#include "commands/camera/folder_diff.h"
 #include "commands/rig/rig_diff.h"
 #include "console.h"
+#include "junit.h"
 #include "outputs.h"
+#include "page_file.h"
 
 namespace alidade {
 namespace {
-
-constexpr double kRoundingPx = 1e-9;  // projecting one camera twice differs by less
 
 // Up to `most` of `count` positions, from the first to the last.
 std::vector<int> spread(int count, int most) {
@@ -73,7 +77,7 @@ std::string differenceText(const ProjectionDifference& difference) {
     text += fmt::format("; {} are seen by neither", difference.num_seen_by_neither);
   text += "\n";
   if (difference.num_compared == 0) return text;
-  if (difference.max_px < kRoundingPx)
+  if (difference.max_px < kEqualPx)
     return text + "Diff     none: the cameras are identical to within rounding\n";
   text += fmt::format(
       "Diff     mean {:.4g} px, RMS {:.4g} px, 95 % within {:.4g} px, at most {:.4g} px at pixel ({:.0f}, "
@@ -121,7 +125,7 @@ std::string differenceTable(const ProjectionDifference& difference) {
     text += fmt::format("    {:>8.0f}", difference.pixels[at(row, 0)].y());
     for (const int column : columns) {
       const double length = difference.lengthAt(at(row, column));
-      text += std::isfinite(length) ? fmt::format(" {:>8.3g}", length < kRoundingPx ? 0.0 : length)
+      text += std::isfinite(length) ? fmt::format(" {:>8.3g}", length < kEqualPx ? 0.0 : length)
                                     : fmt::format(" {:>8}", "-");
     }
     text += "\n";
@@ -154,7 +158,7 @@ std::string testText(const LensComparison& lens) {
            "uncertainty\n";
   }
   std::string text = fmt::format("Test     the difference of {:.2g} px (RMS) is {}: {}",
-                                 difference.rms_px < kRoundingPx ? 0.0 : difference.rms_px,
+                                 difference.rms_px < kEqualPx ? 0.0 : difference.rms_px,
                                  significance->sigmas > 0 ? fmt::format("{:.1f} sigma", significance->sigmas)
                                                           : std::string("within chance"),
                                  significance->isSignificant() ? "significant" : "not significant");
@@ -217,17 +221,20 @@ class DiffCommand final : public Command {
  public:
   void setUp(Flags& flags) override {
     flags.explain(
-        "Example: alidade diff left.yaml right.yaml --tolerance 0.5\nExample: alidade diff left.yaml "
-        "right.yaml -o difference.svg\nA and B may have different formats, models and resolutions. "
-        "Differences are in pixels of the image with the higher\nresolution. Swapping A and B gives the "
-        "inverse rotation and the same differences.\nTwo rigs are compared camera by camera, then the poses "
+        "Example: alidade diff left.yaml right.yaml --tolerance 0.5px -o difference.svg\nExample: alidade diff "
+        "before/ now/ --junit report.xml --report changes.html\nThe first line answers: same, changed, "
+        "or cannot tell, because the stated uncertainty exceeds the tolerance.\nA and B may have different "
+        "formats, models and resolutions. Differences are in pixels of the image with the higher\nresolution. "
+        "Swapping A and B gives the inverse rotation and the same differences.\nIn two folders, cameras are "
+        "paired by serial number, name or file name.\nTwo rigs are compared camera by camera, then the poses "
         "from the first camera, then what both together do: a pixel of\none camera, as a point at --distance "
-        "(default: 10 times the largest baseline), projected into another.\nExit code 3: the cameras see too "
-        "little in common, or they differ significantly and by more than the tolerance.");
-    flags.add("files", &files_,
-              "Two camera files, or two rigs, of any format, A and B; FILE#NAME selects one camera of a "
-              "file with several",
-              kFilePath);
+        "(default: 10 times the largest baseline), projected into another.\nExit code 3: changed, or cannot "
+        "tell.");
+    flags.add(
+        "files", &files_,
+        "Two camera files or rigs of any format, or two folders, A and B; FILE#NAME selects one camera of "
+        "a file with several",
+        kFilePath);
     flags.add("--distance", &distance_m_,
               "Compare points at this distance, for example 2m, and align by the best pose "
               "instead of the best rotation",
@@ -239,45 +246,157 @@ class DiffCommand final : public Command {
                           "270 if the image sizes require it");
     flags.add("--grid", &grid_, "Grid of pixels to compare: COLUMNSxROWS. Default: 40 along the longer side",
               {.complaint = gridComplaint});
-    flags.add("--tolerance", &tolerance_px_,
-              "Largest accepted difference in pixels (95th percentile). Exit code 3 if it "
-              "is exceeded by a significant difference",
+    flags.add("--tolerance", &tolerance_px_, "Largest accepted difference in pixels (95th percentile)",
               {.complaint = nonNegativeNumber, .limits = "0 or more", .number = pixelsOrNan});
+    flags.addSwitch("--allow-unknown", allows_unknown_,
+                    "Exit code 0 if the uncertainty that the files state is too large to tell");
     flags.add("-o,--output", &figure_,
               "SVG file to write: the difference over the image of A, as colours and arrows",
               {.word = kFilePath.word, .complaint = figureComplaint});
+    addReportFlag(flags, report_, "the answers, with figures");
+    addDateFlag(flags, date_);
+    addJunitFlag(flags, common_);
+    flags.addSwitch("--verbose", is_verbose_, "Print the differences over the image", true);
     addReadOptions(flags, camera_);
     flags.addCommon(common_, false);
   }
 
   int run(const Flags&) override {
     checkUsage();
-    const CameraSource source_a = loadCameras(files_[0], camera_);
-    const CameraSource source_b = loadCameras(files_[1], camera_);
-    if (isRigSource(source_a) || isRigSource(source_b)) return runOnRigs(source_a, source_b);
-    const CameraRecord a = onlyCameraTelling(source_a, common_.quiet);
-    const CameraRecord b = onlyCameraTelling(source_b, common_.quiet);
-    const LensComparison lens = compareLenses(a, b, differenceOptions());
-    const std::optional<std::string> no = complaint(lens);
-    if (!common_.quiet) tellOfSizes(lens);
-    const bool has_figure = !figure_.empty() && lens.isKnown();
-    if (has_figure) writeFileAtomically(figure_, figureOf(lens));
-    printResult(common_.json ? documentOf(lens, no) : textOf(lens));
-    if (has_figure && !common_.quiet) printMessage("written to " + figure_);
-    if (!no) return 0;
-    printMessage("error: " + *no);
+    are_folders_ = isFolder(files_[0]);
+    std::vector<DiffResult> results;
+    if (are_folders_) {
+      results = diffFolders(files_[0], files_[1], camera_,
+                            [&](const std::string& a, const std::string& b) { return diffFiles(a, b); });
+    } else {
+      results.push_back(diffFiles(files_[0], files_[1]));
+    }
+    const std::vector<ComparedPair> pairs = mapped(results, &DiffResult::pair);
+    const json document = are_folders_ ? documentOf(results, answerText(pairs)) : withAnswer(results.front());
+    const bool has_figure = !figure_.empty() && pairs.front().drawing;
+    if (has_figure) writeFileAtomically(figure_, standaloneSvg(pairs.front().drawing->svg));
+    if (!common_.junit.empty())
+      writeFileAtomically(common_.junit, junitText("alidade diff", casesOf(results)));
+    if (!report_.empty())
+      writeFileAtomically(report_, comparisonPage(pairs, originOf(files_, date_), document));
+    answer(
+        [&] { return jsonText(document); },
+        [&] { return answerText(pairs) + "\n" + (are_folders_ ? rowsText(pairs) : results.front().text); });
+    if (!common_.quiet) {
+      for (const auto& path : {has_figure ? figure_ : "", report_})
+        if (!path.empty()) printMessage("written to " + path);
+    }
+    const Agreement agreement = agreementOf(pairs);
+    if (isAccepted(agreement)) return 0;
+    printMessage(
+        "error: " + answerText(pairs) +
+        (pairs.size() > 1 || pairs.front().next_step.empty() ? "" : "\n  next: " + pairs.front().next_step));
     if (!figure_.empty() && !has_figure) printMessage(notWritten(figure_) + " (there is nothing to draw)");
     return kUntrustworthyExit;
   }
 
  private:
+  static bool isFolder(const std::string& path) {
+    std::error_code ignored;
+    return std::filesystem::is_directory(path, ignored);
+  }
+
   void checkUsage() const {
-    if (files_.size() != 2) throw missing(counted(files_.size(), "file"), "two camera files");
+    if (files_.size() != 2) throw missing(counted(files_.size(), "file"), "two camera files, or two folders");
     if (same_frame_ && distance_m_) {
       throw flagError("--same-frame and --distance", "both", "one of them",
                       "remove --distance: without alignment the distance has no effect");
     }
-    checkOutput(figure_, {cameraFilePath(files_[0]), cameraFilePath(files_[1]), common_.config}, common_);
+    const bool is_one = isFolder(files_[0]);
+    if (is_one != isFolder(files_[1])) {
+      const std::string& other = files_[is_one ? 1 : 0];
+      std::error_code ignored;
+      if (!std::filesystem::exists(cameraFilePath(other), ignored)) throw missingPathError(other);
+      throw misuse(files_[is_one ? 0 : 1] + " is a folder and " + files_[is_one ? 1 : 0] + " is not",
+                   "two camera files, or two folders",
+                   "name the file in the folder: alidade diff " + files_[0] + (is_one ? "/FILE " : " ") +
+                       files_[1] + (is_one ? "" : "/FILE"));
+    }
+    if (is_one && !figure_.empty())
+      throw flagError("--output " + figure_, "two folders", "two cameras",
+                      "draw all with --report page.html");
+    checkOutputs(std::vector<Output>{{"--output", figure_},
+                                     {"--report", report_, "page.html"},
+                                     {"--junit", common_.junit, "report.xml"}},
+                 {cameraFilePath(files_[0]), cameraFilePath(files_[1]), common_.config}, common_);
+    checkJunitPath(common_.junit);
+  }
+
+  [[nodiscard]] bool isAccepted(Agreement agreement) const {
+    return agreement == Agreement::kWithin || (allows_unknown_ && agreement == Agreement::kUncertain);
+  }
+
+  [[nodiscard]] DiffResult diffFiles(const std::string& file_a, const std::string& file_b) const {
+    const bool is_quiet = common_.quiet || are_folders_;
+    const CameraSource source_a = loadCameras(file_a, camera_);
+    const CameraSource source_b = loadCameras(file_b, camera_);
+    if (isRigSource(source_a) || isRigSource(source_b)) return diffTwoRigs(source_a, source_b);
+    const CameraRecord a = onlyCameraTelling(source_a, is_quiet);
+    const CameraRecord b = onlyCameraTelling(source_b, is_quiet);
+    const LensComparison lens = compareLenses(a, b, differenceOptions());
+    DiffResult result{.pair = {.name = a.name.name, .a = file_a, .b = file_b}};
+    result.pair.agreement = agreementOf(lens.difference, lens.significance, tolerance_px_);
+    result.pair.reason = agreementText(lens.difference, lens.significance, tolerance_px_);
+    result.pair.reason += placeText(source_a.cameras.front(), source_b.cameras.front());
+    if (!isComparable(lens.difference))
+      result.pair.next_step =
+          "check both files with alidade validate, and that both cameras belong to the same image";
+    if (!is_quiet) tellOfSizes(lens);
+    if (lens.isKnown()) result.pair.drawing = drawingOf(result.pair, lens);
+    result.text = textOf(result.pair, lens);
+    result.document = differenceJson(lens);
+    result.document["a"] = fileJson(file_a, lens.a);
+    result.document["b"] = fileJson(file_b, lens.b);
+    result.document["distance_m"] = orNull(distance_m_);
+    return result;
+  }
+
+  [[nodiscard]] json withAnswer(const DiffResult& result) const {
+    json document = result.document;
+    document["answer"] = std::string(answerOf(result.pair.agreement));
+    document["tolerance_px"] = tolerance_px_;
+    const Agreement agreement = result.pair.agreement;
+    const bool is_known = agreement == Agreement::kWithin || agreement == Agreement::kBeyond;
+    document["agrees"] = is_known ? json(agreement == Agreement::kWithin) : json(nullptr);
+    document["reason"] = result.pair.reason;
+    document["created_by"] = programName();
+    return document;
+  }
+
+  [[nodiscard]] json documentOf(const std::vector<DiffResult>& results, const std::string& answer) const {
+    const json pairs = mapped(results, [&](const DiffResult& result) {
+      json document = withAnswer(result);
+      document["name"] = result.pair.name;
+      return document;
+    });
+    return {{"a", files_[0]},
+            {"b", files_[1]},
+            {"answer", answer.substr(0, answer.find(':'))},
+            {"created_by", programName()},
+            {"pairs", pairs}};
+  }
+
+  static std::string rowsText(const std::vector<ComparedPair>& pairs) {
+    std::string text;
+    for (const ComparedPair& pair : pairs)
+      text += fmt::format("{:<12} {:<20} {}\n", answerOf(pair.agreement), printable(pair.name), pair.reason);
+    return text;
+  }
+
+  [[nodiscard]] std::vector<TestCase> casesOf(const std::vector<DiffResult>& results) const {
+    return mapped(results, [&](const DiffResult& result) {
+      const ComparedPair& pair = result.pair;
+      TestCase test{.kind = "camera", .name = pair.name.empty() ? pair.a : pair.name, .text = result.text};
+      const std::string reason = fmt::format("{}: {}", answerOf(pair.agreement), pair.reason);
+      if (!isAccepted(pair.agreement)) test.failure = reason;
+      if (pair.agreement == Agreement::kUncertain && allows_unknown_) test.skipped = reason;
+      return test;
+    });
   }
 
   void tellOfSizes(const LensComparison& lens) const {
@@ -288,9 +407,22 @@ class DiffCommand final : public Command {
   }
 
   // The cameras and the motion removed from their difference.
-  [[nodiscard]] std::string headText(const LensComparison& lens) const {
-    return fileText("A", files_[0], lens.a) + fileText("B", files_[1], lens.b) +
-           differenceText(lens.difference) + pupilText(lens);
+  [[nodiscard]] static std::string headText(const ComparedPair& pair, const LensComparison& lens) {
+    return fileText("A", pair.a, lens.a) + fileText("B", pair.b, lens.b) + differenceText(lens.difference) +
+           pupilText(lens);
+  }
+
+  // What is no part of a camera, but of a file: its pose in a rig, as ROS states it.
+  static std::string placeText(const StatedCamera& a, const StatedCamera& b) {
+    constexpr double kMillimetres = 1000;
+    if (!a.camera_from_rig || !b.camera_from_rig) return "";
+    const SE3 change = *a.camera_from_rig * b.camera_from_rig->inverse();
+    const double angle_deg = kDegPerRad * change.rotation.log().norm();
+    const double distance_mm = kMillimetres * change.translation.norm();
+    if (angle_deg < 1e-6 && distance_mm < 1e-6) return "";
+    return fmt::format(
+        "; their poses in a rig differ by {:.3g} degrees and {:.3g} mm, which only two rigs show", angle_deg,
+        distance_mm);
   }
 
   // Far points, which are compared, do not see the entrance pupils.
@@ -303,25 +435,15 @@ class DiffCommand final : public Command {
         1e3 * a.at(1), 1e3 * b.at(1));
   }
 
-  [[nodiscard]] std::string figureOf(const LensComparison& lens) const {
-    return differenceSvg(lens.a, lens.b, lens.difference, figureLines(headText(lens) + testText(lens)));
+  [[nodiscard]] static Figure drawingOf(const ComparedPair& pair, const LensComparison& lens) {
+    return differenceDrawing(lens.a, lens.b, lens.difference,
+                             figureLines(headText(pair, lens) + testText(lens)));
   }
 
-  [[nodiscard]] std::string textOf(const LensComparison& lens) const {
-    return headText(lens) + (lens.isKnown() ? differenceTable(lens.difference) + testText(lens) : "") +
+  [[nodiscard]] std::string textOf(const ComparedPair& pair, const LensComparison& lens) const {
+    return headText(pair, lens) +
+           (lens.isKnown() ? (is_verbose_ ? differenceTable(lens.difference) : "") + testText(lens) : "") +
            upsideDownText(lens);
-  }
-
-  [[nodiscard]] std::string documentOf(const LensComparison& lens,
-                                       const std::optional<std::string>& no) const {
-    json document = differenceJson(lens);
-    document["a"] = fileJson(files_[0], lens.a);
-    document["b"] = fileJson(files_[1], lens.b);
-    document["distance_m"] = orNull(distance_m_);
-    document["tolerance_px"] = orNull(tolerance_px_);
-    document["agrees"] = tolerance_px_ || no ? json(!no) : json(nullptr);
-    document["reason"] = orNull(no);
-    return jsonText(document);
   }
 
   static std::string gridComplaint(const std::string& text) {
@@ -331,7 +453,7 @@ class DiffCommand final : public Command {
     return "found '" + text + "', expected COLUMNSxROWS such as 20x15, with at most a million pixels";
   }
 
-  [[nodiscard]] int runOnRigs(const CameraSource& a, const CameraSource& b) const {
+  [[nodiscard]] DiffResult diffTwoRigs(const CameraSource& a, const CameraSource& b) const {
     if (!figure_.empty() || rotate_) {
       throw usageError(
           {.where = figure_.empty() ? "--rotate" : "--output",
@@ -365,31 +487,6 @@ class DiffCommand final : public Command {
                       "use a finer grid, or --same-frame to compare without alignment");
     }
     return options;
-  }
-
-  // Reason for a negative answer.
-  [[nodiscard]] std::optional<std::string> complaint(const LensComparison& lens) const {
-    const auto& [a, b, difference, significance] = lens;
-    if (difference.num_compared == 0)
-      return "the cameras cannot be compared: no pixel is seen by both\n  next: check both files with "
-             "alidade validate";
-    if (!difference.is_converged) {
-      return fmt::format(
-          "the best {} was not found: the cameras have too little in common\n  next: check both files with "
-          "alidade validate, and that both cameras belong to the same image",
-          distance_m_ ? "pose" : "rotation");
-    }
-    if (!isComparable(difference)) {
-      return fmt::format(
-          "{} of {} pixels are seen by only one camera, or differ by more than the image diagonal: the "
-          "cameras cannot be compared as a whole\n  next: check both files with alidade validate, and that "
-          "both cameras belong to the same image",
-          difference.num_seen_by_one, difference.pixels.size());
-    }
-    if (!tolerance_px_ || agreementOf(difference, significance, *tolerance_px_) != Agreement::kBeyond)
-      return std::nullopt;
-    return fmt::format("the cameras differ by {:.3g} px (95 %); limit {} px (--tolerance)", difference.p95_px,
-                       *tolerance_px_);
   }
 
   // Images that are upside down have the same size, so a note states it.
@@ -447,12 +544,17 @@ class DiffCommand final : public Command {
   std::optional<int> rotate_;
   std::string grid_;
   std::string figure_;
-  std::optional<double> tolerance_px_;
+  double tolerance_px_ = kDefaultTolerancePx;
+  bool allows_unknown_ = false;
+  std::string report_;
+  std::string date_;
+  bool is_verbose_ = false;
+  bool are_folders_ = false;
 };
 
 }  // namespace
 
-const CommandEntry kDiffCommand = {"diff", "Compare two cameras by their projection difference",
+const CommandEntry kDiffCommand = {"diff", "Tell whether two cameras, rigs or folders of them are the same",
                                    made<DiffCommand>};
 
 }  // namespace alidade

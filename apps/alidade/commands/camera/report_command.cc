@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <span>
 
 #include "alidade/core/error.h"
 #include "alidade/files/camera_source.h"
@@ -10,6 +11,7 @@
 #include "alidade/imagery/image_list.h"
 #include "alidade/imagery/image_set.h"
 #include "alidade/report/data/json_output.h"
+#include "alidade/report/data/rig_data.h"
 #include "alidade/report/data/utf8.h"
 #include "alidade/report/pages/page.h"
 #include "board_views.h"
@@ -17,6 +19,7 @@
 #include "command.h"
 #include "console.h"
 #include "outputs.h"
+#include "page_file.h"
 #include "pending_folder.h"
 
 namespace alidade {
@@ -25,24 +28,26 @@ namespace {
 constexpr std::size_t kMaxEvidenceBytes = std::size_t{1} << 30U;
 
 // The images of an evidence document, each once; none for any other document, which is refused later.
-std::set<std::string> viewNames(const json& evidence) {
+// @param camera  index; of one camera, views state none
+std::set<std::string> viewNames(const json& evidence, std::size_t camera) {
   std::set<std::string> names;
   if (!evidence.is_object() || !evidence.contains("views") || !evidence["views"].is_array()) return names;
   for (const json& view : evidence["views"]) {
-    if (view.is_object() && view.contains("image") && view["image"].is_string())
+    if (view.is_object() && view.contains("image") && view["image"].is_string() &&
+        view.value("camera", json(camera)) == json(camera))
       names.insert(view["image"].get<std::string>());
   }
   return names;
 }
 
 // The pictures of an evidence document, from images and videos that are given again.
-PictureSource picturesFrom(const json& evidence, const std::vector<std::string>& paths) {
+PictureSource picturesFrom(const json& evidence, std::size_t camera, const std::vector<std::string>& paths) {
   const std::vector<std::string> short_names = shortNames(paths);
   std::map<std::string, std::string> path_of;
   for (std::size_t i = 0; i < paths.size(); ++i) path_of[validUtf8(short_names[i])] = paths[i];
   std::vector<std::string> names;
   std::vector<std::string> images;
-  for (const std::string& name : viewNames(evidence)) {
+  for (const std::string& name : viewNames(evidence, camera)) {
     const auto frame = parseFrameName(name);
     const auto file = path_of.find(name);
     if (file == path_of.end() && !(frame && path_of.contains(frame->first))) continue;
@@ -65,10 +70,10 @@ class ReportCommand final : public Command {
     flags.add("--evidence", &evidence_, "Evidence file of the camera file", kFilePath);
     flags.add("--images", &images_,
               "Images that the camera was calibrated from, for pictures of the views: folders, files, "
-              "patterns or videos",
+              "patterns or videos; of a rig, one for each camera",
               kFilePath);
     flags.add("--against", &against_, "Camera file (any format) to compare with", kFilePath);
-    flags.add("-o,--output", &output_, "HTML page to write", kFilePath);
+    addReportFlag(flags, output_, "the calibration in figures", "-o,--output");
     flags.add("--figures", &figures_, "Folder to create, with the figures as SVG files", kFolder);
     flags.addSwitch("--overwrite", overwrite_,
                     "Replace an earlier, unchanged folder of figures; other files are never changed");
@@ -83,7 +88,7 @@ class ReportCommand final : public Command {
         images_.empty() ? std::vector<std::string>() : listInputs(images_).all();
     checkUsage(images);
     const json evidence = readEvidence();
-    const PageOptions options = pageOptions(images, evidence);
+    const PageOptions options = pageOptions(evidence);
     write(evidence, options);
     print();
     return 0;
@@ -112,9 +117,13 @@ class ReportCommand final : public Command {
     return evidence;
   }
 
-  [[nodiscard]] PageOptions pageOptions(const std::vector<std::string>& images, const json& evidence) const {
+  [[nodiscard]] PageOptions pageOptions(const json& evidence) const {
     PageOptions options{.num_jobs = common_.jobs};
-    if (!images.empty()) options.pictures = picturesFrom(evidence, images);
+    const std::size_t step = isRigEvidence(evidence) ? 1 : images_.size();
+    for (std::size_t i = 0; i < images_.size(); i += step) {
+      const std::vector<std::string> images = listInputs(std::span(images_).subspan(i, step)).all();
+      options.pictures.push_back(picturesFrom(evidence, i, images));
+    }
     if (against_.empty()) return options;
     const CameraRecord other = readCameraTelling(against_, {}, common_.quiet);
     options.rival = {.name = printable(against_),

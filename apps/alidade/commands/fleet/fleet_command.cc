@@ -24,6 +24,7 @@
 #include "command.h"
 #include "console.h"
 #include "outputs.h"
+#include "page_file.h"
 #include "summary_lines.h"
 
 namespace alidade {
@@ -134,6 +135,7 @@ class FleetCommand final : public Command {
     flags.add("-o,--output", &output_,
               "What to write: a page with figures (.html) or a row for each unit (.csv)",
               {.word = kFilePath.word, .complaint = outputComplaint});
+    addDateFlag(flags, date_);
     flags.add("--typical", &typical_,
               "Camera file to write: the typical camera of the largest group, with the spread between "
               "units as its covariance",
@@ -221,7 +223,7 @@ class FleetCommand final : public Command {
     if (output_.ends_with(".csv")) {
       writeFileAtomically(output_, fleetCsv(fleet));
     } else if (!output_.empty()) {
-      writeFileAtomically(output_, fleetPage(fleet, programName()));
+      writeFileAtomically(output_, fleetPage(fleet, originOf(files_, date_, {{"--previous", previous_}})));
     }
     if (typical_.empty()) return;
     if (!fleet.groups.front().typical) {
@@ -250,6 +252,7 @@ class FleetCommand final : public Command {
 
   std::vector<std::string> files_;
   std::string output_;
+  std::string date_;
   std::string typical_;
   std::vector<std::string> previous_;
   double tolerance_px_ = 1;

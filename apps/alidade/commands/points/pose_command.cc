@@ -87,7 +87,7 @@ class PoseCommand final : public Command {
               {.word = "FORM", .complaint = writtenComplaint});
     flags.add("--from", &from_, "FORM of an input that is only numbers (below)",
               {.word = "FORM", .complaint = formComplaint});
-    flags.add("--poses-are", &frames_, "Direction of the poses, unless the input states it",
+    flags.add("--poses-are", &frames_, "Direction of the input's poses, unless it states that",
               oneOf(kPoseDirections));
     flags.add("--compose", &right_, "Pose B: each pose A becomes A * B, a_from_c = a_from_b * b_from_c",
               kFilePath);
@@ -103,17 +103,18 @@ class PoseCommand final : public Command {
     checkOutput(output_, {source_, right_, origin_, common_.config}, common_);
     PoseList list = read(source_.empty() ? "-" : source_);
     if (!right_.empty()) {
-      const NamedPose right = readOne("--compose", right_);
+      const NamedPose right = readOne("--compose", right_, list.remarks);
       for (NamedPose& pose : list.poses) pose = product(pose, right, pose.id);
     }
     if (!origin_.empty()) {
-      const NamedPose origin = inverted(readOne("--relative-to", origin_));
+      const NamedPose origin = inverted(readOne("--relative-to", origin_, list.remarks));
       for (NamedPose& pose : list.poses) pose = product(origin, pose, pose.id);
     }
     json spread;
     if (is_mean_) spread = takeMean(list);
     if (is_inverted_) list.poses = mapped(list.poses, inverted);
-    const std::string text = poseText(list.poses, to_, list.remarks);
+    const bool has_text = !common_.json || !output_.empty();
+    const std::string text = has_text ? poseText(list.poses, to_, list.remarks) : "";
     if (!common_.quiet) printNotes(list.remarks);
     if (!output_.empty() && output_ != "-") {
       writeFileAtomically(output_, text);
@@ -129,8 +130,11 @@ class PoseCommand final : public Command {
     return readAnyPoses(source, frames_, from_.empty() ? std::nullopt : findPoseForm(from_));
   }
 
-  [[nodiscard]] NamedPose readOne(const std::string& flag, const std::string& source) const {
-    const PoseList list = read(source);
+  // --from and --poses-are do not apply to it.
+  static NamedPose readOne(const std::string& flag, const std::string& source,
+                           std::vector<std::string>& remarks) {
+    const PoseList list = readAnyPoses(source, "", std::nullopt);
+    append(remarks, list.remarks);
     if (list.poses.size() == 1) return list.poses.front();
     throw flagError(flag, fmt::format("{} poses", list.poses.size()), "one pose, which applies to all");
   }

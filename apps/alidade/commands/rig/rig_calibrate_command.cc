@@ -31,6 +31,7 @@
 #include "commands/rig/rig_inputs.h"
 #include "console.h"
 #include "outputs.h"
+#include "page_file.h"
 #include "summary_lines.h"
 
 namespace alidade {
@@ -210,8 +211,8 @@ class RigCalibrateCommand final : public Command {
     flags.redirect({"--to"}, "alidade convert rig.yaml -o camchain.yaml --to kalibr, afterwards");
     flags.add("--evidence", &evidence_, "JSON file to write: all results with the errors of all corners",
               kFilePath);
-    flags.add("--report", &report_, "HTML page to write: the rig and its errors in figures, in one file",
-              kFilePath);
+    addReportFlag(flags, report_, "the rig, its errors and each camera in figures");
+    addDateFlag(flags, date_);
     flags.under(kVerdictGroup);
     flags.add("--tolerance", &tolerance_, "Error of a projected point that you accept (95 %)", kPixelText);
     flags.under(kOutputGroup);
@@ -239,8 +240,10 @@ class RigCalibrateCommand final : public Command {
       explainMirrors(views_.mirroredOf(c), names[c] + ": ", rig.diagnoses);
       explainMirrors(views_.mirroredOf(c), "", rig.cameras[c].calibration.diagnoses);
     }
-    const RigRecord record = recordOf(rig, programName());
-    write(rig, record, options.camera.tolerance_px);
+    RigRecord record = recordOf(rig, programName());
+    for (std::size_t c = 0; c < names.size(); ++c)
+      if (!rig.cameras[c].given) record.cameras[c].camera.calibration->date = dateText(date_);
+    write(rig, record, given.given, options.camera.tolerance_px);
     print(rig, given.given, record.num_frames);
     return tell(rig);
   }
@@ -277,13 +280,18 @@ class RigCalibrateCommand final : public Command {
   [[nodiscard]] bool isKept(const RigCalibration& rig) const { return rig.isUsable() || keep_; }
 
   // Writes all requested files.
-  void write(const RigCalibration& rig, const RigRecord& record, double tolerance_px) const {
+  void write(const RigCalibration& rig, const RigRecord& record, const std::vector<GivenViews>& given,
+             double tolerance_px) const {
     if (!output_.empty() && isKept(rig)) saveRig(output_, record);
     if (evidence_.empty() && report_.empty()) return;
-    const nlohmann::json evidence = rigEvidenceDocument(rig, tolerance_px, programName());
+    const nlohmann::json evidence =
+        rigEvidenceDocument(rig, tolerance_px, originOf(views_.inputs, date_, {{"--fixed", fixed_}}));
     if (!evidence_.empty()) writeFileAtomically(evidence_, jsonText(evidence));
     if (report_.empty()) return;
-    writeFileAtomically(report_, reportPage(evidence, evidence_));
+    const std::vector<PictureSource> pictures =
+        mapped(given, [&](const GivenViews& of) { return picturesOf(of.images, of.image_set, nullptr); });
+    writeFileAtomically(report_,
+                        reportPage(evidence, evidence_, {.pictures = pictures, .num_jobs = common_.jobs}));
     if (!common_.quiet) printMessage("report written to " + report_);
   }
 
@@ -367,6 +375,7 @@ class RigCalibrateCommand final : public Command {
   std::string output_;
   std::string evidence_;
   std::string report_;
+  std::string date_;
   std::string tolerance_ = "1px";
   bool keep_ = false;
   bool is_verbose_ = false;

@@ -2,6 +2,7 @@
 #include "commands/rig/rig_diff.h"
 
 #include <algorithm>
+#include <array>
 
 #include <fmt/format.h>
 
@@ -19,8 +20,6 @@
 
 namespace alidade {
 namespace {
-
-constexpr double kNoDifferencePx = 1e-9;
 
 RigRecord rigFrom(const CameraSource& source, const CameraSource& other) {
   requireAll(source);
@@ -69,7 +68,7 @@ void requireSameSizes(const RigRecord& a, const RigRecord& b, const std::string&
 std::string lensText(const LensComparison& pair) {
   const ProjectionDifference& difference = pair.difference;
   if (!isComparable(difference)) return "cannot be compared: the lenses see too little in common";
-  if (difference.max_px < kNoDifferencePx) return "no difference";
+  if (difference.max_px < kEqualPx) return "no difference";
   std::string text =
       fmt::format("95 % within {:.3g} px, at most {:.3g} px", difference.p95_px, difference.max_px);
   if (difference.b_from_a.rotation.log().norm() * kDegPerRad > 1e-6) {
@@ -84,7 +83,7 @@ std::string transferText(const std::optional<TransferDifference>& transfer,
                          const std::vector<std::string>& names) {
   if (!transfer) return "cannot be compared: no other camera sees enough of the same points";
   const std::string from = "pixels of " + names[transfer->from] + ": ";
-  if (transfer->max_px < kNoDifferencePx) return from + "no difference";
+  if (transfer->max_px < kEqualPx) return from + "no difference";
   return from + fmt::format("95 % within {:.3g} px, at most {:.3g} px at pixel ({:.0f}, {:.0f})",
                             transfer->p95_px, transfer->max_px, transfer->worst_pixel.x(),
                             transfer->worst_pixel.y());
@@ -134,38 +133,45 @@ json rigJson(const std::vector<std::string>& names, const std::vector<LensCompar
   return {{"distance_m", difference.distance_m}, {"cameras", std::move(cameras)}};
 }
 
-// Reason for a negative answer.
-std::optional<std::string> rigComplaint(const std::vector<std::string>& names,
-                                        const std::vector<LensComparison>& pairs,
-                                        const RigDifference& difference, std::optional<double> tolerance_px) {
+// Sets the answer: that of the first lens or pose that differs, or else of the first that cannot be judged.
+void judge(const std::vector<std::string>& names, const std::vector<LensComparison>& pairs,
+           const RigDifference& difference, double tolerance_px, ComparedPair& rig) {
+  rig.agreement = Agreement::kWithin;
+  double worst_px = 0;
+  const auto settle = [&](Agreement agreement, const std::string& reason, const std::string& next_step = "") {
+    const ComparedPair found{.agreement = agreement, .reason = reason, .next_step = next_step};
+    const std::array both = {rig, found};
+    if (agreementOf(both) != rig.agreement) {
+      rig.agreement = agreement;
+      rig.reason = reason;
+      rig.next_step = next_step;
+    }
+  };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const LensComparison& pair = pairs[i];
-    if (!isComparable(pair.difference)) {
-      return names[i] +
-             ": the lenses cannot be compared, because they see too little in common\n  next: check both "
-             "files with alidade validate";
-    }
-    if (tolerance_px &&
-        agreementOf(pair.difference, pair.significance, *tolerance_px) == Agreement::kBeyond) {
-      return fmt::format("{}: the lenses differ by {:.3g} px (95 %); limit {} px (--tolerance)", names[i],
-                         pair.difference.p95_px, *tolerance_px);
-    }
+    settle(agreementOf(pair.difference, pair.significance, tolerance_px),
+           names[i] + ": the lens: " + agreementText(pair.difference, pair.significance, tolerance_px),
+           isComparable(pair.difference) ? "" : "check both files with alidade validate");
+    worst_px = std::max(worst_px, pair.difference.p95_px);
   }
-  if (!tolerance_px) return std::nullopt;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto& transfer = difference.transfers[i];
     if (!transfer) {
-      return fmt::format(
-          "{}: the pose cannot be judged, because no other camera sees enough of the same points at {:.4g} "
-          "m\n  next: add --distance with one at which the cameras' images overlap",
-          names[i], difference.distance_m);
+      settle(Agreement::kNotComparable,
+             fmt::format("{}: the pose cannot be judged, because no other camera sees enough of the same "
+                         "points at {:.4g} m",
+                         names[i], difference.distance_m),
+             "add --distance with one at which the cameras' images overlap");
+      continue;
     }
-    if (transfer->p95_px > *tolerance_px) {
-      return fmt::format("{}: points from {} differ by {:.3g} px (95 %); limit {} px (--tolerance)", names[i],
-                         names[transfer->from], transfer->p95_px, *tolerance_px);
-    }
+    worst_px = std::max(worst_px, transfer->p95_px);
+    settle(transfer->p95_px > tolerance_px ? Agreement::kBeyond : Agreement::kWithin,
+           fmt::format("{}: points from {} differ by {:.3g} px (95 %); limit {:g} px", names[i],
+                       names[transfer->from], transfer->p95_px, tolerance_px));
   }
-  return std::nullopt;
+  if (rig.reason.empty())
+    rig.reason = fmt::format("lenses and poses differ by at most {:.3g} px (95 %); limit {:g} px",
+                             worst_px < kEqualPx ? 0.0 : worst_px, tolerance_px);
 }
 
 }  // namespace
@@ -186,9 +192,8 @@ bool isRigSource(const CameraSource& source) {
                      [](const StatedCamera& camera) { return camera.camera_from_rig.has_value(); });
 }
 
-int diffRigs(const CameraSource& a, const CameraSource& b, const DifferenceOptions& of_cameras,
-             std::optional<double> distance_m, std::optional<double> tolerance_px,
-             const CommonOptions& common) {
+DiffResult diffRigs(const CameraSource& a, const CameraSource& b, const DifferenceOptions& of_cameras,
+                    std::optional<double> distance_m, double tolerance_px, const CommonOptions& common) {
   const RigRecord rig_a = rigFrom(a, b);
   RigRecord rig_b = rigFrom(b, a);
   const bool is_by_name = matchCameras(rig_a, rig_b, a.path, b.path);
@@ -199,29 +204,21 @@ int diffRigs(const CameraSource& a, const CameraSource& b, const DifferenceOptio
   const RigDifference difference =
       rigDifference(rig_a.cameras, rig_b.cameras, distance_m.value_or(usualDistance(rig_a.cameras)));
   const std::vector<std::string> names = namesOf(rig_a);
-  const auto no = rigComplaint(names, pairs, difference, tolerance_px);
   if (!common.quiet) {
     tellRemarks(a);
     tellRemarks(b);
     if (!is_by_name)
       printMessage("note: the names of the cameras differ, so they are compared in the order of the files");
   }
-  if (common.json) {
-    json document = rigJson(names, pairs, difference);
-    document["a"] = a.path;
-    document["b"] = b.path;
-    document["tolerance_px"] = orNull(tolerance_px);
-    document["agrees"] = tolerance_px || no ? json(!no) : json(nullptr);
-    document["reason"] = orNull(no);
-    printResult(jsonText(document));
-  } else {
-    printResult(fmt::format("A        {}: {} cameras\nB        {}: {} cameras\n", a.path,
+  DiffResult result{.pair = {.a = a.path, .b = b.path}};
+  judge(names, pairs, difference, tolerance_px, result.pair);
+  result.document = rigJson(names, pairs, difference);
+  result.document["a"] = a.path;
+  result.document["b"] = b.path;
+  result.text = fmt::format("A        {}: {} cameras\nB        {}: {} cameras\n", a.path,
                             rig_a.cameras.size(), b.path, rig_b.cameras.size()) +
-                rigText(names, pairs, difference));
-  }
-  if (!no) return 0;
-  printMessage("error: " + *no);
-  return kUntrustworthyExit;
+                rigText(names, pairs, difference);
+  return result;
 }
 
 }  // namespace alidade

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <optional>
 
 #include <fmt/format.h>
@@ -12,6 +10,7 @@
 #include "alidade/core/parallel.h"
 #include "alidade/files/camera_list.h"
 #include "alidade/files/camera_source.h"
+#include "alidade/files/rig_file.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/footage/follow/footage_frames.h"
 #include "alidade/report/pages/validation_page.h"
@@ -22,19 +21,12 @@
 #include "command.h"
 #include "commands/validate/validation_output.h"
 #include "console.h"
+#include "junit.h"
 #include "outputs.h"
+#include "page_file.h"
 
 namespace alidade {
 namespace {
-
-bool isJunitReport(const std::string& path) {
-  std::ifstream file(path);
-  std::string line;
-  for (int i = 0; i < 2 && std::getline(file, line); ++i) {
-    if (line.starts_with("<testsuites")) return true;
-  }
-  return false;
-}
 
 class ValidateCommand final : public Command {
  public:
@@ -55,10 +47,9 @@ class ValidateCommand final : public Command {
     flags.add("file", &files_, "Camera files, folders, or patterns in quotes", kFilePath);
     flags.addSwitch("--strict", is_strict_, "Treat warnings as failures");
     flags.addSwitch("--verbose", is_verbose_, "Print every check");
-    flags.add("--junit", &junit_path_, "Write the result as JUnit XML to this file", kFilePath);
-    flags.add("--report", &report_,
-              "HTML page to write: what was found, with figures, in one file that needs no network",
-              kFilePath);
+    addJunitFlag(flags, common_);
+    addReportFlag(flags, report_, "what was found, with figures");
+    addDateFlag(flags, date_);
     flags.redirect({"--model"},
                    "--read-as radtan or --read-as kannala_brandt, for files that do not state it");
     addReadOptions(flags, camera_);
@@ -112,15 +103,9 @@ class ValidateCommand final : public Command {
       if (!file.is_from_folder) sources.push_back(cameraFilePath(file.path));
     }
     append(sources, footage_);
-    const std::vector<Output> outputs = {{"--junit", junit_path_}, {"--report", report_, "page.html"}};
+    const std::vector<Output> outputs = {{"--junit", common_.junit}, {"--report", report_, "page.html"}};
     checkOutputs(std::span(outputs).first(1), sources, common_);
-    std::error_code error;
-    if (!junit_path_.empty() && std::filesystem::is_regular_file(junit_path_, error) &&
-        !isJunitReport(junit_path_)) {
-      throw flagError("--junit " + junit_path_, "an existing file that is no JUnit report",
-                      "a new file, or an earlier report",
-                      "choose another name, otherwise the file would be overwritten");
-    }
+    checkJunitPath(common_.junit);
     if (!report_.empty()) checkOutputs(outputs, allSources(listed), common_, 1);
     if (images_.inputs.empty() && !images_.mirrored.empty())
       throw misuse("--mirrored without --images", "--images with photographs of a board");
@@ -204,10 +189,13 @@ class ValidateCommand final : public Command {
     parallelFor(listed.size(), num_jobs, [&](std::size_t i) {
       judgements[i] = judgeFile(listed[i], camera_, tests_, known[i] ? &*known[i] : nullptr);
     });
-    ValidationResult result{.is_strict = is_strict_,
-                            .tolerance_px = tests_.tolerance_px,
-                            .boards = tests_.boards,
-                            .created_by = programName()};
+    ValidationResult result{
+        .is_strict = is_strict_,
+        .tolerance_px = tests_.tolerance_px,
+        .boards = tests_.boards,
+        .origin =
+            originOf(files_, date_,
+                     {{"--images", images_.inputs}, {"--footage", footage_}, {"--against", {against_}}})};
     if (const auto& other = tests_.other)
       result.rival = {.name = printable(against_),
                       .camera = other->camera,
@@ -216,10 +204,11 @@ class ValidateCommand final : public Command {
     for (std::size_t i = 0; i < listed.size(); ++i) {
       if (judgements[i]) {
         result.files.push_back(*std::move(judgements[i]));
-      } else if (listed[i].path != junit_path_) {  // an earlier report
+      } else if (listed[i].path != common_.junit) {  // an earlier report
         result.other_files.push_back(listed[i].path);
       }
     }
+    if (result.files.size() == 2) addPairChecks(result);
     if (!result.files.empty()) return result;
     throw inputError({.where = files_.front(),
                       .found = "no camera file among " + counted(listed.size(), "file"),
@@ -227,8 +216,23 @@ class ValidateCommand final : public Command {
                       .next_step = "see docs/formats.md for the formats"});
   }
 
+  // Two files of one pair, as of ROS, state together where the cameras are. Others were judged by themselves.
+  void addPairChecks(ValidationResult& result) const {
+    const std::vector<std::string> paths = mapped(result.files, &FileJudgement::file);
+    std::vector<FileCheck>& checks = result.files.back().rig_checks;
+    const bool are_whole = std::ranges::all_of(result.files, [](const FileJudgement& file) {
+      return file.error.empty() && file.rig_checks.empty();
+    });
+    if (!are_whole) return;
+    try {
+      checks = checkRig(gatherCameras(paths, camera_).source);
+    } catch (const Error&) {
+      // They are no pair: without poses, or at one place, as cameras by themselves are.
+    }
+  }
+
   void write(const ValidationResult& result) const {
-    if (!junit_path_.empty()) writeFileAtomically(junit_path_, junitText(result));
+    if (!common_.junit.empty()) writeFileAtomically(common_.junit, junitText(result));
     if (report_.empty()) return;
     writeFileAtomically(report_,
                         validationPage(result, validationEvidence(result),
@@ -244,8 +248,8 @@ class ValidateCommand final : public Command {
   }
 
   std::vector<std::string> files_;
-  std::string junit_path_;
   std::string report_;
+  std::string date_;
   bool is_strict_ = false;
   bool is_verbose_ = false;
   ReadOptions camera_;

@@ -188,7 +188,7 @@ json validationDocument(const ValidationResult& result, bool has_corners) {
                      {"rig_checks", checksJson(file.rig_checks)}});
   }
   const std::size_t num_failed = numWith(result, Severity::kFailure);
-  return {{"created_by", result.created_by},
+  return {{"created_by", result.origin.created_by},
           {"strict", result.is_strict},
           {"tolerance_px", result.tolerance_px},
           {"totals",
@@ -219,7 +219,7 @@ json validationEvidence(const ValidationResult& result) {
                            {"covariance", nullptr}};
     if (rival->covariance) document["against"]["covariance"] = lowerTriangle(rival->covariance->view());
   }
-  return document;
+  return withOrigin(std::move(document), result.origin);
 }
 
 }  // namespace alidade

@@ -4,16 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <sstream>
+#include <vector>
 
 #include <fmt/format.h>
-#include <pugixml.hpp>
 
 #include "alidade/core/error_text.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "console.h"
+#include "junit.h"
 
 namespace alidade {
 namespace {
@@ -204,18 +204,10 @@ FileJudgement withoutFootage(FileJudgement file) {
   return file;
 }
 
-void addTestCase(pugi::xml_node suite, const char* class_name, const std::string& file, bool is_failed,
-                 const std::string& reason, const std::string& text) {
-  pugi::xml_node test = suite.append_child("testcase");
-  test.append_attribute("classname") = class_name;
-  test.append_attribute("name") = printable(file).c_str();
-  if (is_failed) {
-    pugi::xml_node failure = test.append_child("failure");
-    failure.append_attribute("message") = reason.c_str();
-    failure.text().set(text.c_str());
-  } else {
-    test.append_child("system-out").text().set(text.c_str());
-  }
+TestCase testCase(const ValidationResult& result, const FileJudgement& file, const char* kind) {
+  TestCase test{.kind = kind, .name = file.file, .text = fileText(result, file)};
+  if (result.isFailed(file)) test.failure = reasonText(file);
+  return test;
 }
 
 }  // namespace
@@ -255,41 +247,18 @@ std::string checksText(const ValidationResult& result) {
 }
 
 std::string junitText(const ValidationResult& result) {
-  pugi::xml_document document;
-  pugi::xml_node declaration = document.append_child(pugi::node_declaration);
-  declaration.append_attribute("version") = "1.0";
-  declaration.append_attribute("encoding") = "UTF-8";
-  pugi::xml_node suites = document.append_child("testsuites");
-  pugi::xml_node suite = suites.append_child("testsuite");
-  suite.append_attribute("name") = "alidade validate";
+  std::vector<TestCase> cases;
   for (const FileJudgement& file : result.files) {
-    const FileJudgement alone = withoutFootage(file);
-    addTestCase(suite, "camera_file", file.file, result.isFailed(alone), reasonText(alone),
-                fileText(result, alone));
-    const FileCheck* const footage = footageCheckOf(file);
-    if (footage == nullptr) continue;
+    cases.push_back(testCase(result, withoutFootage(file), "camera_file"));
+    if (footageCheckOf(file) == nullptr) continue;
     FileJudgement on_footage = file;
     std::erase_if(on_footage.cameras.front().checks,
                   [](const FileCheck& check) { return !check.id.starts_with("footage"); });
-    addTestCase(suite, "footage", file.file, result.isFailed(on_footage), reasonText(on_footage),
-                fileText(result, on_footage));
+    cases.push_back(testCase(result, on_footage, "footage"));
   }
-  for (const std::string& file : result.other_files) {
-    addTestCase(suite, "other_file", file, false, "", kNoCamera);
-    suite.last_child().prepend_child("skipped").append_attribute("message") = kNoCamera;
-  }
-  for (pugi::xml_node node : {suites, suite}) {
-    const auto count = [&](const char* name, const char* kind) {
-      node.append_attribute(name) = static_cast<unsigned long long>(suite.select_nodes(kind).size());
-    };
-    count("tests", "testcase");
-    count("failures", "testcase/failure");
-    count("errors", "testcase/error");
-    count("skipped", "testcase/skipped");
-  }
-  std::ostringstream out;
-  document.save(out, "  ", pugi::format_default, pugi::encoding_utf8);
-  return out.str();
+  for (const std::string& file : result.other_files)
+    cases.push_back({.kind = "other_file", .name = file, .skipped = kNoCamera});
+  return junitText("alidade validate", cases);
 }
 
 }  // namespace alidade

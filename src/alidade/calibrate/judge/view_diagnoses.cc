@@ -133,9 +133,8 @@ void influentialViews(Evidence& of) {
     const auto [move_sigmas, surprise_sigmas] = influences[v];
     if (!(surprise_sigmas > kSurprise) || !(move_sigmas > kMove)) continue;
     of.add({.id = "influential_view",
-            .cause = nameOf(of.fit, of.fit.views[v]),
-            .evidence = "contradicts the other views by " + numberText("%.0f", surprise_sigmas) +
-                        " standard deviations",
+            .cause = nameOf(of.fit, of.fit.views[v]) + " contradicts the other views",
+            .evidence = numberText("%.0f", surprise_sigmas) + " standard deviations",
             // A sharp one may show what the others do not.
             .next_step = "if it shows motion or a bent board, leave it out, else take more views like it"},
            // Upper bound: no projection moves by more than this in its own standard deviations.

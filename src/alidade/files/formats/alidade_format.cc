@@ -290,11 +290,12 @@ double readRms(const YamlNode& calibration, Verdict verdict) {
 
 CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
   node.allowKeys(
-      words("verdict accuracy_px accuracy_distance_m covered_share rms_px holdout_rms_px num_views "
+      words("verdict date accuracy_px accuracy_distance_m covered_share rms_px holdout_rms_px num_views "
             "num_corners board board_warp findings parameter_std pupil_std covariance covariance_by "
             "view_centers"));
   CalibrationRecord record;
   if (const auto n = node.find("verdict")) record.verdict = readVerdict(*n);
+  if (const auto n = node.find("date")) record.date = n->text();
   if (const auto n = node.find("accuracy_px")) record.accuracy_px = n->number();
   if (const auto n = node.find("accuracy_distance_m")) {
     record.accuracy_distance_m = n->number();

@@ -28,6 +28,11 @@ auto byName(std::span<const std::string_view> names, std::span<const double> val
   };
 }
 
+// Text of the user, in quotes: a serial number must not become a number. It must outlive the result.
+auto quoted(const std::string& text) {
+  return [&text](YAML::Emitter& to) { to << YAML::DoubleQuoted << text; };
+}
+
 // One board as a SPEC and the map of its bend; several as lists.
 void writeBoards(YAML::Emitter& out, const CalibrationRecord& record) {
   const auto writeBend = [](YAML::Emitter& to, const WarpRecord& warp) {
@@ -65,6 +70,7 @@ void writeCalibration(YAML::Emitter& out, const CalibrationRecord& record,
   };
   out << YAML::BeginMap;
   writeEntries(out, "verdict", verdictName(record.verdict));
+  if (!record.date.empty()) writeEntries(out, "date", quoted(record.date));
   const bool is_far = std::isinf(record.accuracy_distance_m);
   writeKnown("accuracy_px", record.accuracy_px,
              is_far ? "error of a distant point (95 %) where boards were seen"
@@ -97,10 +103,9 @@ std::string indented(const std::string& text, std::size_t width) {
 }
 
 std::string cameraEntry(const RigCameraRecord& camera) {
-  const auto quoted = [&camera](YAML::Emitter& out) { out << YAML::DoubleQuoted << camera.camera.name.name; };
   YAML::Emitter out;
   out << YAML::BeginMap;
-  writeEntries(out, "name", quoted, "camera_from_rig",
+  writeEntries(out, "name", quoted(camera.camera.name.name), "camera_from_rig",
                [&camera](YAML::Emitter& to) { detail::writePose(to, camera.camera_from_rig); });
   if (camera.translation_std_m.norm() > 0) {
     writeEntries(out, "camera_from_rig_std",
@@ -154,10 +159,6 @@ std::string cameraFileText(const CameraRecord& file) {
     });
   }
   if (!file.name.isEmpty()) {
-    // Quoted, because a serial number must not become a number.
-    const auto quoted = [](const std::string& text) {
-      return [&text](YAML::Emitter& to) { to << YAML::DoubleQuoted << text; };
-    };
     const auto name = quoted(file.name.name);
     const auto serial = quoted(file.name.serial);
     const auto lens = quoted(file.name.lens);

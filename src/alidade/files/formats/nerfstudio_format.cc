@@ -76,7 +76,7 @@ bool isFisheyeModel(const YamlNode& model) {
   const std::string name = model.text();
   const std::vector<std::string> known = words(kPerspective + kFisheye);
   if (std::find(known.begin(), known.end(), name) != known.end()) return name == kFisheye;
-  const auto names = mapped(known, [](const std::string& model) { return AliasedName{model}; });
+  const auto names = mapped(known, [](const std::string& other) { return AliasedName{other}; });
   throw UnsupportedCamera(model.error(
       "'" + name + "'", "one of " + join(known, ", "),
       didYouMeanOne(name, names, "use one of these models in the program that calibrated the images")));

@@ -127,6 +127,7 @@ void remarkProjection(const YamlNode& root, const char* key, std::span<const Sta
   const std::vector<StatedNumber> P = statedNumbers(*node, 12);
   if (areZero(P)) return;
   if (P[2].value > 0 && P[6].value > 0) camera.rectified_center = Eigen::Vector2d(P[2].value, P[6].value);
+  if (P[0].value > 0 && P[5].value > 0) camera.rectified_focal = Eigen::Vector2d(P[0].value, P[5].value);
   constexpr std::array<std::size_t, 9> kLeft = {0, 1, 2, 4, 5, 6, 8, 9, 10};
   const StatedNumber zero;
   const StatedNumber one{1, 0};

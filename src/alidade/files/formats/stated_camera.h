@@ -33,6 +33,7 @@ struct StatedCamera {
   std::vector<Remark> remarks = {};
   /// The principal point of the rectified images, px, if a ROS file states a projection matrix.
   std::optional<Eigen::Vector2d> rectified_center = std::nullopt;
+  std::optional<Eigen::Vector2d> rectified_focal = std::nullopt;  ///< the focal lengths of these images, px
   /// The pose, if the file states those of all its cameras. A file with one camera may also state it, in a
   /// frame shared with other files.
   std::optional<SE3> camera_from_rig = {};

@@ -59,6 +59,7 @@ SO3 rotationOf(const AllNumbers& all, int last, const std::string& name) {
 }  // namespace
 
 NamedPose PoseForm::read(std::span<const double> numbers) const {
+  expect(numbers.size() == places.size(), "one number per place");
   AllNumbers all = AllNumbers::Zero();
   for (const int place : {17, 22, 27, 32}) all[place] = 1;  // the diagonal of the matrix
   for (std::size_t i = 0; i < places.size(); ++i)

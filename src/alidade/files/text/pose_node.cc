@@ -42,11 +42,13 @@ constexpr Replacement kReplacements[] = {
     {"translation position t xyz location tvec", "translation_m: [x, y, z] in metres, and a rotation"},
     {"T transform extrinsic extrinsics pose", "matrix: 4x4, under a key such as camera_from_world"}};
 
-// A list of numbers, a list of rows, or a map of x, y, z and w.
-std::vector<double> numbersIn(const YamlNode& node, std::size_t count) {
-  if (node.isMap())
-    return mapped(words(count == 4 ? "x y z w" : "x y z"),
-                  [&](const std::string& key) { return node.at(key).number(); });
+// A list of numbers, a list of rows, or as ROS writes them a map of x, y, z and w.
+std::vector<double> numbersIn(const YamlNode& node, std::size_t count, bool is_map) {
+  if (is_map) {
+    const std::vector<std::string> names = words(count == 4 ? "x y z w" : "x y z");
+    node.allowKeys(names);
+    return mapped(names, [&](const std::string& key) { return node.at(key).number(); });
+  }
   const std::vector<YamlNode> rows = node.items();
   if (rows.empty() || !rows.front().isSequence() || count % rows.size() != 0) return node.numbers(count);
   std::vector<double> all;
@@ -58,14 +60,14 @@ std::vector<double> numbersIn(const YamlNode& node, std::size_t count) {
 NamedPose readKeys(const YamlNode& node, const PoseKeys& keys, bool is_any) {
   const YamlNode rotation = node.at(keys.rotation);
   const PoseForm form = findPoseForm(keys.form).value();
-  const std::vector<double> numbers = numbersIn(rotation, form.places.size());
+  const std::vector<double> numbers = numbersIn(rotation, form.places.size(), keys.are_maps);
   // Errors of a form do not know their place in the file, so it is added.
   NamedPose pose = withPlace(rotation.where(), [&] { return form.read(numbers); });
   pose.frames = keys.frames;
   if (keys.rotation == "transform_matrix")
     pose.stated.rotation = pose.stated.rotation * SO3::fromQuaternion({0, 1, 0, 0});
   if (pose.has_translation || (is_any && !node.has(keys.translation))) return pose;
-  pose.stated.translation = Eigen::Vector3d(numbersIn(node.at(keys.translation), 3).data());
+  pose.stated.translation = Eigen::Vector3d(numbersIn(node.at(keys.translation), 3, keys.are_maps).data());
   pose.has_translation = true;
   return pose;
 }
@@ -73,7 +75,7 @@ NamedPose readKeys(const YamlNode& node, const PoseKeys& keys, bool is_any) {
 NamedPose readUnframed(const YamlNode& node, std::vector<std::string> allowed, bool is_any) {
   for (const PoseKeys& keys : kOtherKeys) {
     if (!node.has(keys.rotation) || node.at(keys.rotation).isMap() != keys.are_maps ||
-        !(keys.translation.empty() || node.has(keys.translation)))
+        !(keys.translation.empty() || node.has(keys.translation) || (is_any && node.keys().size() == 1)))
       continue;
     allowed.insert(allowed.end(), {keys.rotation, keys.translation});
     node.allowKeys(allowed);
@@ -93,7 +95,8 @@ NamedPose readUnframed(const YamlNode& node, std::vector<std::string> allowed, b
     if (!found.form.empty()) throw node.error("both " + found.form + " and " + key, "only one rotation");
     found.form = found.rotation = key;
   }
-  allowed.insert(allowed.end(), {found.rotation, found.translation});
+  allowed.push_back(found.translation);
+  if (!found.form.empty()) allowed.push_back(found.rotation);
   allowed.insert(allowed.end(), forms.begin(), forms.end());
   node.allowKeys(allowed);
   if (found.form.empty()) throw node.error("no rotation", "one of " + join(forms, ", "));
@@ -101,6 +104,13 @@ NamedPose readUnframed(const YamlNode& node, std::vector<std::string> allowed, b
     throw node.error("'" + found.form + "' and '" + found.translation + "'",
                      "only '" + found.form + "', which already contains the whole pose");
   return readKeys(node, found, is_any);
+}
+
+// Refuses a notation of another direction than that of its place in the file.
+SE3 withFrames(const YamlNode& node, const NamedPose& pose, const std::string& frames) {
+  if (pose.frames == "world_from_camera" && frames != pose.frames)
+    throw node.error("'transform_matrix', which is world_from_camera", "matrix: 4x4 of this direction");
+  return pose.stated;
 }
 
 }  // namespace
@@ -129,6 +139,7 @@ NamedPose readStatedPose(const YamlNode& node, const std::vector<std::string>& b
     node.allowKeys(allowed);
     NamedPose pose = node.at(key).isSequence() ? readKeys(node, {.rotation = key, .form = "matrix"}, is_any)
                                                : readUnframed(node.at(key), {}, is_any);
+    pose.stated = withFrames(node.at(key), pose, frames);
     pose.frames = frames;
     return pose;
   }
@@ -136,7 +147,7 @@ NamedPose readStatedPose(const YamlNode& node, const std::vector<std::string>& b
 }
 
 SE3 readPose(const YamlNode& node, const std::vector<std::string>& beside) {
-  return readUnframed(node, beside, false).stated;
+  return withFrames(node, readUnframed(node, beside, false), "");
 }
 
 void writePose(YAML::Emitter& out, const SE3& pose) {

@@ -4,13 +4,23 @@
   const byId = (id) => document.getElementById(id);
   const threeDigits = (value) => value === 0 ? '0' : value.toFixed(Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(Math.abs(value))))));
   const evidence = JSON.parse(byId('evidence').textContent);
-  // Of a calibration, or of all cameras of a validation that were tested on images.
+  // Of a calibration, of a rig camera by camera, or of all cameras of a validation that were tested on images.
   const views = evidence.files ? [] : evidence.views || [];
   for (const file of evidence.files || []) {
     for (const camera of file.cameras) {
       for (const view of camera.held_out ? camera.held_out.views : []) {
         if (view.corners.length) views.push({...view, size: camera.image_size, of: camera.held_out.rms_px});
       }
+    }
+  }
+  if (evidence.kind === 'rig') {
+    views.sort((a, b) => a.camera - b.camera);
+    for (const view of views) {
+      const camera = evidence.cameras[view.camera];
+      view.size = camera.image_size;
+      view.of = camera.rms_px;
+      view.num_corners = view.corners.length;
+      view.max_error_px = Math.max(...view.corners.map((c) => Math.hypot(c.dx, c.dy)));
     }
   }
   const sizeOf = (view) => view.size || evidence.image_size;
@@ -103,7 +113,7 @@
   // ---- a file of several ----
 
   const openFold = () => {
-    const fold = location.hash.startsWith('#file') && byId(location.hash.slice(1));
+    const fold = /^#(file|camera)\d/.test(location.hash) && byId(location.hash.slice(1));
     if (fold && fold.tagName === 'DETAILS') { fold.open = true; fold.scrollIntoView(); }
   };
   addEventListener('hashchange', openFold);
@@ -205,13 +215,14 @@
 
   for (const map of document.querySelectorAll('[data-map]')) {
     const [left, top, right, bottom] = map.dataset.box.split(' ').map(Number);
+    const fold = map.closest('[data-camera]');
+    const {accuracy, image_size: size} = fold ? evidence.cameras[fold.dataset.camera] : evidence;
     map.addEventListener('pointermove', (event) => {
       const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(map.getScreenCTM().inverse());
       const x = (at.x - left) / (right - left);
       const y = (at.y - top) / (bottom - top);
       if (x < 0 || x > 1 || y < 0 || y > 1) { tip.hidden = true; return; }
-      const {columns, rows, error_px: errors} = evidence.accuracy;
-      const size = evidence.image_size;
+      const {columns, rows, error_px: errors} = accuracy;
       const error = errors[Math.round(y * (rows - 1)) * columns + Math.round(x * (columns - 1))];
       tell(event, `pixel (${Math.round(x * size.width - 0.5)}, ${Math.round(y * size.height - 0.5)}): ${pixels(error)}`);
     });

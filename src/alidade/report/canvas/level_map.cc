@@ -166,7 +166,7 @@ Legend addToleranceMap(LevelMap errors, double tolerance_px, FigureCanvas& canva
   }
   if (most >= previous) legend.emplace_back("level6", fmt::format("above {:g} px", previous));
   if (!contours[kToleranceLevel].empty())
-    legend.emplace_back("line contour main", fmt::format("your tolerance, {:g} px", tolerance_px));
+    legend.emplace_back("line contour main", fmt::format("tolerance, {:g} px", tolerance_px));
   for (std::size_t i = 0; i < contours.size(); ++i)
     canvas.addPath(contourPath(contours[i]), i == kToleranceLevel ? "contour main" : "contour");
   addContourWords(canvas, contours, words, avoid);
@@ -176,7 +176,7 @@ Legend addToleranceMap(LevelMap errors, double tolerance_px, FigureCanvas& canva
 std::string toleranceSentence(const Legend& legend, double tolerance_px) {
   const bool has_line =
       std::ranges::any_of(legend, [](const auto& entry) { return entry.first == "line contour main"; });
-  return fmt::format("{} your tolerance of {:g} px: blue is within it, yellow to red is not.",
+  return fmt::format("{} the tolerance of {:g} px (--tolerance): blue is within it, yellow to red is not.",
                      has_line ? "The thick line is" : "The colours depend on", tolerance_px);
 }
 

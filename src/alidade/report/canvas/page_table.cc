@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/core/text.h"
 #include "alidade/report/canvas/figure_canvas.h"
 
 namespace alidade {
@@ -17,6 +18,20 @@ bool isEstimated(double std) {
 }
 
 }  // namespace
+
+std::string proseHtml(const std::string& text) {
+  std::string html;
+  for (const std::string_view word : split(text, ' ')) {
+    const std::string_view core = word.substr(0, word.find_last_not_of(".,;:)") + 1);
+    std::string inner;
+    for (const char c : escapedMarkup(core)) inner += c == '/' ? std::string("/<wbr>") : std::string(1, c);
+    const bool is_id = core.find('_') != std::string_view::npos &&
+                       core.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == std::string_view::npos;
+    if (is_id || core.starts_with("--")) inner = "<code>" + inner + "</code>";
+    html += (word.data() == text.data() ? "" : " ") + inner + escapedMarkup(word.substr(core.size()));
+  }
+  return html;
+}
 
 std::string tableHtml(const std::string& title, const std::vector<PageColumn>& columns,
                       const std::vector<PageRow>& rows) {
@@ -33,7 +48,7 @@ std::string tableHtml(const std::string& title, const std::vector<PageColumn>& c
   for (const PageRow& row : rows) {
     html += fmt::format("<tr{}>", kindOf(row.kind));
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      std::string cell = escapedMarkup(row.cells[c]);
+      std::string cell = proseHtml(row.cells[c]);
       if (columns[c].has_links) cell = fmt::format("<a href=\"{}\">{}</a>", escapedMarkup(row.link), cell);
       html += fmt::format("<td{} data-name=\"{}\">{}</td>", kindOf(columns[c].kind),
                           escapedMarkup(columns[c].name), cell);

@@ -8,6 +8,9 @@ namespace alidade {
 
 // Tables of the report pages. Texts are plain.
 
+/// Text as HTML: ids with an underscore and flags are set as code, and paths may break after a slash.
+[[nodiscard]] std::string proseHtml(const std::string& text);
+
 struct PageColumn {
   std::string name;
   std::string kind = {};   ///< class of its cells: "words" for text instead of numbers

@@ -505,19 +505,19 @@ json evidenceDocument(const Calibration& result, const GivenImages& given, const
   document["settings"] = json::object();
   for (const auto& [name, values] : origin.settings) document["settings"][name] = values;
   document["tolerance_px"] = origin.tolerance_px;
-  document["created_by"] = origin.created_by;
-  return document;
+  return withOrigin(std::move(document), origin.run);
 }
 
 std::string rigSummaryJson(const RigCalibration& rig) {
   return jsonText(documentOfRig(rig));
 }
 
-json rigEvidenceDocument(const RigCalibration& rig, double tolerance_px, const std::string& created_by) {
+json rigEvidenceDocument(const RigCalibration& rig, double tolerance_px, const RunOrigin& origin) {
   json document = documentOfRig(rig);
   document["kind"] = "rig";
   document["tolerance_px"] = tolerance_px;
-  document["created_by"] = created_by;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+    document["cameras"][c]["accuracy"] = orNull(rig.cameras[c].calibration.uncertainty.accuracy);
   document["frames"] = rig.frames.names;
   json& boards = document["boards"] = json::array();
   for (const FitBoard& board : rig.fit.boards) boards.push_back(board.target.spec());
@@ -538,7 +538,7 @@ json rigEvidenceDocument(const RigCalibration& rig, double tolerance_px, const s
                      {"rms_px", std::sqrt(sum / count)},
                      {"corners", cornersJson(rig.fit.cameras[view.camera], view)}});
   }
-  return document;
+  return withOrigin(std::move(document), origin);
 }
 
 }  // namespace alidade

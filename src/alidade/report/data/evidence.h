@@ -11,6 +11,7 @@
 
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/guide/guidance.h"
+#include "alidade/report/data/report_data.h"
 #include "alidade/rig/rig_calibration.h"
 #include "alidade/target/view.h"
 
@@ -31,11 +32,11 @@ struct GivenImages {
 [[nodiscard]] std::string summaryJson(const Calibration& result, const GivenImages& given,
                                       const Guidance& guidance);
 
-/// Origin of the evidence.
+/// What a calibration was given.
 struct EvidenceOrigin {
   std::vector<std::pair<std::string, std::vector<std::string>>> settings = {};  ///< names and values
   double tolerance_px = 1;                                                      ///< see CalibratorOptions
-  std::string created_by = {};                                                  ///< program and version
+  RunOrigin run = {};
 };
 
 /// The same with the settings and the errors of all corners; input of reportPage().
@@ -47,8 +48,7 @@ struct EvidenceOrigin {
 
 /// The same with boards, frames and the errors of all corners; input of reportPage().
 /// @param tolerance_px  see CalibratorOptions
-/// @param created_by    program and version
 [[nodiscard]] nlohmann::json rigEvidenceDocument(const RigCalibration& rig, double tolerance_px,
-                                                 const std::string& created_by);
+                                                 const RunOrigin& origin);
 
 }  // namespace alidade

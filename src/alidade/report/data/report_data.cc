@@ -107,27 +107,6 @@ void addCoverage(const JsonNode& root, CalibrationEvidence& data) {
   for (std::size_t v = 0; v < data.views.size(); ++v) addSighting(views.at(v), data.views[v]);
 }
 
-std::optional<Accuracy> readAccuracy(const JsonNode& node) {
-  if (node.isNull()) return std::nullopt;
-  Accuracy accuracy;
-  const double distance = node["distance_m"].number();
-  if (std::isfinite(distance)) accuracy.distance_m = distance;  // null: distant points
-  accuracy.columns = node["columns"].whole(2, kMaxGridSide);
-  accuracy.rows = node["rows"].whole(2, kMaxGridSide);
-  const auto count = static_cast<std::size_t>(accuracy.columns) * static_cast<std::size_t>(accuracy.rows);
-  const JsonNode errors = node["error_px"];
-  const JsonNode covered = node["is_covered"];
-  errors.requireSize(count);
-  covered.requireSize(count);
-  accuracy.error_px = errors.list([](const JsonNode& n) { return n.number(); });
-  accuracy.is_covered = covered.list([](const JsonNode& n) { return n.flag(); });
-  accuracy.covered_px = node["covered_px"].number();
-  accuracy.covered_share = node["covered_share"].number();
-  accuracy.worst_px = node["worst_px"].number();
-  accuracy.worst_pixel = readVector<2>(node["worst_pixel"]);
-  return accuracy;
-}
-
 std::vector<ModelCandidate> readModels(const JsonNode& choice) {
   if (choice.isNull()) return {};
   return choice["candidates"].list([](const JsonNode& node) {
@@ -162,6 +141,25 @@ std::vector<std::string> readSettings(const json& evidence) {
 
 }  // namespace
 
+json withOrigin(json document, const RunOrigin& origin) {
+  document["created_by"] = origin.created_by;
+  document["origin"] = {{"inputs", origin.inputs},
+                        {"name", origin.camera.name},
+                        {"serial", origin.camera.serial},
+                        {"date", origin.date}};
+  return document;
+}
+
+RunOrigin readOrigin(const JsonNode& root) {
+  RunOrigin origin{.created_by = root["created_by"].text()};
+  if (!root.has("origin")) return origin;
+  const JsonNode node = root["origin"];
+  origin.inputs = node["inputs"].list(textOf);
+  origin.camera = {.name = node["name"].text(), .serial = node["serial"].text(), .lens = {}};
+  origin.date = node["date"].text();
+  return origin;
+}
+
 std::size_t readBoardIndex(const JsonNode& node, const std::vector<FitBoard>& boards) {
   if (!node.has("board")) return 0;
   const JsonNode board = node["board"];
@@ -175,6 +173,27 @@ CornerError readCorner(const JsonNode& node, const Board& board) {
   return {.id = node["id"].whole(0, board.numCorners() - 1),
           .pixel = {node["u"].finite(), node["v"].finite()},
           .error_px = {node["dx"].finite(), node["dy"].finite()}};
+}
+
+std::optional<Accuracy> readAccuracy(const JsonNode& node) {
+  if (node.isNull()) return std::nullopt;
+  Accuracy accuracy;
+  const double distance = node["distance_m"].number();
+  if (std::isfinite(distance)) accuracy.distance_m = distance;  // null: distant points
+  accuracy.columns = node["columns"].whole(2, kMaxGridSide);
+  accuracy.rows = node["rows"].whole(2, kMaxGridSide);
+  const auto count = static_cast<std::size_t>(accuracy.columns) * static_cast<std::size_t>(accuracy.rows);
+  const JsonNode errors = node["error_px"];
+  const JsonNode covered = node["is_covered"];
+  errors.requireSize(count);
+  covered.requireSize(count);
+  accuracy.error_px = errors.list([](const JsonNode& n) { return n.number(); });
+  accuracy.is_covered = covered.list([](const JsonNode& n) { return n.flag(); });
+  accuracy.covered_px = node["covered_px"].number();
+  accuracy.covered_share = node["covered_share"].number();
+  accuracy.worst_px = node["worst_px"].number();
+  accuracy.worst_pixel = readVector<2>(node["worst_pixel"]);
+  return accuracy;
 }
 
 std::optional<Eigen::MatrixXd> readCovariance(const JsonNode& node, int n) {
@@ -238,7 +257,7 @@ CalibrationEvidence readCalibration(const nlohmann::json& evidence, const std::s
   data.covariance = readCovariance(root["covariance"], static_cast<int>(data.parameter_std.size()));
   data.models = readModels(root["model_choice"]);
   addNextView(root["next_view"], data);
-  static_cast<void>(root["created_by"].text());  // for the page
+  data.origin = readOrigin(root);
   return data;
 }
 

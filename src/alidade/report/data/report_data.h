@@ -18,6 +18,7 @@
 #include "alidade/geometry/dense_matrix.h"
 #include "alidade/geometry/se3.h"
 #include "alidade/guide/coverage.h"
+#include "alidade/record/camera_record.h"
 #include "alidade/target/board.h"
 #include "alidade/target/corner_error.h"
 
@@ -25,6 +26,17 @@ namespace alidade {
 
 // Data of the report page, read from the evidence of a calibration (JSON, see docs/report.md). Numbers that
 // are null in the evidence are NaN here.
+
+/// Where a result comes from, as documents and the headers of pages state it.
+struct RunOrigin {
+  std::string created_by = {};           ///< program and version
+  std::vector<std::string> inputs = {};  ///< as given; those of a flag begin with it
+  CameraName camera = {};                ///< as the user states it; only name and serial number
+  std::string date = {};                 ///< as the user states it; empty: not stated
+};
+
+/// The document with the keys "created_by" and "origin".
+[[nodiscard]] nlohmann::json withOrigin(nlohmann::json document, const RunOrigin& origin);
 
 /// A view of the fit, with its coverage; or the photograph to take next, without errors.
 struct ReportedView {
@@ -72,6 +84,7 @@ struct CalibrationEvidence : ReportData {
   std::vector<std::string> reasons = {};       ///< one line for each image without a usable board
   std::vector<std::string> notes = {};
   std::vector<std::string> settings = {};  ///< as flags: "--tolerance 1px"
+  RunOrigin origin = {};
 };
 
 /// The corners in all views.
@@ -96,6 +109,10 @@ class JsonNode;
 /// The index of the board with the SPEC under "board", or of the only board.
 [[nodiscard]] std::size_t readBoardIndex(const JsonNode& node, const std::vector<FitBoard>& boards);
 [[nodiscard]] CornerError readCorner(const JsonNode& node, const Board& board);
+/// The origin of a document; of an older one, only its program.
+[[nodiscard]] RunOrigin readOrigin(const JsonNode& root);
+/// Nothing for null.
+[[nodiscard]] std::optional<Accuracy> readAccuracy(const JsonNode& node);
 /// A matrix for N parameters, from the lower triangle row by row; nothing for null.
 [[nodiscard]] std::optional<Eigen::MatrixXd> readCovariance(const JsonNode& node, int n);
 

@@ -8,7 +8,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "alidade/camera/triangulation.h"
 #include "alidade/core/diagnosis.h"
+#include "alidade/core/mapped.h"
 #include "alidade/report/data/json_node.h"
 #include "alidade/target/board_spec.h"
 
@@ -38,6 +40,7 @@ ReportedRigCamera readRigCamera(const JsonNode& node) {
   camera.rms_px = node["rms_px"].number();
   camera.alone_rms_px = node["alone_rms_px"].number();
   camera.transfer_px = node["transfer_px"].number();
+  if (node.has("accuracy")) camera.accuracy = readAccuracy(node["accuracy"]);
   return camera;
 }
 
@@ -52,29 +55,24 @@ ReportedView readRigView(const JsonNode& node, const ReportedRig& rig) {
   return view;
 }
 
-// The distance of a pixel of camera b from the image of camera a's ray, a curve; nothing if the ray of a
-// points at b.
-std::optional<double> epipolarDistance(const ReportedRigCamera& a, const ReportedRigCamera& b,
-                                       const SE3& b_from_a, const Vector2d& pixel_a,
-                                       const Vector2d& pixel_b) {
-  constexpr double kLeastSine = 1e-6;
-  const auto ray_a = a.camera.unproject(pixel_a);
-  const auto ray_b = b.camera.unproject(pixel_b);
-  if (!ray_a || !ray_b || !(b_from_a.translation.norm() > 0)) return std::nullopt;
-  const Vector3d to_a = b_from_a * a.camera.startOf(*ray_a) - b.camera.startOf(*ray_b);
-  const Vector3d normal = to_a.normalized().cross(b_from_a.rotation * *ray_a);
-  if (normal.norm() < kLeastSine) return std::nullopt;
-  // The ray's angle to the epipolar plane, as a displacement of the pixel without the part along the curve.
-  const Vector3d n = normal.normalized();
-  const double angle = std::asin(std::clamp(n.dot(*ray_b), -1.0, 1.0));
-  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> of_ray;
-  if (!b.camera.project(*ray_b, of_ray.data()).ok()) return std::nullopt;
-  const Vector2d moved = of_ray * n * angle;
-  const Vector2d along = (of_ray * n.cross(*ray_b)).normalized();
-  return (moved - moved.dot(along) * along).norm();
-}
-
 }  // namespace
+
+CalibrationEvidence cameraData(const ReportedRig& rig, std::size_t camera) {
+  const ReportedRigCamera& of = rig.cameras[camera];
+  CalibrationEvidence data{
+      ReportData{.camera = of.camera, .size = of.size, .tolerance_px = rig.tolerance_px}};
+  data.accuracy = of.accuracy;
+  data.rms_px = of.rms_px;
+  std::vector<std::vector<Vector2d>> pixels;
+  for (const ReportedView& view : rig.views) {
+    if (view.camera < camera) ++data.first_view;
+    if (view.camera != camera) continue;
+    data.views.push_back(view);
+    pixels.push_back(mapped(view.corners, &CornerError::pixel));
+  }
+  data.coverage = imageCoverage(of.camera, of.size, pixels);
+  return data;
+}
 
 bool isRigEvidence(const nlohmann::json& evidence) {
   return evidence.is_object() && evidence.value("kind", nlohmann::json()) == "rig";
@@ -99,7 +97,7 @@ ReportedRig readRig(const nlohmann::json& evidence, const std::string& file) {
   rig.views = root["views"].list([&](const JsonNode& node) { return readRigView(node, rig); });
   rig.findings = readFindings(root["diagnoses"]);
   sortDiagnoses(rig.findings);
-  static_cast<void>(root["created_by"].text());  // for the page
+  rig.origin = readOrigin(root);
   return rig;
 }
 
@@ -107,6 +105,12 @@ std::vector<EpipolarPair> epipolarPairs(const ReportedRig& rig) {
   // Views by placement, then by camera.
   std::map<std::size_t, std::vector<const ReportedView*>> by_placement;
   for (const ReportedView& view : rig.views) by_placement[view.placement].push_back(&view);
+  const auto mounted = mapped(rig.cameras, [](const ReportedRigCamera& camera) {
+    return MountedCamera{.name = camera.name,
+                         .camera = camera.camera,
+                         .image_size = camera.size,
+                         .camera_from_rig = camera.camera_from_rig};
+  });
   std::map<std::pair<std::size_t, std::size_t>, std::map<std::size_t, SquareSum>> sums;
   for (auto& [placement, views] : by_placement) {
     std::ranges::stable_sort(views, {}, &ReportedView::camera);
@@ -117,14 +121,12 @@ std::vector<EpipolarPair> epipolarPairs(const ReportedRig& rig) {
         const std::size_t first = views[i]->camera;
         const std::size_t second = views[k]->camera;
         if (first == second) continue;
-        const SE3 b_from_a =
-            rig.cameras[second].camera_from_rig * rig.cameras[first].camera_from_rig.inverse();
         SquareSum& sum = sums[{first, second}][rig.placements[placement].frame];
         for (const CornerError& corner : views[k]->corners) {
           const auto other = pixel_of.find(corner.id);
           if (other == pixel_of.end()) continue;
-          const auto distance = epipolarDistance(rig.cameras[first], rig.cameras[second], b_from_a,
-                                                 other->second, corner.pixel);
+          const auto distance =
+              epipolarDistance(mounted[first], mounted[second], other->second, corner.pixel);
           if (!distance) continue;
           sum.sum += *distance * *distance;
           ++sum.count;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,6 +30,7 @@ struct ReportedRigCamera {
   double rms_px = 0;
   double alone_rms_px = 0;  ///< calibrated alone
   double transfer_px = 0;   ///< see RigCamera
+  std::optional<Accuracy> accuracy = {};
 };
 
 struct ReportedRig {
@@ -43,6 +45,7 @@ struct ReportedRig {
   std::vector<FitPlacement> placements = {};
   std::vector<ReportedView> views = {};
   std::vector<Diagnosis> findings = {};
+  RunOrigin origin = {};
 };
 
 /// Sum for a root mean square.
@@ -61,6 +64,10 @@ struct EpipolarPair {
   double rms_px = 0;
   std::vector<std::pair<std::size_t, double>> by_frame = {};  ///< frame and RMS, px, in order of frames
 };
+
+/// A camera and what its images show, for figures that a single camera has, too; without boards and poses.
+/// @pre the index of a camera
+[[nodiscard]] CalibrationEvidence cameraData(const ReportedRig& rig, std::size_t camera);
 
 /// True if a document is the evidence of a rig.
 [[nodiscard]] bool isRigEvidence(const nlohmann::json& evidence);

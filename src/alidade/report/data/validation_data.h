@@ -17,10 +17,10 @@ struct ValidationResult {
   std::vector<FileJudgement> files = {};
   std::vector<std::string> other_files = {};  ///< in folders; not camera files
   bool is_strict = false;                     ///< a warning counts as a failure of the file
-  double tolerance_px = 0;                    ///< for images and for the comparison
+  double tolerance_px = kDefaultTolerancePx;  ///< for images, for the comparison and for maps
   std::vector<Board> boards = {};             ///< that the images show; none without images
   std::optional<RivalCamera> rival = {};      ///< reference for the comparison
-  std::string created_by = {};                ///< program and version
+  RunOrigin origin = {};
 
   [[nodiscard]] bool isFailed(const FileJudgement& file) const {
     return file.severity() >= (is_strict ? Severity::kWarning : Severity::kFailure);
@@ -57,6 +57,11 @@ struct JudgedFile {
   std::optional<Diagnosis> error = {};  ///< reason why it cannot be read
   std::vector<JudgedCamera> cameras = {};
   std::vector<Diagnosis> rig_checks = {};
+
+  /// True if the file has no failure, but failed because warnings count as failures.
+  [[nodiscard]] bool isFailedByWarnings() const {
+    return status == Severity::kFailure && judgement->severity() < Severity::kFailure;
+  }
 };
 
 /// The results refer to `result`, which must outlive them.

@@ -36,16 +36,8 @@ namespace alidade {
 
 // Figures of the lens (lens_figures.cc).
 
-/// The images of straight lines of the scene, over those of a pinhole camera.
-[[nodiscard]] Figure distortionGridFigure(const ReportData& data);
-/// Distance from the principal point over the angle from the optical axis, with the end of the model's domain
-/// and that of the range covered by boards.
-[[nodiscard]] Figure radialFigure(const ReportData& data);
-/// The start of a ray on the axis over its angle, up to the range covered by boards. @pre the entrance pupil
-/// moves
-[[nodiscard]] Figure pupilFigure(const ReportData& data);
-/// The correction field as arrows over the image. @pre the camera has one
-[[nodiscard]] Figure correctionFigure(const ReportData& data);
+/// What the lens does: its distortion and, where it has one, its moving pupil and its correction field.
+[[nodiscard]] std::vector<Figure> lensFigures(const ReportData& data);
 /// The correlations of the estimated parameters. @pre there is a covariance
 [[nodiscard]] Figure correlationFigure(const ReportData& data);
 

@@ -198,8 +198,8 @@ Legend legendOf(const CellGrid& grid, const ProjectionDifference& difference, do
 
 }  // namespace
 
-std::string differenceSvg(const ComparedCamera& a, const ComparedCamera& b,
-                          const ProjectionDifference& difference, std::span<const std::string> lines) {
+Figure differenceDrawing(const ComparedCamera& a, const ComparedCamera& b,
+                         const ProjectionDifference& difference, std::span<const std::string> lines) {
   expect(
       difference.columns > 0 && difference.rows > 0 && difference.is_converged && difference.num_compared > 0,
       "a grid of pixels that were compared");
@@ -223,8 +223,17 @@ std::string differenceSvg(const ComparedCamera& a, const ComparedCamera& b,
         fmt::format("Each cell covers {0}x{0} pixels of the grid and shows their largest difference.",
                     grid.pixels_a_side));
   for (const std::string& line : lines) canvas.addCaption(line);
-  return standaloneSvg(
-      canvas.svg(fmt::format("Difference between the two cameras, up to {:.4g} px.", difference.max_px)));
+  Figure figure{
+      .id = "difference",
+      .title = "Difference over the image of A",
+      .alt = fmt::format("Difference between the two cameras, up to {:.4g} px.", difference.max_px)};
+  figure.svg = canvas.svg(figure.alt);
+  return figure;
+}
+
+std::string differenceSvg(const ComparedCamera& a, const ComparedCamera& b,
+                          const ProjectionDifference& difference, std::span<const std::string> lines) {
+  return standaloneSvg(differenceDrawing(a, b, difference, lines).svg);
 }
 
 }  // namespace alidade

@@ -219,8 +219,7 @@ Legend addStraightLines(const ReportData& data, double end_rad, double focal, Fi
           {"line straight", "without distortion"}};
 }
 
-}  // namespace
-
+// The images of straight lines of the scene, over those of a pinhole camera.
 Figure distortionGridFigure(const ReportData& data) {
   constexpr double kWide = 62 * kRadPerDeg;
   const double end = largestAngle(data.camera, borderPixels(data.size));
@@ -248,6 +247,8 @@ Figure distortionGridFigure(const ReportData& data) {
       legend);
 }
 
+// Distance from the principal point over the angle from the optical axis, with the end of the model's domain
+// and that of the range covered by boards.
 Figure radialFigure(const ReportData& data) {
   // Dark corners of a fisheye have no ray, so their angle is undefined.
   const std::vector<Vector2d> corners =
@@ -306,6 +307,8 @@ Figure radialFigure(const ReportData& data) {
   return canvas.drawn({.id = "radial", .title = "Radial curve", .reading = reading, .alt = alt}, legend);
 }
 
+// The start of a ray on the axis over its angle, up to the range covered by boards. @pre the entrance pupil
+// moves
 Figure pupilFigure(const ReportData& data) {
   const EntrancePupil& pupil = data.camera.pupil();
   const double covered = coveredAngle(data);
@@ -336,6 +339,7 @@ Figure pupilFigure(const ReportData& data) {
       {{"line curve", "start of the ray"}});
 }
 
+// The correction field as arrows over the image. @pre the camera has one
 Figure correctionFigure(const ReportData& data) {
   const CorrectionField& field = *data.camera.correction();
   constexpr int kAcross = 26;  // arrows
@@ -367,6 +371,8 @@ Figure correctionFigure(const ReportData& data) {
        .alt = fmt::format("The correction field moves pixels by {:.2g} px (RMS over the image).", rms_px)},
       {{fmt::format("arrow {:.1f} mean", 0.5 * scale * longest), fmt::format("{:.2g} px", 0.5 * longest)}});
 }
+
+}  // namespace
 
 Figure correlationFigure(const ReportData& data) {
   const Eigen::MatrixXd& covariance = *data.covariance;
@@ -414,6 +420,13 @@ Figure correlationFigure(const ReportData& data) {
                   "related. Look at cx or cy with p1 or p2: if strong, tilt the board more.",
        .alt = fmt::format("Correlations of {} parameters; the strongest is {:.3f}, between {}.",
                           estimated.size(), strongest, pair)});
+}
+
+std::vector<Figure> lensFigures(const ReportData& data) {
+  std::vector<Figure> figures = {distortionGridFigure(data), radialFigure(data)};
+  if (!data.camera.pupil().isFixed()) figures.push_back(pupilFigure(data));
+  if (data.camera.correction() != nullptr) figures.push_back(correctionFigure(data));
+  return figures;
 }
 
 }  // namespace alidade

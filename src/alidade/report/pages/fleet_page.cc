@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -57,7 +58,8 @@ std::string differencesTable(const Fleet& fleet, const std::vector<UnitDifferenc
     if (rows.size() == kMostRows) break;
     const FleetUnit& unit = fleet.files.units[difference.unit];
     rows.push_back(
-        {{unit.file, are_drifts ? difference.previous : std::string(unit.camera.modelId()),
+        {{unit.file + (unit.name.serial.empty() ? "" : ", serial number " + unit.name.serial),
+          are_drifts ? difference.previous : std::string(unit.camera.modelId()),
           shortNumber(difference.p95_px), shortNumber(difference.max_px), sigmasText(difference.sigmas)}});
   }
   const std::vector<PageColumn> columns = {{"File", "words"},
@@ -145,11 +147,12 @@ std::string servingSentence(const FleetGroup& group, double tolerance_px) {
                      group.num_within > 0 ? ": one file may serve for these" : "");
 }
 
-std::string fleetPage(const Fleet& fleet, const std::string& created_by) {
+std::string fleetPage(const Fleet& fleet, const RunOrigin& origin) {
   const FleetGroup& group = fleet.groups.front();
   PageContent page{
       .kind = "Fleet",
       .title = fmt::format("{} cameras in {} files", fleet.files.units.size(), fleet.files.num_files),
+      .origin = origin,
       .headline = servingSentence(group, fleet.tolerance_px),
       .findings = asSentences(fleetFindings(fleet), mapped(fleet.files.units, &FleetUnit::file)),
       .numbers = fleetNumbers(fleet),
@@ -161,12 +164,15 @@ std::string fleetPage(const Fleet& fleet, const std::string& created_by) {
   if (fleet.groups.size() > 1)
     page.subtitle += fmt::format(", and {}", counted(fleet.groups.size() - 1, "other image size"));
   page.sentence = "Distances hold for 95 % of the image, after the best rotation of each unit.";
-  page.details =
-      listHtml(fmt::format("{} files that cannot be read", fleet.files.unreadable.size()),
-               mapped(fleet.files.unreadable, &UnreadableFile::reason)) +
-      listHtml(fmt::format("{} previous files that cannot be read", fleet.unreadable_previous.size()),
-               mapped(fleet.unreadable_previous, &UnreadableFile::reason));
-  return pageText(page, fleetJson(fleet, created_by));
+  // A unit that changed matters even in a fleet too small for a typical camera.
+  const auto drifted = std::ranges::find(page.findings, "drifted_units", &Diagnosis::id);
+  if (drifted != page.findings.end())
+    page.sentence = std::exchange(page.headline, drifted->message()) + ". " + page.sentence;
+  page.details = listHtml(counted(fleet.files.unreadable.size(), "file") + " that cannot be read",
+                          mapped(fleet.files.unreadable, &UnreadableFile::reason)) +
+                 listHtml(counted(fleet.unreadable_previous.size(), "previous file") + " that cannot be read",
+                          mapped(fleet.unreadable_previous, &UnreadableFile::reason));
+  return pageText(page, withOrigin(fleetJson(fleet, origin.created_by), origin));
 }
 
 }  // namespace alidade

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "alidade/fleet/fleet.h"
+#include "alidade/report/data/report_data.h"
 
 namespace alidade {
 
@@ -15,6 +16,6 @@ namespace alidade {
 /// camera, and tables of the units that deviate or changed. The data (fleetJson()) are in <script
 /// type="application/json" id="evidence">. The output is deterministic.
 /// @pre the fleet has a unit
-[[nodiscard]] std::string fleetPage(const Fleet& fleet, const std::string& created_by);
+[[nodiscard]] std::string fleetPage(const Fleet& fleet, const RunOrigin& origin);
 
 }  // namespace alidade

@@ -12,6 +12,7 @@
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
+#include "alidade/core/text.h"
 #include "alidade/report/canvas/page_table.h"
 #include "alidade/report/figures/camera_figures.h"
 #include "alidade/report/figures/scene_figure.h"
@@ -146,8 +147,8 @@ std::string detailsHtml(const CalibrationEvidence& data) {
 }
 
 // @param pictures  of the views
-std::vector<PageSection> sectionsOf(const CalibrationEvidence& data, const PageOptions& options,
-                                    const std::vector<std::string>& pictures) {
+std::vector<PageSection> sectionsOf(const CalibrationEvidence& data, const std::optional<RivalCamera>& rival,
+                                    const ImageOfView& image_of, const std::vector<std::string>& pictures) {
   PageSection accuracy{.id = "where", .title = "Where the camera is accurate"};
   if (data.accuracy) {
     accuracy.figures.push_back(accuracyFigure(data));
@@ -166,13 +167,10 @@ std::vector<PageSection> sectionsOf(const CalibrationEvidence& data, const PageO
   append(errors.figures, boardResidualsFigures(data));
   append(errors.figures, {histogramFigure(data), normalPlotFigure(data)});
   PageSection views{.id = "views", .title = "Views", .figures = {}, .more = viewSheet(data, pictures)};
-  PageSection lens{
-      .id = "lens", .title = "Lens", .figures = {distortionGridFigure(data), radialFigure(data)}};
-  if (!data.camera.pupil().isFixed()) lens.figures.push_back(pupilFigure(data));
-  if (data.camera.correction() != nullptr) lens.figures.push_back(correctionFigure(data));
-  if (std::optional<Figure> figure = undistortedFigure(data, options.pictures.image_of))
+  PageSection lens{.id = "lens", .title = "Lens", .figures = lensFigures(data)};
+  if (std::optional<Figure> figure = undistortedFigure(data, image_of))
     lens.figures.push_back(*std::move(figure));
-  if (options.rival) lens.figures.push_back(differenceFigure(data, *options.rival));
+  if (rival) lens.figures.push_back(differenceFigure(data, *rival));
   PageSection parameters{.id = "values",
                          .title = "Parameters and models",
                          .figures = {},
@@ -194,16 +192,24 @@ CalibrationEvidence readShownData(const nlohmann::json& evidence, const std::str
   return data;
 }
 
-// The page of a rig has neither pictures of views nor a comparison.
+// The page of a rig has no comparison.
 PageContent rigContent(const nlohmann::json& evidence, const std::string& file, const PageOptions& options) {
-  if (options.pictures.image_of || options.rival) {
-    throw usageError(
-        {.where = file,
-         .found = std::string("the evidence of a rig, with ") + (options.rival ? "--against" : "--images"),
-         .expected = "the evidence of one camera",
-         .next_step = options.rival ? "compare rigs with alidade diff" : "leave --images out"});
+  if (options.rival) {
+    throw usageError({.where = file,
+                      .found = "the evidence of a rig, with --against",
+                      .expected = "the evidence of one camera",
+                      .next_step = "compare rigs with alidade diff"});
   }
-  return rigPage(readRig(evidence, file));
+  const ReportedRig rig = readRig(evidence, file);
+  std::vector<PictureSource> pictures = options.pictures;
+  if (!pictures.empty() && pictures.size() != rig.cameras.size()) {
+    throw usageError({.where = "--images",
+                      .found = fmt::format("{} inputs for the {} cameras of {}", pictures.size(),
+                                           rig.cameras.size(), file),
+                      .expected = "one for each camera, in the order of the file"});
+  }
+  pictures.resize(rig.cameras.size());
+  return rigPage(rig, pictures, options.num_jobs);
 }
 
 }  // namespace
@@ -211,24 +217,23 @@ PageContent rigContent(const nlohmann::json& evidence, const std::string& file, 
 std::string reportPage(const nlohmann::json& evidence, const std::string& file, const PageOptions& options) {
   if (isRigEvidence(evidence)) return pageText(rigContent(evidence, file, options), evidence);
   const CalibrationEvidence data = readShownData(evidence, file);
-  PageOptions keeping = options;
-  keeping.pictures.image_of = keepingOne(options.pictures.image_of, undistortedImageName(data));
+  PictureSource source = options.pictures.empty() ? PictureSource() : options.pictures.front();
+  source.image_of = keepingOne(source.image_of, undistortedImageName(data));
   const std::vector<std::string> pictures =
-      viewPictures(data, data.num_images_given, keeping.pictures, options.num_jobs);
+      viewPictures(data, data.num_images_given, source, options.num_jobs);
   PageContent page{
       .title = fmt::format("{}, {} × {} px", data.camera.modelId(), data.size.width, data.size.height),
+      .origin = data.origin,
       .headline = verdictHeadline(data.verdict, "camera"),
       .verdict = data.verdict,
       .sentence = accuracySentence(data),
       .findings = asSentences(data.findings, mapped(data.views, &ReportedView::image)),
       .numbers = numbersOf(data),
-      .sections = sectionsOf(data, keeping, pictures),
-      .details = detailsHtml(data),
-      .dialog = viewerHtml()};
+      .sections = sectionsOf(data, options.rival, source.image_of, pictures),
+      .details = detailsHtml(data)};
   if (data.verdict == Verdict::kReservations && data.accuracy && !isMostlyAccurate(data))
     page.headline += ": only " + shareSentence(data);
-  for (const FitBoard& board : data.boards)
-    page.subtitle += (page.subtitle.empty() ? "" : ", ") + board.target.spec();
+  page.subtitle = join(mapped(data.boards, [](const FitBoard& board) { return board.target.spec(); }), ", ");
   if (data.next_view) page.next_text = data.next_text;
   return pageText(page, evidence);
 }
@@ -237,7 +242,8 @@ std::vector<FigureFile> reportFigures(const nlohmann::json& evidence, const std:
                                       const PageOptions& options) {
   if (isRigEvidence(evidence)) return figureFiles(rigContent(evidence, file, options).sections);
   const CalibrationEvidence data = readShownData(evidence, file);
-  return figureFiles(sectionsOf(data, options, std::vector<std::string>(data.views.size())));
+  const ImageOfView image_of = options.pictures.empty() ? ImageOfView() : options.pictures.front().image_of;
+  return figureFiles(sectionsOf(data, options.rival, image_of, std::vector<std::string>(data.views.size())));
 }
 
 }  // namespace alidade

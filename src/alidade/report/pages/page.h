@@ -15,7 +15,7 @@ namespace alidade {
 
 /// Optional parts of a report besides the evidence.
 struct PageOptions {
-  PictureSource pictures = {};                      ///< for thumbnails; may be empty
+  std::vector<PictureSource> pictures = {};         ///< of each camera, for thumbnails; may be empty
   std::optional<RivalCamera> rival = std::nullopt;  ///< for comparison
   int num_jobs = 0;                                 ///< threads for the images; 0: one per processor
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -12,8 +13,10 @@
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
+#include "alidade/report/canvas/page_table.h"
 #include "alidade/report/canvas/report_assets.h"
 #include "alidade/report/data/distinct_parts.h"
+#include "alidade/report/data/utf8.h"
 #include "alidade/report/figures/camera_figures.h"
 
 namespace alidade {
@@ -56,17 +59,18 @@ std::string groupHtml(const FindingGroup& group) {
   std::vector<std::string> steps;
   for (const Diagnosis* finding : group) {
     const std::string sentence = finding->message();
-    sentences += fmt::format("{}{}{}{}", sentences.empty() ? "" : "<br>", escapedMarkup(sentence),
+    sentences += fmt::format("{}{}{}{}", sentences.empty() ? "" : "<br>", proseHtml(sentence),
                              fullStopOf(sentence), effectText(*finding));
     if (!finding->next_step.empty() && std::ranges::find(steps, finding->next_step) == steps.end())
       steps.push_back(finding->next_step);
   }
   const std::string todo = join(steps, "; ");
-  return fmt::format("<li class=\"{}\"><span class=\"severity\">{}</span><span>{}</span>{}</li>\n",
-                     severityName(severity), name, sentences,
-                     steps.empty() ? ""
-                                   : fmt::format("<span class=\"todo\">What to do: {}{}</span>",
-                                                 escapedMarkup(todo), fullStopOf(todo)));
+  return fmt::format(
+      "<li class=\"{}\"><span class=\"severity\">{}</span><span>{} <code>{}</code></span>{}</li>\n",
+      severityName(severity), name, sentences, escapedMarkup(group.front()->id),
+      steps.empty()
+          ? ""
+          : fmt::format("<span class=\"todo\">What to do: {}{}</span>", proseHtml(todo), fullStopOf(todo)));
 }
 
 // The accuracy assumes that nothing else is wrong: for a rejected camera it holds only if it is itself the
@@ -141,18 +145,38 @@ std::string verdictSentence(const PageContent& page) {
   return text + (text.empty() || rest.empty() ? "" : " ") + rest;
 }
 
+// Whose result it is, what it was made from, by which program and when.
+std::string originHtml(const RunOrigin& origin) {
+  constexpr std::size_t kMostInputs = 8;
+  const std::size_t num_shown = std::min(kMostInputs, origin.inputs.size());
+  std::string inputs = join(std::span(origin.inputs).first(num_shown), ", ");
+  if (num_shown < origin.inputs.size())
+    inputs += fmt::format(" and {} more", origin.inputs.size() - num_shown);
+  std::string html = "<dl class=\"origin\">\n";
+  for (const auto& [name, value] : {std::pair("Camera", origin.camera.name),
+                                    {"Serial number", origin.camera.serial},
+                                    {"Date", origin.date},
+                                    {"Inputs", inputs},
+                                    {"Made by", origin.created_by}}) {
+    if (!value.empty())
+      html += fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", name, proseHtml(validUtf8(value)));
+  }
+  return html + "</dl>";
+}
+
 std::string topHtml(const PageContent& page) {
   std::string html = fmt::format(
-      "<header><p class=\"kicker\">{} report</p>\n<h1>{}</h1>\n<p class=\"kicker\">{}</p></header>\n"
+      "<header><p class=\"kicker\">{} report</p>\n<h1>{}</h1>\n<p class=\"kicker\">{}</p>\n{}</header>\n"
       "<section class=\"verdict {}\" aria-label=\"Verdict\"><strong>{}</strong><p>{}</p></section>\n",
-      page.kind, escapedMarkup(page.title), escapedMarkup(page.subtitle), verdictClass(page.verdict),
-      escapedMarkup(page.headline), escapedMarkup(verdictSentence(page)));
+      page.kind, proseHtml(page.title), escapedMarkup(page.subtitle), originHtml(page.origin),
+      verdictClass(page.verdict), proseHtml(page.headline), proseHtml(verdictSentence(page)));
   html += findingsHtml(page.findings, page.next_text) + numbersHtml(page) + "<nav aria-label=\"Sections\">";
   for (const PageSection& section : page.sections)
     html += fmt::format("<a href=\"#{}\">{}</a>\n", section.id, section.title);
   return html + "</nav>\n";
 }
 
+// The dialog in which the script shows a view.
 constexpr std::string_view kViewer =
     "<dialog id=\"viewer\" aria-labelledby=\"viewer-name\"><div class=\"viewer\"><header><h3 "
     "id=\"viewer-name\"></h3><label>Errors drawn <select id=\"viewer-times\"><option value=\"1\">true to "
@@ -193,8 +217,8 @@ std::vector<Diagnosis> asSentences(std::vector<Diagnosis> findings, const std::v
              (sentence.size() == name.size() || sentence[name.size()] == ':' || sentence[name.size()] == ' ');
     });
     const std::string word = sentence.substr(0, sentence.find(' '));
-    const bool is_word =
-        !word.empty() && std::ranges::all_of(word, [](char c) { return c >= 'a' && c <= 'z'; });
+    const bool is_word = !word.empty() && word != "fx" && word != "cx" &&
+                         std::ranges::all_of(word, [](char c) { return c >= 'a' && c <= 'z'; });
     if (!has_name && is_word) finding.cause[0] = static_cast<char>(finding.cause[0] - 'a' + 'A');
   }
   return findings;
@@ -252,17 +276,19 @@ std::string figuresHtml(const std::vector<Figure>& figures, const std::string& m
 std::string listHtml(const std::string& title, const std::vector<std::string>& lines) {
   if (lines.empty()) return "";
   std::string html = fmt::format("<details><summary>{}</summary><ul>\n", title);
-  for (const std::string& line : lines) html += "<li>" + escapedMarkup(line) + "</li>\n";
+  for (const std::string& line : lines) html += "<li>" + proseHtml(line) + "</li>\n";
   return html + "</ul></details>\n";
 }
 
-std::string viewSheet(const ReportData& data, const std::vector<std::string>& pictures) {
+std::string viewSheet(const ReportData& data, const std::vector<std::string>& pictures,
+                      const std::string& prefix) {
   std::vector<std::size_t> order(data.views.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(
       order, [&](std::size_t a, std::size_t b) { return data.views[a].rms_px > data.views[b].rms_px; });
   std::string html =
-      "<figure id=\"view-sheet\" class=\"wide\"><h3>Views, the largest error first</h3><figcaption "
+      "<figure id=\"" + prefix +
+      "view-sheet\" class=\"views wide\"><h3>Views, the largest error first</h3><figcaption "
       "class=\"reading\">Open a view to see its detected corners (circles) and where the camera projects "
       "them (crosses).</figcaption><div class=\"sheet-of-views\">\n";
   constexpr std::size_t kFew = 18;  // shown without folding
@@ -292,10 +318,6 @@ std::string viewSheet(const ReportData& data, const std::vector<std::string>& pi
   return html + (order.size() > num_shown ? "</div></details></figure>\n" : "</div></figure>\n");
 }
 
-std::string viewerHtml() {
-  return std::string(kViewer);
-}
-
 PageNumber withinTolerance(const ReportData& data) {
   return {"Within tolerance", percentText(data.accuracy->shareWithin(data.tolerance_px)),
           fmt::format("of {}, {:g} px", wholeName(*data.accuracy), data.tolerance_px), true};
@@ -308,10 +330,9 @@ std::string pageText(const PageContent& page, const json& evidence) {
     html += figuresHtml(section.figures, section.more);
   }
   if (!page.details.empty()) html += "<h2 id=\"details\">Details</h2>\n" + page.details;
-  html += "</main>\n" + page.dialog;
-  html +=
-      fmt::format("<footer>Made by {}. The data are embedded in this file (element “evidence”).</footer>\n",
-                  escapedMarkup(evidence.at("created_by").get<std::string>()));
+  html += "</main>\n";
+  if (html.find(" data-view=") != std::string::npos) html += kViewer;
+  html += "<footer>The data are embedded in this file (element “evidence”).</footer>\n";
   html += "<script type=\"application/json\" id=\"evidence\">" + embeddedEvidence(evidence) +
           "</script>\n<script>\n";
   html += pageScript();

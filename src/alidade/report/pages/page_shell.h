@@ -42,6 +42,7 @@ struct PageContent {
   std::string kind = "Calibration";  ///< of the report
   std::string title;
   std::string subtitle = {};
+  RunOrigin origin = {};
   std::string headline = {};  ///< the verdict in words
   Verdict verdict = Verdict::kNo;
   std::string sentence = {};             ///< expected performance, after the reason if rejected
@@ -50,7 +51,6 @@ struct PageContent {
   std::vector<PageNumber> numbers = {};
   std::vector<PageSection> sections = {};
   std::string details = {};  ///< HTML
-  std::string dialog = {};   ///< HTML
 };
 
 /// A file with a figure.
@@ -83,16 +83,14 @@ struct FigureFile {
 
 /// Buttons with pictures that open the views, the largest error first, as HTML.
 /// @param pictures  one per view, see viewPictures(); for an empty one its corners are drawn
-[[nodiscard]] std::string viewSheet(const ReportData& data, const std::vector<std::string>& pictures);
-
-/// The dialog in which the page's script shows a view, as HTML.
-[[nodiscard]] std::string viewerHtml();
+/// @param prefix    of its id, see withPrefix()
+[[nodiscard]] std::string viewSheet(const ReportData& data, const std::vector<std::string>& pictures,
+                                    const std::string& prefix = "");
 
 /// The share of the image that is accurate, for the top of a page. @pre there is an accuracy
 [[nodiscard]] PageNumber withinTolerance(const ReportData& data);
 
 /// The whole page, including the evidence: positions and errors of corners with four decimals.
-/// @param evidence  a document that states in "created_by" the program and its version
 [[nodiscard]] std::string pageText(const PageContent& page, const nlohmann::json& evidence);
 [[nodiscard]] std::vector<FigureFile> figureFiles(const std::vector<PageSection>& sections);
 

@@ -9,6 +9,7 @@
 #include "alidade/core/degrees.h"
 #include "alidade/core/mapped.h"
 #include "alidade/report/canvas/page_table.h"
+#include "alidade/report/figures/camera_figures.h"
 #include "alidade/report/figures/rig_figures.h"
 
 namespace alidade {
@@ -23,6 +24,23 @@ std::vector<PageSection> rigSections(const ReportedRig& rig) {
   if (!pairs.empty()) errors.figures.push_back(epipolarOverTimeFigure(rig, pairs));
   errors.figures.push_back(frameErrorsFigure(rig));
   return {space, errors};
+}
+
+// The lens of a camera and its views, folded.
+std::string cameraFold(const ReportedRig& rig, std::size_t camera, const PictureSource& source,
+                       int num_jobs) {
+  const CalibrationEvidence data = cameraData(rig, camera);
+  std::vector<Figure> figures;
+  if (data.accuracy) figures.push_back(accuracyFigure(data));
+  figures.push_back(coverageFigure(data));
+  append(figures, lensFigures(data));
+  figures.push_back(imageResidualsFigure(data));
+  const std::string id = fmt::format("camera{}", camera);
+  for (Figure& figure : figures) figure = withPrefix(std::move(figure), id + "-");
+  return fmt::format(
+      "<details class=\"file wide\" id=\"{}\" data-camera=\"{}\"><summary>{}</summary>\n{}</details>\n", id,
+      camera, escapedMarkup(rig.cameras[camera].name),
+      figuresHtml(figures, viewSheet(data, viewPictures(data, 0, source, num_jobs), id + "-")));
 }
 
 // "119.9 ± 0.3", with the digits that the standard deviation justifies.
@@ -49,14 +67,15 @@ std::string camerasTable(const ReportedRig& rig) {
     Eigen::Vector3d place = 1e3 * camera.camera_from_rig.inverse().translation;
     for (double& x : place) x = std::abs(x) < 0.05 ? 0 : x;  // no "-0.0"
     const bool is_first = c == 0;                            // it is at the rig's origin
-    rows.push_back({{camera.name, std::string(camera.camera.modelId()),
-                     fmt::format("{:.1f}, {:.1f}, {:.1f}", place.x(), place.y(), place.z()),
-                     is_first ? "–" : distanceText(camera), is_first ? "–" : turnText(camera),
-                     px(camera.rms_px), px(camera.alone_rms_px), px(camera.transfer_px)}});
+    rows.push_back({.cells = {camera.name, std::string(camera.camera.modelId()),
+                              fmt::format("{:.1f}, {:.1f}, {:.1f}", place.x(), place.y(), place.z()),
+                              is_first ? "–" : distanceText(camera), is_first ? "–" : turnText(camera),
+                              px(camera.rms_px), px(camera.alone_rms_px), px(camera.transfer_px)},
+                    .link = fmt::format("#camera{}", c)});
   }
   return tableFigure(
       "rig-cameras", "Cameras",
-      {{"Camera"},
+      {{"Camera", "", true},
        {"Model"},
        {"Position, mm"},
        {"Distance, mm"},
@@ -126,10 +145,11 @@ std::string rigTitle(const ReportedRig& rig) {
 
 }  // namespace
 
-PageContent rigPage(const ReportedRig& rig) {
+PageContent rigPage(const ReportedRig& rig, const std::vector<PictureSource>& pictures, int num_jobs) {
   std::vector<std::string> names = mapped(rig.cameras, &ReportedRigCamera::name);
   for (const ReportedView& view : rig.views) names.push_back(view.image);
   PageContent page{.title = rigTitle(rig),
+                   .origin = rig.origin,
                    .headline = verdictHeadline(rig.verdict, "rig"),
                    .verdict = rig.verdict,
                    .sentence = rigSentence(rig),
@@ -138,6 +158,9 @@ PageContent rigPage(const ReportedRig& rig) {
                    .sections = rigSections(rig)};
   for (const Board& board : rig.boards) page.subtitle += (page.subtitle.empty() ? "" : ", ") + board.spec();
   page.sections.front().more = camerasTable(rig);
+  PageSection each{.id = "each", .title = "Each camera"};
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) each.more += cameraFold(rig, c, pictures[c], num_jobs);
+  page.sections.push_back(std::move(each));
   page.details = listHtml(fmt::format("{} frames", rig.frames.size()), rig.frames);
   return page;
 }

@@ -27,6 +27,7 @@
 namespace alidade {
 namespace {
 
+constexpr const char* kOnlyWarnings = "Nothing else is wrong: with --strict, warnings count as failures.";
 constexpr std::size_t kMostListed = 50;  // rows of the table before the rest is folded
 constexpr std::size_t kMostDrawn = 60;   // cameras; a page with more would open slowly
 
@@ -118,6 +119,7 @@ bool isConfirmedByFootage(const JudgedCamera& camera) {
 std::string fileSentence(const JudgedFile& file, bool is_compared) {
   if (file.status >= Severity::kWarning) {
     std::string text = mainFindingText(findingsOf(file));
+    if (file.isFailedByWarnings()) text += std::string(" ") + kOnlyWarnings;
     if (!text.empty()) return text;
   }
   if (file.cameras.size() != 1)
@@ -136,7 +138,12 @@ std::string fileSentence(const JudgedFile& file, bool is_compared) {
 
 std::string headlineOf(const JudgedFile& file) {
   if (file.status == Severity::kFailure)
-    return file.error ? "Failed: it cannot be read" : "Failed: do not use this camera";
+    return file.error                  ? "Failed: it cannot be read"
+           : file.isFailedByWarnings() ? "Failed: it has warnings, and --strict was given"
+           : findingsOf(file).front().id == DiagnosisId("against")
+               ? "Failed: it differs from the other camera"
+           : file.cameras.size() > 1 ? "Failed: do not use this file"
+                                     : "Failed: do not use this camera";
   if (file.status == Severity::kWarning) return "Passed, with warnings";
   const bool is_confirmed =
       !file.cameras.empty() && std::ranges::all_of(file.cameras, [](const auto& camera) {
@@ -153,7 +160,7 @@ std::string checksTable(const JudgedFile& file) {
     rows.push_back({{std::string(check.id), std::string(severityName(check.severity)), check.cause}});
   return fmt::format(
       "<details><summary>All {} checks</summary>{}</details>\n", checks.size(),
-      tableHtml("Checks", {{"Check", "words"}, {"Result", "words"}, {"What was found", "words found"}},
+      tableHtml("Checks", {{"Check", "words id"}, {"Result", "words"}, {"What was found", "words found"}},
                 rows));
 }
 
@@ -189,10 +196,7 @@ std::vector<PageSection> sectionsOf(const JudgedCamera& camera, const std::optio
     }
   }
   if (data.accuracy) lens.figures.push_back(accuracyFigure(data, true));
-  lens.figures.push_back(distortionGridFigure(data));
-  lens.figures.push_back(radialFigure(data));
-  if (!data.camera.pupil().isFixed()) lens.figures.push_back(pupilFigure(data));
-  if (data.camera.correction() != nullptr) lens.figures.push_back(correctionFigure(data));
+  append(lens.figures, lensFigures(data));
   sections.push_back(std::move(lens));
   return sections;
 }
@@ -235,10 +239,11 @@ std::string subtitleOf(const JudgedFile& file) {
   if (file.error) return "";
   const std::string& format = file.judgement->format;
   if (file.cameras.size() != 1) return fmt::format("{}, {} cameras", format, file.cameras.size());
-  const JudgedCamera& camera = file.cameras.front();
-  const auto& model = camera.judgement->camera;
-  return fmt::format("{}, {}{}", format, model ? model->modelId() : "not supported",
-                     camera.data ? ", " + sizeWords(camera.data->size) : "");
+  const CameraJudgement& camera = *file.cameras.front().judgement;
+  const std::string date = camera.calibration ? validUtf8(camera.calibration->date) : "";
+  return fmt::format("{}, {}{}{}", format, camera.camera ? camera.camera->modelId() : "not supported",
+                     camera.camera && camera.image_size ? ", " + sizeWords(*camera.image_size) : "",
+                     date.empty() ? "" : ", calibrated: " + date);
 }
 
 // The figures of one camera in a foldable part of the page.
@@ -302,8 +307,7 @@ std::string fileFold(const JudgedFile& file, std::size_t number, const std::opti
 }
 
 std::string otherFilesHtml(const ValidationResult& result) {
-  return listHtml(fmt::format("{} other files", result.other_files.size()),
-                  mapped(result.other_files, validUtf8));
+  return listHtml(counted(result.other_files.size(), "other file"), mapped(result.other_files, validUtf8));
 }
 
 // Numbers of verdicts, for several files.
@@ -321,8 +325,10 @@ void addTotals(const std::vector<JudgedFile>& files, const ValidationResult& res
                                  : fmt::format("All {} files passed", files.size());
   page.sentence = fmt::format("{} passed without a warning, {} with warnings, and {} failed.",
                               files.size() - num_failed - num_warned, num_warned, num_failed);
+  if (result.is_strict) page.sentence += " With --strict, warnings count as failures.";
   if (!result.other_files.empty())
-    page.sentence += fmt::format(" {} other files name no camera.", result.other_files.size());
+    page.sentence +=
+        " Not among them: " + counted(result.other_files.size(), "other file") + " without a camera.";
   if (!is_compared)
     page.sentence +=
         " Files cannot show that their numbers are right: test them with --images, --footage or --against.";
@@ -330,7 +336,8 @@ void addTotals(const std::vector<JudgedFile>& files, const ValidationResult& res
 
 PageContent pageOfMany(const std::vector<JudgedFile>& files, const ValidationResult& result,
                        bool is_compared) {
-  PageContent page{.kind = "Validation", .title = fmt::format("{} camera files", files.size())};
+  PageContent page{
+      .kind = "Validation", .title = fmt::format("{} camera files", files.size()), .origin = result.origin};
   addTotals(files, result, is_compared, page);
   const std::vector<std::size_t> order = bySeverity(files);
   const auto tableOf = [&](std::size_t from, std::size_t to) {
@@ -359,10 +366,13 @@ PageContent pageOfOne(const JudgedFile& file, const ValidationResult& result, bo
   PageContent page{.kind = "Validation",
                    .title = file.name,
                    .subtitle = subtitleOf(file),
+                   .origin = result.origin,
                    .headline = headlineOf(file),
                    .verdict = verdictFor(file.status),
                    // Every page states the reason of a failure anyway.
-                   .sentence = file.status == Severity::kFailure ? "" : fileSentence(file, is_compared),
+                   .sentence = file.isFailedByWarnings()           ? kOnlyWarnings
+                               : file.status == Severity::kFailure ? ""
+                                                                   : fileSentence(file, is_compared),
                    .findings = findingsOf(file),
                    .details = checksTable(file) + otherFilesHtml(result)};
   if (file.cameras.size() != 1) {
@@ -375,6 +385,7 @@ PageContent pageOfOne(const JudgedFile& file, const ValidationResult& result, bo
     return page;
   }
   const JudgedCamera& camera = file.cameras.front();
+  page.origin.camera = camera.judgement->label;
   page.numbers = numbersOf(camera);
   page.sections = sectionsOf(camera, result.rival);
   if (!camera.data) return page;
@@ -402,17 +413,12 @@ PageContent pageOfOne(const JudgedFile& file, const ValidationResult& result, bo
 std::string validationPage(const ValidationResult& result, const nlohmann::json& document,
                            const PictureSource& source, int num_jobs) {
   const std::vector<JudgedFile> files = judgedFiles(result);
-  bool has_views = false;
   bool is_compared = result.rival.has_value();
-  for (const JudgedFile& file : files) {
-    for (const JudgedCamera& camera : file.cameras) {
-      has_views = has_views || !camera.tested.empty();
-      is_compared = is_compared || has_views || camera.judgement->footage;
-    }
-  }
-  PageContent page = files.size() == 1 ? pageOfOne(files.front(), result, is_compared, source, num_jobs)
-                                       : pageOfMany(files, result, is_compared);
-  if (has_views) page.dialog = viewerHtml();
+  for (const JudgedFile& file : files)
+    for (const JudgedCamera& camera : file.cameras)
+      is_compared = is_compared || !camera.tested.empty() || camera.judgement->footage;
+  const PageContent page = files.size() == 1 ? pageOfOne(files.front(), result, is_compared, source, num_jobs)
+                                             : pageOfMany(files, result, is_compared);
   return pageText(page, document);
 }
 

@@ -386,35 +386,19 @@ Diagnosis statedAccuracyCheck(double accuracy_px, const HeldOutJudgement& judgem
 Diagnosis againstCheck(const ComparedCamera& camera, const ComparedCamera& other, double tolerance_px) {
   const ProjectionDifference difference = projectionDifference(camera, other);
   const auto significance = significanceOf(difference, camera, other, Freed::kRotation);
+  const Agreement agreement = agreementOf(difference, significance, tolerance_px);
   Diagnosis check{.id = "against",
-                  .severity = Severity::kFailure,
-                  .cause = {},
-                  .evidence = fmt::format("{:.3g} px (95 %), RMS {:.3g} px, at most {:.3g} px",
-                                          difference.p95_px, difference.rms_px, difference.max_px),
-                  .limit = fmt::format("{} px (95 %)", tolerance_px)};
-  const std::string chance =
-      significance ? fmt::format("{:.1f} sigma; the covariances predict {:.2g} px",
-                                 std::max(0.0, significance->sigmas), significance->expected_rms_px)
-                   : "neither file states a covariance";
-  switch (agreementOf(difference, significance, tolerance_px)) {
-    case Agreement::kWithin:
-      check.severity = Severity::kPass;
-      check.cause = "both cameras project to the same pixels (" + chance + ")";
-      break;
-    case Agreement::kBeyond:
-      check.cause = "the cameras differ (" + chance + "); alidade diff shows where";
-      break;
-    case Agreement::kUncertain:
-      check.severity = Severity::kWarning;
-      check.is_undecided = true;
-      check.cause =
-          "the cameras are not known accurately enough to tell whether they differ (" + chance + ")";
-      break;
-    case Agreement::kNotComparable:
-      check.cause = fmt::format("the cameras cannot be compared: {} of {} pixels are seen by both",
-                                difference.num_compared, difference.pixels.size());
-      break;
-  }
+                  .severity = agreement == Agreement::kWithin      ? Severity::kPass
+                              : agreement == Agreement::kUncertain ? Severity::kWarning
+                                                                   : Severity::kFailure,
+                  .cause = fmt::format("{}: {}", answerOf(agreement),
+                                       agreementText(difference, significance, tolerance_px))};
+  check.is_undecided = agreement == Agreement::kUncertain;
+  check.evidence = significance
+                       ? fmt::format("{:.1f} sigma; the covariances predict {:.2g} px",
+                                     std::max(0.0, significance->sigmas), significance->expected_rms_px)
+                       : "neither file states a covariance";
+  if (agreement == Agreement::kBeyond) check.next_step = "see where with alidade diff";
   return check;
 }
 

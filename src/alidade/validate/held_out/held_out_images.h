@@ -118,9 +118,6 @@ struct HeldOutJudgement {
 [[nodiscard]] HeldOutJudgement judgeOnImages(const ComparedCamera& camera, const Board& board,
                                              std::vector<View> views, const HeldOutOptions& options = {});
 
-/// Largest error of a camera that is not called wrong, px; docs/comparing.md derives it.
-inline constexpr double kDefaultTolerancePx = 0.2;
-
 /// Findings from held-out images as checks: `held_out_error`, whether the camera predicts corners, and
 /// `images_agree`, whether it is the camera that the images show. A camera fails if it is off by more than
 /// chance and, according to the images, by more than the tolerance. If the images cannot decide, the result
