@@ -135,7 +135,7 @@ TABLE = {
         ("camera.yaml --images photos --board checkerboard:9x6:25", 2, BARE_NUMBER),
         ("camera.yaml --board " + SPEC, 2, "expected --images FOLDER"),
         ("camera.yaml --strct", 2, "did you mean '--strict'?"),
-        ("camera.yaml --model fisheye", 2, "next: --read-as radtan or --read-as kannala_brandt"),
+        ("camera.yaml --model fisheye", 2, "next: --read-as MODEL"),
         ("camera.yaml --tolerance 1mm", 2, "give a value such as 0.1px"),
         ("camera.yaml --junit camera.yaml", 2, "choose another name"),
         ("camera.yaml --against points.csv", 1, "the camera file comes first"),

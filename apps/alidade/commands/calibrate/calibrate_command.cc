@@ -42,7 +42,8 @@ bool areOfARig(const std::vector<std::string>& inputs) {
   std::vector<RigViews> cameras;
   std::size_t num_images = 0;
   for (const std::string& input : inputs) {
-    if (inputs.size() < 2 || !std::filesystem::is_directory(input)) return false;
+    std::error_code ignored;  // of inputs that cannot be looked at, which are reported when they are read
+    if (inputs.size() < 2 || !std::filesystem::is_directory(input, ignored)) return false;
     RigViews& camera = cameras.emplace_back();
     for (const std::string& image : withImages({input}))
       if (image != input) camera.images.push_back(std::filesystem::path(image).filename().string());

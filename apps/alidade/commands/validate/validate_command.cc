@@ -50,8 +50,7 @@ class ValidateCommand final : public Command {
     addJunitFlag(flags, common_);
     addReportFlag(flags, report_, "what was found, with figures");
     addDateFlag(flags, date_);
-    flags.redirect({"--model"},
-                   "--read-as radtan or --read-as kannala_brandt, for files that do not state it");
+    flags.redirect({"--model"}, "--read-as MODEL, for files that do not state it (alidade validate --help)");
     addReadOptions(flags, camera_);
     flags.add("--images", &images_.inputs,
               "Images of a board that were not used for the calibration: folders, files or patterns, or "
