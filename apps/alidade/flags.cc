@@ -171,12 +171,17 @@ void Flags::addSwitch(const std::string& names, bool& variable, const std::strin
 }
 
 void Flags::redirect(const std::vector<std::string>& names, const std::string& next_step) {
-  for (const std::string& name : names) {
-    const auto refuse = [next_step](const CLI::results_t&) -> bool {
-      throw CLI::ValidationError("no flag of this command\n  next: " + next_step);
-    };
-    parser_->add_option(name, refuse)->expected(0, 1)->group("");
+  for (const std::string& name : names) redirects_.emplace_back(name, next_step);
+}
+
+std::string Flags::redirection(std::span<const char* const> words) const {
+  for (const std::string_view word : words) {
+    for (const auto& [name, next_step] : redirects_) {
+      if (word.substr(0, word.find('=')) != name) continue;
+      return command() + ": " + name + ": no flag of this command\n  next: " + next_step;
+    }
   }
+  return "";
 }
 
 void Flags::addCommon(CommonOptions& options, bool has_jobs) {
@@ -207,7 +212,7 @@ void Flags::applySettingsFile(const std::string& path) {
   std::vector<std::string> names;
   for (const CLI::Option* option : parser_->get_options()) {
     const std::string name = longName(*option);
-    const bool is_key = name != "help" && name != "config" && !option->get_group().empty();
+    const bool is_key = name != "help" && name != "config";
     if (is_key && !name.empty()) names.push_back(name);
   }
   for (const SettingEntry& entry : readSettingsFile(path)) {

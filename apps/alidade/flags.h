@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -111,6 +112,8 @@ class Flags {
   /// Flags of other programs, or of another command, which this one lacks: they are refused with the words to
   /// type instead. Not in the help.
   void redirect(const std::vector<std::string>& names, const std::string& next_step);
+  /// The refusal of the first of these words that is such a flag; empty: none is.
+  [[nodiscard]] std::string redirection(std::span<const char* const> words) const;
   /// The flags --json, --quiet, --config, and --jobs if a command has parallel work.
   void addCommon(CommonOptions& options, bool has_jobs);
 
@@ -137,6 +140,7 @@ class Flags {
   CLI::App* parser_;
   const char* heading_ = nullptr;
   std::set<const CLI::Option*> aside_;
+  std::vector<std::pair<std::string, std::string>> redirects_;  // a flag and the words to type instead
 };
 
 /// The words that select a parser: "alidade rig calibrate"; and the same without the program's name.

@@ -41,7 +41,6 @@ std::string candidate(const std::string& word, const std::string& text) {
 std::string flagCandidates(const CLI::App& app) {
   std::string text;
   for (const CLI::Option* option : app.get_options()) {
-    if (option->get_group().empty()) continue;
     for (const std::string& name : option->get_snames())
       text += candidate("-" + name, option->get_description());
     for (const std::string& name : option->get_lnames())
@@ -75,7 +74,6 @@ std::string prefixOf(const CLI::App& app) {
 std::vector<std::string> flagsOf(const CLI::App& app) {
   std::vector<std::string> flags;
   for (const CLI::Option* option : app.get_options()) {
-    if (option->get_group().empty()) continue;
     for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
   }
   return flags;

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <new>
+#include <span>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -131,7 +132,10 @@ int runCommand(int argc, char** argv) {
     printResult(out.str());
     return code;
   } catch (const CLI::Error& e) {
-    return fail(kUsageExit, explainRefusal(e, app, argc, argv));
+    const auto chosen = commands.find(&chosenParser(app));
+    const std::span<const char* const> words(argv, static_cast<std::size_t>(argc));
+    const std::string redirection = chosen == commands.end() ? "" : chosen->second.first.redirection(words);
+    return fail(kUsageExit, redirection.empty() ? explainRefusal(e, app, argc, argv) : redirection);
   }
   auto& [flags, command] = commands.at(&chosenParser(app));
   try {

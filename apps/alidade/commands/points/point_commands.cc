@@ -282,7 +282,7 @@ class StreamCommand : public Command {
     columns_ = std::move(columns);
     flags.add("camera", &camera_path_, "Camera file of any format (docs/formats.md)", kFilePath);
     flags.add("points", &points_path_, points, kFilePath);
-    flags.redirect({"-o,--output"}, "results go to standard output: add > FILE");
+    flags.redirect({"-o", "--output"}, "results go to standard output: add > FILE");
     flags.redirect({"--camera"}, "FILE#NAME selects one camera of a file with several");
     addReadOptions(flags, camera_);
     flags.addCommon(common_, false);
