@@ -44,7 +44,22 @@ std::vector<double> paramsOf(std::string_view model) {
   if (model == "rational") return {1003, 1001, 955, 604, -0.2, 0.08, 5e-4, -4e-4, -0.01, 0.01, 0.01, 1e-3};
   if (model == "thin_prism")
     return {1003, 1001, 955, 604, -0.2, 0.08, 5e-4, -4e-4, -0.01, 0.01, 0.01, 1e-3, 1e-3, 1e-4, -1e-3, 1e-4};
+  if (model == "brown") return {1003, 1001, 955, 604, -0.2, 0.08, 5e-4, -4e-4, -0.01, 1e-3, 1e-4};
+  if (model == "inverse_brown") return {1003, 1001, 955, 604, 0.2, -0.05, 5e-4, -4e-4, 0.01};
+  if (model == "tilted")
+    return {1003, 1001, 955,  604,  -0.2, 0.08,  5e-4, -4e-4,  -0.01,
+            0.01, 0.01, 1e-3, 1e-3, 1e-4, -1e-3, 1e-4, -0.025, -0.006};
+  if (model == "division") return {900, 901, 955, 604, -0.25, 0};
   if (model == "kannala_brandt") return {750, 751, 955, 604, 0.04275, -0.05002, 0.01984, -0.00294};
+  if (model == "kannala_brandt_skew") return {750, 751, 955, 604, 0.04275, -0.05002, 0.01984, -0.00294, 1e-3};
+  if (model == "thin_prism_fisheye")
+    return {750, 751, 955, 604, 0.04275, -0.05002, 0.01984, -0.00294, 5e-4, -4e-4, 1e-3, -1e-3};
+  if (model == "fisheye624")
+    return {750,  751,   955,  604,   0.04275, -0.05002, 0.01984, -0.00294,
+            1e-4, -1e-5, 5e-4, -4e-4, 1e-3,    1e-4,     -1e-3,   1e-4};
+  if (model == "ftheta") return {650, 651, 955, 604, -0.02, 0.05, -0.02, 0.01, 0};
+  if (model == "ftheta_inverse") return {650, 651, 955, 604, 0.003, 0.02, -0.004, 0.012, -0.002};
+  if (model == "ocam") return {650, 651, 955, 604, -0.251, 0.049, -0.027, 0, 0, 1e-4, -3e-4};
   if (model == "fov") return {900, 901, 955, 604, 0.9};
   if (model == "ucm") return {600, 601, 955, 604, 0.6};
   if (model == "omni") return {1500, 1501, 955, 604, 1.2, -0.1, 0.02, 1e-3, -1e-3};
@@ -219,7 +234,7 @@ void registerModel(const std::string& model) {
   const cv::TermCriteria by_default(cv::TermCriteria::COUNT, 5, 0.01);
   const cv::TermCriteria exactly(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 500, 1e-9);
   const bool is_in_opencv = model == "pinhole" || model == "radtan" || model == "rational" ||
-                            model == "thin_prism" || model == "kannala_brandt";
+                            model == "thin_prism" || model == "tilted" || model == "kannala_brandt";
   add(model, "project/alidade", [](State& s, const Scene& c) { projectAlidade(s, c, false); });
   if (is_in_opencv)
     add(model, "project/opencv", [](State& s, const Scene& c) { projectOpenCv(s, c, false); });

@@ -13,6 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/lens_shapes.h"
 #include "alidade/core/error.h"
 #include "alidade/imagery/remap.h"
 #include "alidade/imagery/undistortion_view.h"
@@ -42,9 +43,7 @@ std::vector<double> paramsOf(std::string_view model) {
   if (model == "omni") return {1300, 1302, 955, 604, 1.2, -0.15, 0.05, 1e-3, -8e-4};
   if (model == "eucm") return {480, 481, 955, 604, 0.6, 1.1};
   if (model == "double_sphere") return {400, 401, 955, 604, -0.2, 0.6};
-  throw usageError({.where = "undistort_bench",
-                    .found = "model '" + std::string(model) + "'",
-                    .expected = "a model that the benchmark has parameters for"});
+  return startParameters(model, 500, {.width = 1920, .height = 1200});
 }
 
 Case makeCase(const std::string& model, ViewProjection projection, ViewExtent extent) {

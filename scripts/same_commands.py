@@ -11,8 +11,8 @@ import os
 import random
 
 PROGRAM_COMMANDS = ["calibrate", "detect", "rig calibrate", "rig validate", "rig rectify", "rig triangulate", "project",
-                    "unproject", "pose", "undistort", "validate", "diff", "fleet", "convert", "report", "track", "board", "simulate",
-                    "help"]
+                    "unproject", "pose", "undistort", "validate", "diff", "fleet", "convert", "formats", "report",
+                    "track", "board", "simulate", "help"]
 MODELS = ["pinhole", "radtan", "rational", "thin_prism", "kannala_brandt", "fov", "ucm", "omni", "eucm", "double_sphere"]
 FORMATS = ["alidade", "opencv", "ros", "kalibr", "colmap", "colmap_rig", "mrcal", "basalt", "nerfstudio", "camodocal",
            "orbslam", "matlab"]

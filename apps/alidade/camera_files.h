@@ -8,8 +8,9 @@
 
 namespace alidade {
 
-/// The flags --image-size and --read-as, for properties that camera files of other tools may omit.
-void addReadOptions(Flags& flags, ReadOptions& options);
+/// The flags --image-size, --read-as, --from and --apply-roi, for what camera files of other tools may omit
+/// or leave open. --format is another name of --from, unless the command writes formats too.
+void addReadOptions(Flags& flags, ReadOptions& options, bool writes_formats = false);
 
 /// Reads the only camera of a file of any format. Prints what was skipped or assumed in the file, unless
 /// `quiet`.
@@ -21,7 +22,7 @@ void addReadOptions(Flags& flags, ReadOptions& options);
 /// Prints what was skipped or assumed in a file.
 void tellRemarks(const CameraSource& source);
 
-/// The flag --to; the formats follow its text.
-void addFormatFlag(Flags& flags, std::string& format, const std::string& text);
+/// The flag --to; the formats follow its text. `reads_formats`: the command has --from too.
+void addFormatFlag(Flags& flags, std::string& format, const std::string& text, bool reads_formats = false);
 
 }  // namespace alidade

@@ -69,6 +69,7 @@ extern const CommandEntry kValidateCommand;
 extern const CommandEntry kDiffCommand;
 extern const CommandEntry kFleetCommand;
 extern const CommandEntry kConvertCommand;
+extern const CommandEntry kFormatsCommand;
 extern const CommandEntry kReportCommand;
 extern const CommandEntry kTrackCommand;
 extern const CommandEntry kBoardCommand;

@@ -28,7 +28,7 @@ namespace alidade {
 /// "Options".
 inline constexpr const char* kBoardGroup = "Boards and images";
 inline constexpr const char* kFootageGroup = "Footage";
-inline constexpr const char* kCameraFileGroup = "Incomplete camera files";
+inline constexpr const char* kCameraFileGroup = "Reading camera files";
 inline constexpr const char* kFitGroup = "Fit";
 inline constexpr const char* kVerdictGroup = "Accuracy";
 inline constexpr const char* kOutputGroup = "Output";

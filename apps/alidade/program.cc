@@ -28,12 +28,12 @@ namespace {
 constexpr const char* kRigSummary = "Several cameras that are fixed to each other";
 
 // In the order of the help text.
-const std::array<const CommandEntry*, 19> kCommands = {
+const std::array<const CommandEntry*, 20> kCommands = {
     &kCalibrateCommand,  &kDetectCommand,         &kRigCalibrateCommand, &kRigValidateCommand,
     &kRigRectifyCommand, &kRigTriangulateCommand, &kProjectCommand,      &kUnprojectCommand,
     &kPoseCommand,       &kUndistortCommand,      &kValidateCommand,     &kDiffCommand,
-    &kFleetCommand,      &kConvertCommand,        &kReportCommand,       &kTrackCommand,
-    &kBoardCommand,      &kSimulateCommand,       &kHelpCommand};
+    &kFleetCommand,      &kConvertCommand,        &kFormatsCommand,      &kReportCommand,
+    &kTrackCommand,      &kBoardCommand,          &kSimulateCommand,     &kHelpCommand};
 
 // The command that shell completion calls, hidden from users.
 constexpr std::string_view kCompleteCommand = "complete";

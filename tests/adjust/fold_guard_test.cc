@@ -109,19 +109,19 @@ TEST(FoldGuard, DerivativesAreThoseOfTheResiduals) {
 TEST(FoldGuard, UnfoldsALensInCornersThatNoBoardReached) {
   const AnyCamera truth =
       AnyCamera::make("radtan", std::vector<double>{900, 900, 640, 480, -0.28, 0.09, 5e-4, -4e-4, -0.012});
-  constexpr double kNoisePx = 0.3;
+  constexpr double kCornerNoisePx = 0.3;
   int num_sets = 0;
   int num_folded = 0;
   std::vector<double> errors_px;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const SimulatedSet set = middleOf(truth, 400, kNoisePx, seed);
+    const SimulatedSet set = middleOf(truth, 400, kCornerNoisePx, seed);
     if (set.views.size() < 8) continue;
     ++num_sets;
     const Fit free = settledFromStart(fitAt(set, truth), nullptr).fit;
     if (!isFolded(free)) continue;
-    const Fit kept = unfolded(free, kNoisePx);
+    const Fit kept = unfolded(free, kCornerNoisePx);
     EXPECT_FALSE(isFolded(kept)) << seed;
-    EXPECT_LT(riseOf(kept, free, kNoisePx), 25) << seed;
+    EXPECT_LT(riseOf(kept, free, kCornerNoisePx), 25) << seed;
     ++num_folded;
     errors_px.push_back(errorInCorners(kept, truth));
     EXPECT_LT(errors_px.back(), kFarOffPx) << "a corner of the image without a ray";
@@ -134,7 +134,7 @@ TEST(FoldGuard, UnfoldsALensInCornersThatNoBoardReached) {
 
 // A lens that folds in the image, and corners that reach nearly to its fold.
 TEST(FoldGuard, ContradictsCornersThatShowAFold) {
-  constexpr double kNoisePx = 0.05;
+  constexpr double kCornerNoisePx = 0.05;
   constexpr double kReachPx = 440;  // it folds at 476 px
   const AnyCamera plain = AnyCamera::make("radtan", std::vector<double>{700, 700, 640, 480, 0, 0, 0, 0, 0});
   const AnyCamera folding =
@@ -147,7 +147,7 @@ TEST(FoldGuard, ContradictsCornersThatShowAFold) {
       const SE3 pose = cameraFromBoard(fit, view);
       std::erase_if(view.corners, [&](Observation& corner) {
         const Projection to = folding.project(pose * corner.p_board);
-        corner.pixel = to.pixel + kNoisePx * Eigen::Vector2d(random.normal(), random.normal());
+        corner.pixel = to.pixel + kCornerNoisePx * Eigen::Vector2d(random.normal(), random.normal());
         return !to.ok() || (to.pixel - Eigen::Vector2d(640, 480)).norm() > kReachPx;
       });
     }
@@ -155,7 +155,7 @@ TEST(FoldGuard, ContradictsCornersThatShowAFold) {
     for (const FitView& view : fit.views) is_out.push_back(view.corners.size() < 18);
     const Fit free = settledFromStart(withoutViews(fit, is_out), nullptr).fit;
     if (!isFolded(free)) continue;
-    EXPECT_GT(riseOf(unfolded(free, kNoisePx), free, kNoisePx), 25) << seed;
+    EXPECT_GT(riseOf(unfolded(free, kCornerNoisePx), free, kCornerNoisePx), 25) << seed;
     ++num_folded;
   }
   EXPECT_GE(num_folded, 8);

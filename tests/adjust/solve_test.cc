@@ -155,13 +155,18 @@ void expectOptimumOfPlainCeres(double outlier_px) {
   EXPECT_NEAR(std::sqrt(summary.cost / plain_summary.final_cost), 1.0, kRelativeRms);
 
   const auto inverse = intrinsicsInformation(fit).inverse;
+  if constexpr (!M::kRedundant.empty()) {  // a roll of the camera stands in for it
+    EXPECT_FALSE(inverse);
+    return;
+  }
   ASSERT_TRUE(inverse);
   constexpr double kNoisePx = 0.2;
   // A step of Gauss and Newton's method from here, in standard deviations: how far the optimum is.
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(inverse->rows());
   for (const Reduced& view : reduced(fit, LossWeights::kUse)) gradient += view.gradient;
   // Coefficients of a numerator and a denominator make up for each other.
-  constexpr bool kIsValley = kNumParams < M >> 9;
+  // So do skew and high powers, and of iterated projections the last digits are lost.
+  constexpr bool kIsValley = kNumParams < M >> 9 || !M::kIsCandidate;
   // Whoever compares costs stops where these have no more digits, which is worth their root in sigmas. They
   // are sums over a thousand residuals: those of the two solvers differ by up to 90 of their last digits.
   const double rounding = std::sqrt(2 * std::numeric_limits<double>::epsilon() * summary.cost) / kNoisePx;
@@ -180,7 +185,12 @@ void expectOptimumOfPlainCeres(double outlier_px) {
   for (double angle = 0; angle < 0.6; angle += 0.05) {
     for (int k = 0; k < 8; ++k) {
       const Eigen::Vector3d ray = rayAt(angle, k * std::numbers::pi / 4);
-      largest_px = std::max(largest_px, (camera.project(ray).pixel - plain_camera.project(ray).pixel).norm());
+      // Beyond the boards, what is not determined grows.
+      Eigen::Matrix<double, 2, kNumParams<M>, Eigen::RowMajor> J;
+      const Eigen::Vector2d pixel = camera.project(ray, nullptr, J.data()).pixel;
+      const double sigma_px = kNoisePx * std::sqrt((J * *inverse * J.transpose()).trace());
+      const double difference_px = (pixel - plain_camera.project(ray).pixel).norm();
+      if (difference_px > kSigmas * sigma_px) largest_px = std::max(largest_px, difference_px);
       ++num_checked;
     }
   }

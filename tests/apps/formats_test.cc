@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Camera files of other tools on the command line: every command takes them, and convert hands them on.
+#include <map>
 #include <sstream>
+#include <tuple>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
@@ -149,7 +151,7 @@ TEST(Formats, SetCamerasAsideThatAreNotSupported) {
     std::string bad_by_number;  // empty where names are numbers
   };
   const std::vector<Case> cases = {
-      {"1 SIMPLE_DIVISION 640 480 500 320 240 0\n2 PINHOLE 640 480 500 500 320 240\n", "1", "2", ""},
+      {"1 EQUIRECTANGULAR 640 480 0\n2 PINHOLE 640 480 500 500 320 240\n", "1", "2", ""},
       {"cam0:\n  camera_model: sphere" + kalibr_tail + "cam1:\n  camera_model: pinhole" + kalibr_tail, "cam0",
        "cam1", "0"},
       {R"({"value0":{"intrinsics":[{"camera_type":"sphere)" + basalt_tail + R"(,{"camera_type":"pinhole)" +
@@ -202,9 +204,9 @@ TEST(Formats, SetCamerasAsideThatAreNotSupported) {
   EXPECT_EQ(num_files, 5);
   // A file without a camera that is supported is not readable.
   const RunResult none =
-      runAlidade({"validate", scratch.write("none.txt", "1 DIVISION 640 480 5 5 320 240 0\n")});
+      runAlidade({"validate", scratch.write("none.txt", "1 EQUIRECTANGULAR 640 480 5 5 320 240 0\n")});
   EXPECT_THAT(none, EndsWith(3));
-  EXPECT_THAT(none.out, testing::HasSubstr("DIVISION"));
+  EXPECT_THAT(none.out, testing::HasSubstr("EQUIRECTANGULAR"));
 }
 
 TEST(Formats, LimitsAreNumbers) {
@@ -277,6 +279,121 @@ TEST(Formats, HaveEveryNoteOfOtherCommandsInARowOfValidate) {
     }
   }
   EXPECT_EQ(num_notes, 9);
+}
+
+TEST(Formats, AreListedWithTheModelsThatTheyHold) {
+  const RunResult list = runAlidade({"formats"});
+  ASSERT_THAT(list, EndsWith(0));
+  std::istringstream lines(list.out);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100U) << line;
+  const auto formats = nlohmann::json::parse(runAlidade({"formats", "--json"}).out).at("formats");
+  std::map<std::string, std::string> held;  // of each format: "pinhole radtan(k3 = 0) ucm=omni"
+  for (const auto& format : formats) {
+    const std::string id = format.at("format");
+    EXPECT_THAT(list.out, testing::ContainsRegex("(^|\n)" + id + " "));
+    for (const auto& one : format.at("models")) {
+      const std::string as = one.at("as") == one.at("model") ? "" : "=" + one.at("as").get<std::string>();
+      held[id] += one.at("model").get<std::string>() + as +
+                  (one.at("zero").empty() ? "" : "(" + one.at("zero").at(0).get<std::string>() + " = 0)") +
+                  " ";
+    }
+  }
+  // The documents of Kalibr and of COLMAP's camera models.
+  EXPECT_THAT(held.at("kalibr"),
+              testing::AllOf(testing::HasSubstr("radtan(k3 = 0) "), testing::HasSubstr("ucm=omni "),
+                             testing::Not(testing::HasSubstr("rational"))));
+  EXPECT_THAT(held.at("colmap"),
+              testing::AllOf(testing::HasSubstr("radtan=rational "), testing::HasSubstr("eucm "),
+                             testing::Not(testing::HasSubstr("double_sphere"))));
+  EXPECT_EQ(held.size(), formats.size());
+}
+
+TEST(Formats, SayWhatTheyMakeOfAModel) {
+  const RunResult text = runAlidade({"formats", "fisheye"});
+  ASSERT_THAT(text, EndsWith(0));
+  EXPECT_THAT(
+      text.out,
+      testing::AllOf(testing::HasSubstr("\nopencv    exactly\n"),
+                     testing::ContainsRegex("\nmrcal +fitted by [a-z_]+, typically [0-9.e-]+ px RMS")));
+  const auto formats = nlohmann::json::parse(runAlidade({"formats", "radtan", "--json"}).out).at("formats");
+  int num_exact = 0;
+  for (const auto& one : formats) {
+    if (one.at("format") == "kalibr") {
+      EXPECT_EQ(one.at("zero"), nlohmann::json::array({"k3"}));
+      EXPECT_GT(one.at("typical_rms_px"), 0);
+    }
+    num_exact += one.at("zero").empty() && !one.at("as").is_null() ? 1 : 0;
+  }
+  EXPECT_GE(num_exact, 8);
+  EXPECT_THAT(runAlidade({"formats", "radtn"}), FailsWith(2, testing::HasSubstr("did you mean 'radtan'?")));
+}
+
+// The format is forced for the input alone, and --format is answered where it could mean either.
+TEST(Formats, AreReadAsStated) {
+  const ScratchFolder folder;
+  const std::string chain = folder.write("camchain.yaml", kChain);
+  const std::string out = folder.path("out.yaml");
+  EXPECT_THAT(runAlidade({"convert", chain + "#cam0", "-o", out, "--from", "camchain", "--to", "ros"}),
+              EndsWith(0));
+  EXPECT_THAT(runAlidade({"convert", chain, "-o", out, "--from", "mrcal"}),
+              FailsWith(1, testing::HasSubstr("camchain.yaml")));
+  EXPECT_THAT(
+      runAlidade({"convert", out, "-o", chain, "--format", "kalibr"}),
+      FailsWith(2, testing::AllOf(testing::HasSubstr("--to with one of"), testing::HasSubstr("--from"))));
+  EXPECT_THAT(runAlidade({"validate", out, "--format", "ros"}), EndsWith(0));
+}
+
+// Files on disk that cannot be read as text: other kinds are named, damage to text stays damage.
+TEST(Formats, NameBinaryFilesByTheirKind) {
+  const ScratchFolder folder;
+  const std::string heic =
+      folder.write("IMG_1.HEIC", std::string("\0\0\0\x18", 4) + "ftypheic" + std::string(40, '\0'));
+  EXPECT_THAT(runAlidade({"project", heic, "-"}, {.input = "x,y,z\n0,0,1\n"}),
+              FailsWith(1, testing::AllOf(testing::HasSubstr("a HEIC photograph"),
+                                          testing::HasSubstr("heif-convert"))));
+  const std::string zeros = std::string(100, '\0');
+  for (const auto& [name, content, found] :
+       {std::tuple("calib.npz", "PK\x03\x04" + zeros, "NumPy arrays (npz)"),
+        std::tuple("k.npy", "\x93NUMPY\x01" + zeros, "a NumPy array"),
+        std::tuple("a.bin", "\x01" + zeros, "a binary file of unknown kind"),
+        std::tuple("a.yaml", "a: 1\n" + zeros, "zero byte at offset 5")}) {
+    EXPECT_THAT(runAlidade({"validate", folder.write(name, content)}).out, testing::HasSubstr(found)) << name;
+  }
+}
+
+TEST(Formats, OfRosReadAPartOfTheImageOnRequest) {
+  const ScratchFolder folder;
+  const std::string path = folder.write(
+      "info.yaml",
+      "width: 1280\nheight: 800\ndistortion_model: plumb_bob\nD: []\nK: [600, 0, 640, 0, 600, 400, 0, 0, 1]\n"
+      "roi: {x_offset: 320, y_offset: 200, width: 640, height: 400}\n");
+  const RunResult whole = runAlidade({"project", path, "-"}, {.input = "x,y,z\n0,0,1\n"});
+  EXPECT_THAT(whole.out, testing::HasSubstr("640"));
+  EXPECT_THAT(whole.err,
+              testing::HasSubstr("K is of 1280x800; this image is its part at x 320, y 200 of 640x400"));
+  const RunResult part =
+      runAlidade({"project", path, "-", "--apply-roi", "--json"}, {.input = "x,y,z\n0,0,1\n"});
+  EXPECT_THAT(part.out, testing::AllOf(testing::HasSubstr("320"), testing::HasSubstr("200"),
+                                       testing::Not(testing::HasSubstr("640"))));
+}
+
+// theta (1 + k1 theta^2) folds at theta = 1 / sqrt(-3 k1); its radius there is 2/3 of that.
+TEST(Formats, OfFoldingLensesAreCountedInAFolder) {
+  const ScratchFolder folder;
+  const auto fisheye = [](double k1) {
+    return "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\nfisheye_model: 1\nK: [320, 0, 319.5, 0, 320, 239.5, 0, 0, "
+           "1]\nD: [" +
+           std::to_string(k1) + ", 0, 0, 0]\n";
+  };
+  folder.write("all/none.yaml", fisheye(-0.05));    // 1.72 beyond the corner's 1.25
+  folder.write("all/corner.yaml", fisheye(-0.12));  // 1.11
+  folder.write("all/edge.yaml", fisheye(-0.16));    // 0.96, before the edge's 1
+  const RunResult run = runAlidade({"validate", folder.path("all")});
+  EXPECT_THAT(run.out, testing::AllOf(testing::HasSubstr(
+                                          "2 files have a lens that folds over before the image corner, 1 of "
+                                          "them before the edge"),
+                                      testing::ContainsRegex("corner.yaml.*before the image corner"),
+                                      testing::ContainsRegex("edge.yaml.*before the image edge")));
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ TABLE = {
         ("photos --board camera.yaml", 1, "no key 'kind' | give a SPEC, for example checkerboard:9x6:25mm"),
         ("photos --bord " + SPEC, 2, "did you mean '--board'?"),
         ("photos --square-size 0.025 --pattern 9x6", 2, "next: --board checkerboard:9x6:25mm | alidade help boards"),
-        (f"photos --board {SPEC} --model scaramuzza", 2, "expected one of pinhole, radtan"),
+        (f"photos --board {SPEC} --model photogrammetric", 2, "expected one of pinhole, radtan"),
         (f"photos --board {SPEC} --model radtn", 2, "did you mean 'radtan'?"),
         (f"photos --board {SPEC} --to ross", 2, "did you mean 'ros'?"),
         (f"photos --board {SPEC} --format kalibr", 2, "next: --to with one of alidade, opencv"),
@@ -130,12 +130,15 @@ TABLE = {
         ("photos", 1, "give camera files, or the folder that contains them"),
         ("empty.yaml", 3, "an empty file"),
         ("points.csv", 3, "not a camera file"),
-        ("left.toml", 3, "write matrix and distortions of one camera as an OpenCV file"),
+        ("lens.xml", 3, "calibrate the lens with alidade calibrate"),
         ("camera.yaml --images photos", 2, "no --board | --board checkerboard:9x6:SQUARE"),
         ("camera.yaml --images photos --board checkerboard:9x6:25", 2, BARE_NUMBER),
         ("camera.yaml --board " + SPEC, 2, "expected --images FOLDER"),
         ("camera.yaml --strct", 2, "did you mean '--strict'?"),
         ("camera.yaml --model fisheye", 2, "next: --read-as MODEL"),
+        ("camera.yaml --format ross", 2, "did you mean 'ros'?"),
+        ("camera.yaml --format ros", 3, "no key 'camera_matrix'"),
+        ("camera.yaml --from ros2", 3, "no key 'camera_matrix'"),
         ("camera.yaml --tolerance 1mm", 2, "give a value such as 0.1px"),
         ("camera.yaml --junit camera.yaml", 2, "choose another name"),
         ("camera.yaml --against points.csv", 1, "the camera file comes first"),
@@ -172,11 +175,13 @@ TABLE = {
         ("camera.yaml out.yaml", 2, "-o FILE"),
         ("none.yaml -o out.yaml", 1, EXISTS),
         ("photos -o out.yaml", 1, "this is a folder | give the path of a file in it"),
-        ("left.toml -o out.yaml", 1, "write matrix and distortions of one camera as an OpenCV file"),
+        ("lens.xml -o out.yaml", 1, "calibrate the lens with alidade calibrate"),
         ("camera.yaml -o camera.yaml", 2, "choose another name"),
         ("camera.yaml -o empty", 1, FILE_NAME),
         ("camera.yaml -o out.yaml --to ross", 2, "did you mean 'ros'?"),
-        ("camera.yaml -o out.yaml --format kalibr", 2, "next: --to with one of"),
+        ("camera.yaml -o out.yaml --format kalibr", 2, "next: --to with one of | --from for the file that is read"),
+        ("camera.yaml -o out.yaml --from kaliber", 2, "did you mean 'kalibr'?"),
+        ("camera.yaml -o out.yaml --from kalibr", 1, "no camera in a file of the format Kalibr"),
         ("camera.yaml -o out.yaml --scale 0.5", 2, "--resize WIDTHxHEIGHT"),
         ("camera.yaml -o out.yaml --resize 320", 2, "such as 320x180"),
         ("camera.yaml -o out.yaml --crop 0,0", 2, "such as 0,60,640,360"),
@@ -311,7 +316,7 @@ def lay_out():
     write("points.csv", "0.1,-0.05,1\n")
     write("pixels.csv", "320,240\n")
     write("seen.csv", "id,camera,u,v\n1,left,320,240\n1,right,270,240\n")
-    write("left.toml", "[cam_0]\nmatrix = [[500, 0, 320], [0, 500, 240], [0, 0, 1]]\ndistortions = [0, 0, 0, 0, 0]\n")
+    write("lens.xml", "<lensdatabase version=\"2\"><lens><model>a lens</model></lens></lensdatabase>\n")
     write("empty.yaml", "")
     write("evidence.json", "{}\n")
     os.chmod("closed", 0o555)

@@ -35,7 +35,7 @@ TEST(ModelChoice, IsPrintedWrittenAndRead) {
   EXPECT_EQ(json.at("holdout").at("num_folds"), 5);
   EXPECT_EQ(json.at("model_choice").at("best"), "radtan");
   const nlohmann::json& candidates = json.at("model_choice").at("candidates");
-  ASSERT_EQ(candidates.size(), 4u);
+  ASSERT_EQ(candidates.size(), 5u);
   EXPECT_EQ(candidates[1].at("model"), "radtan");
   EXPECT_EQ(candidates[1].at("verdict"), "chosen");
   EXPECT_EQ(candidates[0].at("verdict"), "worse");

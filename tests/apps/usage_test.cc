@@ -21,9 +21,9 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-const std::vector<std::string> kCommands = {"calibrate", "detect",   "project", "unproject",
-                                            "undistort", "validate", "diff",    "convert",
-                                            "simulate",  "fleet",    "board",   "pose"};
+const std::vector<std::string> kCommands = {"calibrate", "detect", "project", "unproject", "undistort",
+                                            "validate",  "diff",   "convert", "simulate",  "fleet",
+                                            "board",     "pose",   "formats"};
 
 // Those of the group rig whose examples need no more than its files.
 const std::vector<std::string> kRigCommands = {"rectify", "triangulate", "calibrate", "validate"};
@@ -48,7 +48,7 @@ TEST(Usage, HelpsOnRequest) {
     EXPECT_THAT(one.out, AllOf(HasSubstr("Example: "), HasSubstr("--json"), HasSubstr("--config")));
     ++num_commands;
   }
-  EXPECT_EQ(num_commands, 12);
+  EXPECT_EQ(num_commands, 13);
 }
 
 TEST(Usage, TellsItsVersion) {
@@ -376,7 +376,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 28);
+  EXPECT_EQ(num_examples, 30);
   // Of a rig.
   scratch.write("rig.yaml", rigFileText(pairOfCameras()));
   linkImages(scratch, "left", 12);
@@ -388,7 +388,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 34);
+  EXPECT_EQ(num_examples, 36);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 

@@ -15,6 +15,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::ThrowsMessage;
 
 constexpr double kSamePx = 1e-9;
 
@@ -25,6 +26,16 @@ std::vector<AnyCamera> allCameras() {
     for (const auto& params : ModelFixture<M>::paramSets()) cameras.emplace_back(Camera<M>(params));
   });
   return cameras;
+}
+
+bool canTurn(const AnyCamera& camera) {
+  const auto names = camera.parameterNames();
+  const auto value = [&](std::string_view name) {
+    const auto found = std::ranges::find(names, name);
+    return found == names.end() ? 0.0 : camera.parameters()[static_cast<std::size_t>(found - names.begin())];
+  };
+  const bool has_shear = std::ranges::find(names, "shear") != names.end();
+  return (has_shear || value("skew") == 0) && value("tau_x") * value("tau_y") == 0;
 }
 
 // Compares the pixels of rays all over the image with what `move` makes of the old ones; returns how many.
@@ -59,8 +70,15 @@ TEST(RotateCamera, ShowsPointsAtTheTurnedPixels) {
   };
   std::size_t num_cameras = 0;
   int num_compared = 0;
+  int num_refused = 0;
   for (const AnyCamera& camera : allCameras()) {
     for (const auto& [num_turns, move] : turns) {
+      if (num_turns % 2 != 0 && !canTurn(camera)) {
+        EXPECT_THAT([&] { static_cast<void>(rotateCamera(camera, kTestImage, num_turns)); },
+                    ThrowsMessage<Error>(HasSubstr("--model")));
+        ++num_refused;
+        continue;
+      }
       const EditedCamera edited = rotateCamera(camera, kTestImage, num_turns);
       EXPECT_EQ(edited.size.width, num_turns % 2 == 0 ? kTestImage.width : kTestImage.height);
       EXPECT_EQ(edited.size.height, num_turns % 2 == 0 ? kTestImage.height : kTestImage.width);
@@ -71,6 +89,7 @@ TEST(RotateCamera, ShowsPointsAtTheTurnedPixels) {
   }
   EXPECT_GE(num_cameras, 9U);
   EXPECT_GE(num_compared, 500 * static_cast<int>(num_cameras));
+  EXPECT_EQ(num_refused, 3 * 7) << "sensors with skew, and with a tilt about both axes";
 }
 
 TEST(RotateCamera, TurnsFrameAndCoefficientsAsItsDescriptionSays) {
@@ -88,6 +107,7 @@ TEST(RotateCamera, FourTurnsAreNone) {
     EXPECT_TRUE(std::equal(camera.parameters().begin(), camera.parameters().end(),
                            edited.camera.parameters().begin()));
     edited = rotateCamera(camera, kTestImage, 0);
+    if (!canTurn(camera)) continue;
     for (int i = 0; i < 4; ++i) edited = rotateCamera(edited.camera, edited.size, 1);
     EXPECT_EQ(edited.size, kTestImage);
     for (std::size_t i = 0; i < camera.parameters().size(); ++i) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/camera/lens_shapes.h"
+#include "alidade/camera/same_lens.h"
 
 #include <vector>
 

@@ -67,7 +67,7 @@ class RimImage {
   RimImage(const Camera<M>& camera, double max_angle) : middle_(camera.params()[2], camera.params()[3]) {
     for (int i = 0; i < kNumRimPoints; ++i) {
       const double azimuth = 2 * std::numbers::pi * (i + 0.5) / kNumRimPoints;
-      const Eigen::Vector2d pixel = textbookPixel(camera, rayAt(max_angle - 1e-6, azimuth));
+      const Eigen::Vector2d pixel = textbookPixel(camera, rayAt(max_angle - 0.1 * M::kEndMargin, azimuth));
       points_.push_back(pixel);
     }
     const auto first = std::min_element(points_.begin(), points_.end(),

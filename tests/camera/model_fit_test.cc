@@ -85,6 +85,17 @@ TEST(FitModel, FindsTheSameLensByAlgebra) {
       {"eucm", with({0.6, 1}), "double_sphere"},
       {"eucm", with({0.6, 1}), "omni"},
       {"double_sphere", with({0, 0.6}), "eucm"},
+      {"radtan", with({-0.2, 0.05, 1e-3, -2e-3, 0.01}), "brown"},
+      {"radtan", with({-0.2, 0.05, 1e-3, -2e-3, 0.01}), "tilted"},
+      {"tilted", with({0.3, 0.05, 1e-3, -2e-3, 0, 0.6, 0, 0, 1e-3, 0, -1e-3, 0, 0, 0}), "thin_prism"},
+      {"pinhole", affine, "ocam"},
+      {"ocam", with({-0.2, 0, -0.02, 0, 0, 0, 0}), "division"},
+      {"division", with({-0.2, -0.02}), "ocam"},
+      {"pinhole", affine, "inverse_brown"},
+      {"kannala_brandt", with({0.01, 0.02, -0.01, 0.001}), "kannala_brandt_skew"},
+      {"kannala_brandt", with({0.01, 0.02, -0.01, 0.001}), "thin_prism_fisheye"},
+      {"kannala_brandt", with({0.01, 0.02, -0.01, 0.001}), "fisheye624"},
+      {"fisheye624", with({0.01, 0.02, -0.01, 0.001, 0, 0, 0, 0, 0, 0, 0, 0}), "thin_prism_fisheye"},
   };
   std::size_t num_exact = 0;
   std::size_t num_absent = 0;
@@ -102,9 +113,9 @@ TEST(FitModel, FindsTheSameLensByAlgebra) {
     EXPECT_TRUE(fit.domain.full_image);
     ++num_exact;
   }
-  EXPECT_EQ(num_exact + num_absent, 25U);
-  EXPECT_EQ(num_absent, modelIds().size() == 2 ? 21U : num_absent);
-  EXPECT_EQ(num_absent, modelIds().size() == 10 ? 0U : num_absent);
+  EXPECT_EQ(num_exact + num_absent, 36U);
+  EXPECT_EQ(num_absent, modelIds().size() == 2 ? 32U : num_absent);
+  EXPECT_EQ(num_absent, modelIds().size() == 20 ? 0U : num_absent);
   RecordProperty("conversions_of_absent_models", static_cast<int>(num_absent));
 }
 

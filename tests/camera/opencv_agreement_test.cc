@@ -59,12 +59,23 @@ TEST(OpenCvAgreement, ThinPrismProjectsAlikeInsideTheDomain) {
   compare<ThinPrism>(projectPerspective, 5000);
 }
 
+TEST(OpenCvAgreement, TiltedProjectsAlikeInsideTheDomain) {
+  compare<Tilted>(projectPerspective, 5000);
+}
+
+void projectFisheye(const std::vector<cv::Point3d>& points, const cv::Matx33d& K,
+                    const std::vector<double>& distortion, std::vector<cv::Point2d>& pixels) {
+  const std::vector<double> k(distortion.begin(), distortion.begin() + 4);
+  const double skew = distortion.size() > 4 ? distortion[4] : 0;
+  cv::fisheye::projectPoints(points, pixels, cv::Vec3d::zeros(), cv::Vec3d::zeros(), K, k, skew);
+}
+
 TEST(OpenCvAgreement, KannalaBrandtProjectsAlikeInsideTheDomain) {
-  const auto fisheye = [](const std::vector<cv::Point3d>& points, const cv::Matx33d& K,
-                          const std::vector<double>& distortion, std::vector<cv::Point2d>& pixels) {
-    cv::fisheye::projectPoints(points, pixels, cv::Vec3d::zeros(), cv::Vec3d::zeros(), K, distortion);
-  };
-  compare<KannalaBrandt>(fisheye, 5000);
+  compare<KannalaBrandt>(projectFisheye, 5000);
+}
+
+TEST(OpenCvAgreement, KannalaBrandtSkewProjectsAlikeInsideTheDomain) {
+  compare<KannalaBrandtSkew>(projectFisheye, 3000);
 }
 
 }  // namespace

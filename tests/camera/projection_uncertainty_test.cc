@@ -147,7 +147,7 @@ TEST(ProjectionUncertainty, DoesNotDependOnAFiniteDistance) {
     EXPECT_LT(near.std_px, infinite.std_px);
     ++num_compared;
   }
-  EXPECT_EQ(num_compared, 10);
+  EXPECT_EQ(num_compared, 20);
 }
 
 TEST(ProjectionUncertainty, GridHasTheBorderAndSquareCells) {

@@ -41,9 +41,18 @@ double angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
 
 TEST(ProjectionDifference, OfACameraWithItselfIsZeroWhateverTheImagesTurn) {
   int num_compared = 0;
+  int num_refused = 0;
   for (const AnyCamera& camera : fixtureCameras()) {
     for (int turns = 0; turns < 4; ++turns) {
-      const EditedCamera turned = rotateCamera(camera, kTestImage, turns);
+      std::optional<EditedCamera> edited;
+      try {
+        edited.emplace(rotateCamera(camera, kTestImage, turns));
+      } catch (const Error&) {  // of skewed pixels, by 90 degrees
+        EXPECT_EQ(turns % 2, 1);
+        ++num_refused;
+        continue;
+      }
+      const EditedCamera& turned = *edited;
       const ProjectionDifference found = projectionDifference(
           {&camera, kTestImage}, {&turned.camera, turned.size}, {.quarter_turns = turns});
       if (found.num_compared < 6) continue;  // a lens that folds near its axis
@@ -57,6 +66,7 @@ TEST(ProjectionDifference, OfACameraWithItselfIsZeroWhateverTheImagesTurn) {
     }
   }
   EXPECT_GE(num_compared, 4 * 50);
+  EXPECT_LT(num_refused, num_compared / 4);
 }
 
 TEST(ProjectionDifference, FindsTheQuarterTurnThatTheSizesAskFor) {

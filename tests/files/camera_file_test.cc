@@ -146,18 +146,23 @@ TEST(CameraRecord, TellsWhoseParametersItHas) {
   int num_pairs = 0;
   for (const std::string& model : modelIds()) {
     for (const std::string& other : modelIds()) {
-      if (model == other) continue;
+      const auto own = parameterNames(model);
+      const auto theirs = parameterNames(other);
+      if (std::ranges::equal(own, theirs)) continue;  // the same, or only the self-check tells them apart
+      const auto first = std::ranges::find_if(modelIds(), [&theirs](const std::string& id) {
+        return std::ranges::equal(parameterNames(id), theirs);
+      });
       EXPECT_THAT(
           complaintAbout("alidade_camera: 1\nmodel: " + model + "\nimage_size: {width: 640, height: 480}\n" +
                          "parameters: " + keysText(other) + "\n"),
           testing::AllOf(
-              testing::StartsWith("camera.yaml:4: parameters: found the keys of the model " + other),
+              testing::StartsWith("camera.yaml:4: parameters: found the keys of the model " + *first),
               testing::HasSubstr("the keys of " + model + ": fx"),
-              testing::HasSubstr("change it back to " + other)));
+              testing::HasSubstr("change it back to " + *first)));
       ++num_pairs;
     }
   }
-  EXPECT_EQ(num_pairs, 90);
+  EXPECT_EQ(num_pairs, 20 * 19 - 2 * 2);
   const std::string start =
       "alidade_camera: 1\nmodel: kannala_brandt\nimage_size: {width: 640, height: 480}\n"
       "parameters: {fx: 500, fy: 500, cx: 320, cy: 240, k1: 0, k2: 0, k3: 0, k4: 0}\n";

@@ -19,7 +19,7 @@ void use(const StatedCamera& stated, std::size_t choice) {
     (void)judgeCamera(stated, "camera");
     return;
   }
-  if (choice > formats.size()) return;
+  if (choice > formats.size() || !formats[choice]->write) return;
   const std::array<NamedCamera, 1> named = {NamedCamera{.name = stated.name,
                                                         .camera = stated.camera,
                                                         .image_size = image_size,

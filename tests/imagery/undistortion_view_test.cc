@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/imagery/undistortion_view.h"
+#include "alidade/camera/lens_shapes.h"
 
 #include <gmock/gmock.h>
 
@@ -255,7 +256,10 @@ bool isWithinKeptAngle(const OutputView& view, const Eigen::Vector2d& pixel) {
 TEST_P(UndistortionViewOfModel, AllHoldsEverySourcePixelAndHardlyMore) {
   std::size_t num_views = 0;
   std::size_t num_tight = 0;
-  for (const AnyCamera& camera : cameras()) {
+  std::vector<AnyCamera> lenses = cameras();
+  lenses.push_back(
+      AnyCamera::make(GetParam(), startParameters(GetParam(), 2000, kTestImage)));  // a narrow one
+  for (const AnyCamera& camera : lenses) {
     const auto rays = raysAllOver(camera);
     const bool is_all_forward =
         std::all_of(rays.begin(), rays.end(), [](const auto& ray) { return ray && ray->z() > 0; });
@@ -287,7 +291,7 @@ TEST_P(UndistortionViewOfModel, AllHoldsEverySourcePixelAndHardlyMore) {
       ++num_views;
     }
   }
-  EXPECT_EQ(num_views, 3 * cameras().size());
+  EXPECT_EQ(num_views, 3 * lenses.size());
   EXPECT_GT(num_tight, 0u);
 }
 

@@ -200,7 +200,7 @@ def test_works_after_fork(camera):
 
 
 def test_every_model_projects():
-    assert len(alidade.models()) == 10
+    assert len(alidade.models()) == 20
     for model in alidade.models():
         names = alidade.parameter_names(model)
         values = {"fx": 500, "fy": 500, "cx": 320, "cy": 240}

@@ -47,16 +47,14 @@ ChoiceSet drawChoiceSet(std::string_view model_id, std::uint64_t seed, std::uint
 }
 
 bool isNested(std::string_view small, std::string_view large) {
-  if (small == Pinhole::kId) return true;
-  if (small == Radtan::kId) return large == Rational::kId || large == ThinPrism::kId;
-  if (small == Rational::kId) return large == ThinPrism::kId;
+  if (small == Pinhole::kId || modelTraits(large).extends(small)) return true;
   return small == Ucm::kId && (large == Eucm::kId || large == DoubleSphere::kId || large == Omni::kId);
 }
 
 std::vector<std::string> modelsTooLeanFor(std::string_view model_id) {
   if (model_id == "pinhole") return {};
   if (model_id == "radtan") return {"pinhole"};
-  if (model_id == "rational" || model_id == "thin_prism") return {"pinhole", "radtan"};
+  if (modelTraits(model_id).extends("radtan")) return {"pinhole", "radtan"};
   if (model_id == "fov") return {"ucm"};
   if (model_id == "ucm") return {"fov"};
   return {"fov", "ucm"};

@@ -7,6 +7,7 @@
 
 #include <Eigen/LU>
 
+#include "alidade/camera/model_traits.h"
 #include "alidade/camera/projection_uncertainty.h"
 #include "alidade/core/statistics.h"
 #include "alidade/geometry/symmetric_eigen.h"
@@ -149,7 +150,7 @@ std::string_view troubleName(Trouble trouble) {
 
 TroubledSet drawTroubledSet(std::string_view model, Trouble trouble, std::uint64_t seed) {
   Random random(seed);
-  const bool is_wide = model == "kannala_brandt";
+  const bool is_wide = modelTraits(model).family == LensFamily::kWide;
   DrawnCamera drawn = drawCamera(model, is_wide ? random.uniform(90, 135) : random.uniform(50, 90), random);
   constexpr int kFewestViews = 12;
   constexpr int kMostViews = 30;

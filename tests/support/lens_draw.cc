@@ -47,6 +47,13 @@ std::vector<double> drawRational(double rim_rad, Random& random) {
   return lens;
 }
 
+std::vector<double> drawAnglePolynomial(Random& random) {
+  const double k1 = random.uniform(-0.12, 0.15);
+  const double k2 = random.uniform(-0.03, 0.03);
+  const double k3 = random.uniform(-0.01, 0.01);
+  return {k1, k2, k3, random.uniform(-0.002, 0.002)};
+}
+
 std::vector<double> drawLens(std::string_view model_id, double rim_rad, Random& random) {
   if (model_id == "pinhole") return {};
   if (model_id == "radtan") return drawPolynomial(rim_rad, random);
@@ -56,11 +63,29 @@ std::vector<double> drawLens(std::string_view model_id, double rim_rad, Random& 
     for (int i = 0; i < 4; ++i) lens.push_back(scaled(random.uniform(-1e-3, 1e-3), 1, rim_rad));
     return lens;
   }
-  if (model_id == "kannala_brandt") {
-    const double k1 = random.uniform(-0.12, 0.15);
-    const double k2 = random.uniform(-0.03, 0.03);
-    const double k3 = random.uniform(-0.01, 0.01);
-    return {k1, k2, k3, random.uniform(-0.002, 0.002)};
+  if (model_id == "tilted") {
+    std::vector<double> lens = drawLens("thin_prism", rim_rad, random);
+    for (int i = 0; i < 2; ++i) lens.push_back(random.uniform(-0.15, 0.15));
+    return lens;
+  }
+  if (model_id == "kannala_brandt") return drawAnglePolynomial(random);
+  if (model_id == "thin_prism_fisheye" || model_id == "fisheye624") {
+    std::vector<double> lens = drawAnglePolynomial(random);
+    const bool is_624 = model_id == "fisheye624";
+    if (is_624) lens.insert(lens.end(), {random.uniform(-2e-4, 2e-4), random.uniform(-2e-5, 2e-5)});
+    for (int i = 0; i < (is_624 ? 6 : 4); ++i) lens.push_back(random.uniform(-1e-3, 1e-3));
+    return lens;
+  }
+  if (model_id == "ocam") {
+    const double a2 = random.uniform(-0.45, -0.2);
+    const double a3 = random.uniform(-0.05, 0.05);
+    return {a2,
+            a3,
+            random.uniform(-0.06, 0),
+            random.uniform(-0.01, 0.01),
+            random.uniform(-2e-3, 2e-3),
+            random.uniform(-1e-3, 1e-3),
+            0};
   }
   if (model_id == "fov") return {random.uniform(0.4, 1.3)};
   const bool is_wide = rim_rad > radians(60);

@@ -62,9 +62,9 @@ TEST(CheckCamera, CatchesAStatedDomainThatIsNotTheParameters) {
 
 // As read from another program's file: without anything that proves the numbers.
 FileCheck bareCheck(const std::vector<double>& params, const std::string& id, ImageSize size = kVga,
-                    bool is_size_guessed = false,
-                    const std::optional<Eigen::Vector2d>& rectified_center = {}) {
-  const CameraRecord record{.camera = AnyCamera::make("radtan", params),
+                    bool is_size_guessed = false, const std::optional<Eigen::Vector2d>& rectified_center = {},
+                    const std::string& model = "radtan") {
+  const CameraRecord record{.camera = AnyCamera::make(model, params),
                             .image_size = size,
                             .domain = {},
                             .self_check = {},
@@ -143,12 +143,12 @@ TEST(CheckCamera, NamesTheSizeThatAnImageMayHaveBeenCroppedFrom) {
     Severity severity;
     std::string from;
   };
-  const std::vector<Case> cases = {{640.2, 462.8, {1280, 720}, Severity::kNote, "1280x927"},
-                                   {640.2, 256.2, {1280, 720}, Severity::kNote, "1280x927"},
+  const std::vector<Case> cases = {{640.2, 462.8, {1280, 720}, Severity::kNote, "1280x926"},
+                                   {640.2, 256.2, {1280, 720}, Severity::kNote, "1280x926"},
                                    {720, 360, {1280, 720}, Severity::kPass, ""},
-                                   {760, 360, {1280, 720}, Severity::kNote, "1521x720"},
-                                   {470, 300, {800, 600}, Severity::kNote, "941x600"},
-                                   {470, 180, {800, 600}, Severity::kWarning, "941x839"},
+                                   {760, 360, {1280, 720}, Severity::kNote, "1522x720"},
+                                   {470, 300, {800, 600}, Severity::kNote, "942x600"},
+                                   {470, 180, {800, 600}, Severity::kWarning, "942x840"},
                                    {330, 235, {640, 480}, Severity::kPass, ""}};
   int num_judged = 0;
   for (const Case& c : cases) {
@@ -184,6 +184,33 @@ TEST(CheckCamera, SeesASwappedPrincipalPoint) {
   EXPECT_EQ(severityBy({559, 474}), Severity::kFailure);
   EXPECT_EQ(severityBy({475, 559}), Severity::kPass);
   EXPECT_EQ(severityBy({300, 300}), Severity::kPass);
+}
+
+// The denominator 1 + k4 r2 is zero at r = 1 / sqrt(-k4); the corner of an image without distortion is at
+// r = hypot(320, 240) / fx.
+TEST(CheckCamera, WarnsOfAPoleJustOutsideTheImage) {
+  struct Case {
+    double fx;
+    double k4;
+    Severity severity;
+  };
+  const std::vector<Case> cases = {{400, -0.8, Severity::kWarning}, {400, -0.7, Severity::kWarning},
+                                   {400, -0.5, Severity::kPass},    {400, 0.2, Severity::kPass},
+                                   {800, -0.8, Severity::kPass},    {400, 0, Severity::kPass}};
+  int num_judged = 0;
+  for (const Case& c : cases) {
+    // Numerator and denominator are equal, so that there is no other distortion.
+    const FileCheck check = bareCheck({c.fx, c.fx, 319.5, 239.5, c.k4, 0, 0, 0, 0, c.k4, 0, 0}, "one_to_one",
+                                      kVga, false, {}, "rational");
+    EXPECT_EQ(check.severity, c.severity) << check.message;
+    if (c.k4 < 0) {
+      const double share = 1 / std::sqrt(-c.k4) / (400 / c.fx);
+      EXPECT_EQ(check.values.at(3).first, "pole_over_corner");
+      EXPECT_NEAR(check.values.at(3).second, share, 1e-6);
+    }
+    ++num_judged;
+  }
+  EXPECT_EQ(num_judged, 6);
 }
 
 TEST(CheckCamera, SaysWhichShareOfTheImageHasARay) {

@@ -41,15 +41,21 @@ std::string rangeText(const ParamRange& range) {
 }
 
 // Points along the border of an image, one per pixel.
+// The corners of the image and its sides between them, each pixel up to a limit: the image of a cone is
+// nearly convex, so that it has what lies between two points of a side.
 std::vector<Eigen::Vector2d> imageBorder(ImageSize size) {
+  constexpr int kMostSteps = 640;
   std::vector<Eigen::Vector2d> border;
-  for (int x = 0; x <= size.width; ++x) {
-    border.emplace_back(x - 0.5, -0.5);
-    border.emplace_back(x - 0.5, size.height - 0.5);
+  const auto at = [](int i, int num_steps, int side) { return -0.5 + i * (side / double(num_steps)); };
+  const int columns = std::min(size.width, kMostSteps);
+  for (int i = 0; i <= columns; ++i) {
+    border.emplace_back(at(i, columns, size.width), -0.5);
+    border.emplace_back(at(i, columns, size.width), size.height - 0.5);
   }
-  for (int y = 1; y < size.height; ++y) {
-    border.emplace_back(-0.5, y - 0.5);
-    border.emplace_back(size.width - 0.5, y - 0.5);
+  const int rows = std::min(size.height, kMostSteps);
+  for (int i = 1; i < rows; ++i) {
+    border.emplace_back(-0.5, at(i, rows, size.height));
+    border.emplace_back(size.width - 0.5, at(i, rows, size.height));
   }
   return border;
 }

@@ -48,8 +48,7 @@ class Camera {
     result.status = classify(p_cam);
     if (!result.ok()) return result;
     double px[2];
-    if (!projectFormulaJacobian<M>(params_.data(), p_cam.data(), px, J_px_cam, J_px_params) ||
-        !std::isfinite(px[0]) || !std::isfinite(px[1])) {
+    if (!projectFormulaJacobian<M>(params_.data(), p_cam.data(), px, J_px_cam, J_px_params)) {
       result.status = ProjectStatus::kOutsideDomain;
       return result;
     }
@@ -118,25 +117,39 @@ class Camera {
         : cone(certifyCone(lensFunction<M>(lens), {.model_rad = M::kMaxAngle,
                                                    .closed_form_rad = M::maxAngle(lens),
                                                    .is_axially_symmetric = M::isAxiallySymmetric(lens),
-                                                   .is_one_to_one_without_fold = M::kIsOneToOneWithoutFold})),
+                                                   .is_one_to_one_without_fold = M::kIsOneToOneWithoutFold,
+                                                   .margin_rad = M::kEndMargin})),
           cos_max_angle(std::cos(cone.max_angle_rad)),
           rim_radius(rimRadius(lens)),
           start(M::makeStart(lens, cone.max_angle_rad)) {}
 
     [[nodiscard]] double rimRadius(const double* lens) const {
       constexpr int kNumAzimuths = 64;
-      const bool is_symmetric = M::isAxiallySymmetric(lens);
+      constexpr double kLeastStep = 1e-9;
       const double s = std::sin(cone.max_angle_rad);
-      double farthest = 0;
-      for (int i = 0; i < (is_symmetric ? 1 : kNumAzimuths); ++i) {
-        const double azimuth = 2 * std::numbers::pi * i / kNumAzimuths;
+      const auto radiusAt = [&](double azimuth) {
         const double ray[3] = {s * std::cos(azimuth), s * std::sin(azimuth), cos_max_angle};
-        double m[2];
-        if (!M::lens(lens, ray, m)) return std::numeric_limits<double>::infinity();
-        farthest = std::max(farthest, std::hypot(m[0], m[1]));
+        double m[2] = {};
+        return M::lens(lens, ray, m) ? std::hypot(m[0], m[1]) : std::numeric_limits<double>::infinity();
+      };
+      double farthest = radiusAt(0);
+      // Margins for rounding and a ray onRim(), and for other maxima between the azimuths.
+      if (M::isAxiallySymmetric(lens)) return farthest * (1 + 1e-6);
+      double azimuth = 0;
+      const auto look = [&](double at) {
+        const double radius = radiusAt(at);
+        if (!(radius > farthest)) return;
+        farthest = radius;
+        azimuth = at;
+      };
+      double step = 2 * std::numbers::pi / kNumAzimuths;
+      for (int i = 1; i < kNumAzimuths; ++i) look(i * step);
+      // Near a pole of one azimuth the farthest point lies in a narrow peak.
+      for (; step > kLeastStep; step *= 0.5) {
+        look(azimuth + step);
+        look(azimuth - step);
       }
-      // Margin for rounding and a ray onRim(), and for maxima between the azimuths.
-      return farthest * (is_symmetric ? 1 + 1e-6 : 1.1);
+      return 1.1 * farthest;
     }
   };
 

@@ -59,17 +59,16 @@ EditedCamera quarterTurn(const AnyCamera& camera, ImageSize size) {
   // In the plane (mx, my) becomes (-my, mx), and u = height - 1 - v, v = u.
   ParameterMap map(camera);
   map.offset(kCx) = size.height - 1;
-  // The new x is `sign` times the old y, and the new y the old x.
-  const auto swap = [&map](Eigen::Index x, Eigen::Index y, double sign) {
+  const auto swap = [&map](Eigen::Index x, Eigen::Index y, double new_x, double new_y) {
     map.J(x, x) = map.J(y, y) = 0;
-    map.J(x, y) = sign;
-    map.J(y, x) = 1;
+    map.J(x, y) = new_x;
+    map.J(y, x) = new_y;
   };
-  swap(kFx, kFy, 1);
-  swap(kCx, kCy, -1);
+  swap(kFx, kFy, 1, 1);
+  swap(kCx, kCy, -1, 1);
   for (const LensVector& vector : modelTraits(camera.modelId()).vectors)
     swap(static_cast<Eigen::Index>(kNumAffine + vector.x), static_cast<Eigen::Index>(kNumAffine + vector.y),
-         -1);
+         -1, vector.sign);
   EditedCamera edited = apply(map, camera, {.width = size.height, .height = size.width});
   edited.new_from_old << 0, -1, 0,  //
       1, 0, 0,                      //
@@ -125,6 +124,15 @@ EditedCamera binCamera(const AnyCamera& camera, ImageSize size, int factor) {
 EditedCamera rotateCamera(const AnyCamera& camera, ImageSize size, int quarter_turns) {
   EditedCamera all = apply(ParameterMap(camera), camera, size);
   const int num_turns = (quarter_turns % 4 + 4) % 4;
+  if (num_turns % 2 == 1 &&
+      !modelTraits(camera.modelId()).can_turn(camera.parameters().data() + kNumAffine)) {
+    throw inputError(
+        {.where = "camera of model " + std::string(camera.modelId()),
+         .found = "a skewed or doubly tilted sensor, which the model cannot state after a turn by 90 degrees",
+         .expected = "a turn by 180 degrees, or a camera that can turn",
+         .next_step = "fit another model first: alidade convert CAMERA -o PLAIN --model " +
+                      std::string(leadTraits(modelTraits(camera.modelId()).family).id)});
+  }
   for (int i = 0; i < num_turns; ++i) {
     EditedCamera next = quarterTurn(all.camera, all.size);
     next.new_from_old = next.new_from_old * all.new_from_old;

@@ -48,6 +48,7 @@ struct EditedCamera {
 ///
 /// The axes of the camera frame rotate with the image, so that x points right and y down in the new image:
 /// after one quarter turn x_new = -y_old, y_new = x_old, z_new = z_old. Directional lens terms rotate too.
+/// @throws Error (kInput) for an odd number of turns if the model has no such lens; see CameraModel::canTurn
 [[nodiscard]] EditedCamera rotateCamera(const AnyCamera& camera, ImageSize size, int quarter_turns);
 
 /// The longest side of an image that a camera file can state.

@@ -27,9 +27,10 @@ enum class LensFamily {
 inline constexpr int kMostParams = 32;
 
 /// Two lens parameters, by index, that are the components of a vector in the normalised plane. They rotate
-/// with the image.
+/// with the image: after a quarter turn, x is -y and y is `sign` x.
 struct LensVector {
   std::size_t x, y;
+  double sign = 1;  ///< -1: a pair of shears instead
 };
 
 /// A model that shares some lenses with a second model. Without functions, this model extends `model`: it has
@@ -40,8 +41,9 @@ struct SharedLens {
   using Conversion = double (*)(const double* from, double* to);
 
   std::string_view model;
-  Conversion to = nullptr;    ///< the lens of `model` from this model's
-  Conversion from = nullptr;  ///< and back
+  Conversion to = nullptr;                          ///< the lens of `model` from this model's
+  Conversion from = nullptr;                        ///< and back
+  bool has_all = to == nullptr && from == nullptr;  ///< this model has all lenses of `model`
 
   [[nodiscard]] constexpr bool isExtension() const { return to == nullptr && from == nullptr; }
 };
@@ -63,6 +65,9 @@ struct SharedLens {
 ///                    for a reason in the model's comment; false: the rim of the cone is checked too
 ///   maxAngle(k)      the first pole or fold of the lens with these parameters, if it has a closed form;
 ///                    otherwise kMaxAngle
+///   kEndMargin       distance of the domain from a fold, radians: at a fold, the inverse loses all digits;
+///   by
+///                    default so far that it keeps 1e-9 rad
 ///   isAxiallySymmetric(k)  true if the lens treats all azimuths alike
 ///   hasValue(k, ray)  false if the formula has no value; always true in the cone of certifyCone()
 ///   formula(k, ray, m, J_m_ray, J_m_lens)  the map itself if it has a value, with row-major 2x3 and 2xN
@@ -86,6 +91,11 @@ struct SharedLens {
 ///   kFlexibleId      a more flexible model of the same kind of lens; empty if there is none
 ///   kVectors         the parameters that rotate with the image; if they are 0, isAxiallySymmetric()
 ///   kSharedLenses    the models with which it shares lenses; one model of each pair lists the other
+///   canTurn(k)       false if the model has no such lens turned by 90 degrees; by default it has
+///   kRedundant       name of a parameter that a rotation about the axis can stand in for, which a
+///   calibration
+///                    holds; by default there is none
+///   kIsCandidate     false: the automatic choice leaves the model out; by default it considers it
 ///   kAliases         names of the model in other programs, separated by blanks; by default there are none
 ///
 /// LensFormula makes lens() from hasValue() and formula(), and holds the common part of most models.
@@ -98,6 +108,7 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
   requires M::kLensParamNames.size() == M::kNumLensParams;
   requires M::kLensRanges.size() == M::kNumLensParams;
   requires M::kStartLens.size() == M::kNumLensParams;
+  { M::kEndMargin } -> std::convertible_to<double>;
   { M::maxAngle(in) } -> std::same_as<double>;
   { M::isAxiallySymmetric(in) } -> std::same_as<bool>;
   { M::hasValue(in, in) } -> std::same_as<bool>;
@@ -109,6 +120,9 @@ concept CameraModel = requires(const double* in, double* out, double angle) {
   { M::kFlexibleId } -> std::convertible_to<std::string_view>;
   { M::kVectors } -> std::convertible_to<std::span<const LensVector>>;
   { M::kSharedLenses } -> std::convertible_to<std::span<const SharedLens>>;
+  { M::canTurn(in) } -> std::same_as<bool>;
+  { M::kRedundant } -> std::convertible_to<std::string_view>;
+  { M::kIsCandidate } -> std::convertible_to<bool>;
   { M::kAliases } -> std::convertible_to<std::string_view>;
 };
 
@@ -122,6 +136,10 @@ struct LensFormula {
   static constexpr std::array<double, kNum> kStartLens = {};
   static constexpr bool kIsOneToOneWithoutFold = true;
   static constexpr std::string_view kAliases = "";
+  static constexpr std::string_view kRedundant = "";
+  static constexpr bool kIsCandidate = true;
+  static bool canTurn(const double*) { return true; }
+  static constexpr double kEndMargin = 1e-5;
   static double maxAngle(const double*) { return M::kMaxAngle; }
   static bool isAxiallySymmetric(const double* k) {
     return std::ranges::all_of(M::kVectors,

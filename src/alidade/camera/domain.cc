@@ -286,7 +286,7 @@ CertifiedCone certifyCone(const LensFunction& lens, const ConeLimits& limits) {
   if (limits.closed_form_rad < limits.model_rad) first = std::min(first, limits.closed_form_rad);
   CertifiedCone cone;
   cone.is_limited_by_fold = first <= limits.model_rad;
-  cone.max_angle_rad = cone.is_limited_by_fold ? std::max(0.0, first - kFoldMargin) : limits.model_rad;
+  cone.max_angle_rad = cone.is_limited_by_fold ? std::max(0.0, first - limits.margin_rad) : limits.model_rad;
   if (!limits.is_one_to_one_without_fold && !limits.is_axially_symmetric &&
       !hasSimpleRim(lens, cone.max_angle_rad)) {
     cone.max_angle_rad = largestSimpleRim(lens, cone.max_angle_rad);

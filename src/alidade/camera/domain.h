@@ -51,6 +51,7 @@ struct ConeLimits {
   double closed_form_rad = std::numbers::pi;  ///< the same with these parameters
   bool is_axially_symmetric = false;          ///< check only one azimuth
   bool is_one_to_one_without_fold = true;     ///< false: check the rim too
+  double margin_rad = kFoldMargin;            ///< from a fold to the rim
 };
 
 /// Finds the smallest field angle, over all azimuths, at which the lens stops being one-to-one: where the

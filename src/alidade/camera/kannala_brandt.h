@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
 #include <string_view>
 
+#include "alidade/camera/angle_polynomial.h"
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/inverse_start.h"
+#include "alidade/camera/stated_inverse.h"
 #include "alidade/camera/wide_angle.h"
 #include "alidade/core/lanes.h"
 
@@ -27,7 +26,7 @@ namespace alidade {
 /// A generic camera model and calibration method for conventional, wide-angle, and fish-eye
 /// lenses, PAMI 28(8), the radially symmetric model, with the first coefficient absorbed in fx
 /// and fy.
-struct KannalaBrandt : LensFormula<KannalaBrandt, 4> {
+struct KannalaBrandt : AnglePolynomial<KannalaBrandt, LensFormula<KannalaBrandt, 4>> {
   static constexpr std::string_view kId = "kannala_brandt";
   static constexpr std::string_view kAliases = "fisheye equidistant equi opencv_fisheye pinhole-equi kb4";
   static constexpr std::array<std::string_view, 4> kLensParamNames = {"k1", "k2", "k3", "k4"};
@@ -43,6 +42,13 @@ struct KannalaBrandt : LensFormula<KannalaBrandt, 4> {
   template <class T>
   static bool hasValue(const T*, const T* ray) {
     return ray[2] > 0.0 || ray[0] * ray[0] + ray[1] * ray[1] > 0.0;
+  }
+
+  /// r / theta and its slope by theta^2.
+  template <class K, class T>
+  ALIDADE_ALWAYS_INLINE static detail::RadialFactor<T> factor(const K* k, const T& t2) {
+    return {1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))),
+            k[0] + t2 * (2.0 * k[1] + t2 * (3.0 * k[2] + t2 * (4.0 * k[3])))};
   }
 
   template <class K, class T>
@@ -71,88 +77,12 @@ struct KannalaBrandt : LensFormula<KannalaBrandt, 4> {
     }
   }
 
-  static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
-    const double r = std::hypot(m[0], m[1]);
-    double theta = 0;
-    if (!angleOf(k, r, max_angle + 1e-9, theta)) return false;
-    // On the axis, sin(theta) / r is 0 / 0 and its limit is 1.
-    const double scale = r > 0 ? std::sin(theta) / r : 1.0;
-    detail::makeUnitRay(m[0] * scale, m[1] * scale, std::cos(theta), ray);
-    return true;
-  }
-
-  using Start = detail::InverseStart;
-  static Start makeStart(const double* k, double max_angle) {
-    return {[k](double t2) { return factor(k, t2); }, max_angle};
-  }
-  template <class T>
-  ALIDADE_ALWAYS_INLINE static void quickUnlens(const double* k, const Start& start, const T* m,
-                                                double max_angle, T* ray) {
-    constexpr int kSureSteps = 1;  // most lenses need one; an unpredictable branch costs as much
-    constexpr int kMaxSteps = 8;
-    constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
-    const T r2 = m[0] * m[0] + m[1] * m[1];
-    const T r = lane::squareRoot(r2);
-    T theta = start.scale(r2) * r;
-    T error = r;
-    for (int i = 0; i < kMaxSteps; ++i) {
-      const T t2 = theta * theta;
-      const detail::RadialFactor<T> f = factor(k, t2);
-      error = theta * f.a - r;
-      const T next = theta - error / (f.a + 2.0 * t2 * f.da);
-      if (i < kSureSteps) {
-        theta = next;
-        continue;
-      }
-      const auto is_open = lane::select(error < 0.0, T(-error), error) > kRounding * r;
-      if (!lane::isAny(is_open)) break;
-      theta = lane::select(is_open, next, theta);
-    }
-    const T nothing = r * std::numeric_limits<double>::quiet_NaN();
-    theta = lane::select(lane::both(error <= kRounding * r, -error <= kRounding * r), theta, nothing);
-    theta = lane::select(lane::both(theta >= 0.0, theta <= max_angle), theta, nothing);
-    T sine;
-    T cosine;
-    lane::sineCosine(theta, sine, cosine);
-    const T scale = lane::select(r > 0.0, T(sine / r), T(0.0 * r + 1.0));
-    ray[0] = m[0] * scale;
-    ray[1] = m[1] * scale;
-    ray[2] = cosine;
-  }
-
- private:
-  // r / theta and its slope by theta^2.
   template <class K, class T>
-  ALIDADE_ALWAYS_INLINE static detail::RadialFactor<T> factor(const K* k, const T& t2) {
-    return {1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))),
-            k[0] + t2 * (2.0 * k[1] + t2 * (3.0 * k[2] + t2 * (4.0 * k[3])))};
-  }
-
-  // Solves r(theta) = r on [0, limit], where r(theta) rises.
-  static bool angleOf(const double* k, double r, double limit, double& theta) {
-    constexpr int kMaxIterations = 100;
-    constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-    const auto radius = [k](double t) { return t * factor(k, t * t).a; };
-    if (!(r <= radius(limit))) return false;
-    double low = 0;
-    double high = limit;
-    double last_step = limit;
-    theta = std::min(r, limit);
-    for (int i = 0; i < kMaxIterations; ++i) {
-      const double error = radius(theta) - r;
-      if (error == 0.0) return true;
-      (error < 0 ? low : high) = theta;
-      const double t2 = theta * theta;
-      const double slope = 1 + t2 * (3 * k[0] + t2 * (5 * k[1] + t2 * (7 * k[2] + t2 * 9 * k[3])));
-      double next = theta - error / slope;
-      // Newton's steps may oscillate unless each is at most half the last one.
-      const bool is_slow = !(std::abs(next - theta) <= 0.5 * last_step);
-      if (is_slow || !(next > low && next < high)) next = 0.5 * (low + high);
-      last_step = std::abs(next - theta);
-      theta = next;
-      if (last_step <= kEpsilon * theta || high - low <= 2 * kEpsilon * high) return true;
-    }
-    return false;
+  ALIDADE_ALWAYS_INLINE static detail::RisingValue<T> radiusOf(const K* k, const T& theta) {
+    const T t2 = theta * theta;
+    const detail::RadialFactor<T> f = factor(k, t2);
+    const T slope = f.a + 2.0 * t2 * f.da;
+    return {theta * f.a, slope, slope};
   }
 };
 

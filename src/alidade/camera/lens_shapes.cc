@@ -5,10 +5,12 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include <Eigen/QR>
 
 #include "alidade/camera/model_traits.h"
+#include "alidade/camera/same_lens.h"
 #include "alidade/core/error.h"
 #include "alidade/geometry/decompositions.h"
 #include "alidade/geometry/least_squares.h"
@@ -155,17 +157,6 @@ Eigen::MatrixXd axisFocalJacobian(const AnyCamera& camera) {
   return J;
 }
 
-std::vector<double> parametersByName(std::string_view from_id, std::span<const double> params,
-                                     std::string_view model_id) {
-  const auto own = parameterNames(from_id);
-  std::vector<double> named;
-  for (const std::string_view name : parameterNames(model_id)) {
-    const auto i = parameterIndex(own, name);
-    named.push_back(i ? params[*i] : 0.0);
-  }
-  return named;
-}
-
 std::vector<std::vector<double>> lensStarts(std::string_view model_id, const Eigen::Vector2d& focal_px,
                                             const Eigen::Vector2d& axis_px, std::span<const double> named) {
   const ModelTraits& model = modelTraits(model_id);
@@ -254,7 +245,7 @@ LensFit fitLens(std::string_view model_id, const std::vector<RaySample>& samples
 
 LensFit bestLens(std::string_view model_id, const AnyCamera& like, const std::vector<RaySample>& samples,
                  std::span<const std::string_view> absent) {
-  const std::vector<double> named = parametersByName(like.modelId(), like.parameters(), model_id);
+  const std::vector<double> named = closestByName(like, model_id);
   const Eigen::Vector2d axis_px(like.parameters()[2], like.parameters()[3]);
   std::optional<LensFit> best;
   for (std::vector<double>& start :
@@ -274,7 +265,7 @@ std::vector<LensShape> lensShapes(std::string_view model_id, const AnyCamera& li
   }
   const std::vector<double> best = bestLens(model_id, like, samples).params;
   std::vector<LensShape> shapes = {{.params = best}};
-  const std::vector<double> named = parametersByName(like.modelId(), like.parameters(), model_id);
+  const std::vector<double> named = closestByName(like, model_id);
   for (std::vector<double>& params : quotientLenses(model_id, named))
     shapes.push_back({.params = std::move(params)});
 

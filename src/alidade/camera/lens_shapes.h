@@ -19,11 +19,6 @@ namespace alidade {
 /// (ucm, omni, double_sphere, fov), fx and fy alone do not determine it.
 [[nodiscard]] Eigen::MatrixXd axisFocalJacobian(const AnyCamera& camera);
 
-/// The parameters that `model_id` shares with the camera's model, by name; its other parameters are zero.
-/// This is the same camera if one model contains the other.
-[[nodiscard]] std::vector<double> parametersByName(std::string_view from_id, std::span<const double> params,
-                                                   std::string_view model_id);
-
 /// A pixel of a camera and the unit ray that leads to it.
 struct RaySample {
   Eigen::Vector2d pixel;

@@ -3,16 +3,26 @@
 
 #include <variant>
 
+#include "alidade/camera/brown.h"
 #include "alidade/camera/camera_model.h"
+#include "alidade/camera/division.h"
 #include "alidade/camera/double_sphere.h"
 #include "alidade/camera/eucm.h"
+#include "alidade/camera/fisheye624.h"
 #include "alidade/camera/fov.h"
+#include "alidade/camera/ftheta.h"
+#include "alidade/camera/ftheta_inverse.h"
+#include "alidade/camera/inverse_brown.h"
 #include "alidade/camera/kannala_brandt.h"
+#include "alidade/camera/kannala_brandt_skew.h"
+#include "alidade/camera/ocam.h"
 #include "alidade/camera/omni.h"
 #include "alidade/camera/pinhole.h"
 #include "alidade/camera/radtan.h"
 #include "alidade/camera/rational.h"
 #include "alidade/camera/thin_prism.h"
+#include "alidade/camera/thin_prism_fisheye.h"
+#include "alidade/camera/tilted.h"
 #include "alidade/camera/ucm.h"
 
 namespace alidade {
@@ -41,7 +51,8 @@ struct ModelList : detail::CompleteModel<Models>... {
 /// THE list of camera models. The variant, the names in files and on the command line, the cost functions,
 /// the candidates of the automatic choice and the tests all come from it: a new model needs one header, its
 /// include above and its name here.
-using AllModels =
-    ModelList<Pinhole, Radtan, Rational, ThinPrism, KannalaBrandt, Fov, Ucm, Omni, Eucm, DoubleSphere>;
+using AllModels = ModelList<Pinhole, Radtan, Brown, InverseBrown, Rational, ThinPrism, Tilted, Division,
+                            KannalaBrandt, KannalaBrandtSkew, ThinPrismFisheye, Fisheye624, FTheta,
+                            FThetaInverse, Ocam, Fov, Ucm, Omni, Eucm, DoubleSphere>;
 
 }  // namespace alidade

@@ -28,6 +28,9 @@ constexpr std::array<ModelTraits, sizeof...(Models)> traitsOf(ModelList<Models..
                       .vectors = Models::kVectors,
                       .shared_lenses = Models::kSharedLenses,
                       .aliases = Models::kAliases,
+                      .redundant = Models::kRedundant,
+                      .is_candidate = Models::kIsCandidate,
+                      .can_turn = &Models::canTurn,
                       .project = &projectFormulaJacobian<Models>}...};
 }
 
@@ -72,13 +75,13 @@ const ModelTraits& leadTraits(LensFamily family) {
 
 bool ModelTraits::extends(std::string_view model) const {
   return std::ranges::any_of(shared_lenses, [model](const SharedLens& shared) {
-    return shared.isExtension() && (shared.model == model || modelTraits(shared.model).extends(model));
+    return shared.has_all && (shared.model == model || modelTraits(shared.model).extends(model));
   });
 }
 
 const ModelTraits* nextLargerModel(std::string_view model) {
   const auto found = std::ranges::find_if(kTraits, [model](const ModelTraits& larger) {
-    return larger.family == LensFamily::kPerspective && larger.extends(model);
+    return larger.family == LensFamily::kPerspective && larger.is_candidate && larger.extends(model);
   });
   return found == kTraits.end() ? nullptr : &*found;
 }

@@ -23,6 +23,9 @@ struct ModelTraits {
   std::span<const LensVector> vectors;
   std::span<const SharedLens> shared_lenses;
   std::string_view aliases;
+  std::string_view redundant;
+  bool is_candidate;
+  bool (*can_turn)(const double* lens);
   /// projectFormulaJacobian() of the model.
   bool (*project)(const double* params, const double* ray, double* px, double* J_px_ray, double* J_px_params);
 

@@ -94,25 +94,18 @@ struct Omni : LensFormula<Omni, 5> {
       T J[6];  // derivative of (x, y) by the ray
       const T by_d = xi / d;
       detail::radialJacobian(ray, f, T(-0.5 * f * f * by_d), T(-f * f * (1.0 + by_d * z)), 1.0, J);
-      for (int i = 0; i < 3; ++i) {
-        J_m_ray[i] = s.dmx_dx * J[i] + s.dmx_dy * J[3 + i];
-        J_m_ray[3 + i] = s.dmy_dx * J[i] + s.dmy_dy * J[3 + i];
-      }
+      detail::warpJacobian(s, J, J_m_ray);
     }
     if (J_m_lens != nullptr) {
       const T r2 = x * x + y * y;
-      const T xy2 = 2.0 * x * y;
       const T shrink = -f * d;  // d x / d xi = shrink x
       J_m_lens[0] = shrink * (s.dmx_dx * x + s.dmx_dy * y);
       J_m_lens[1] = x * r2;
       J_m_lens[2] = x * r2 * r2;
-      J_m_lens[3] = xy2;
-      J_m_lens[4] = r2 + 2.0 * x * x;
       J_m_lens[5] = shrink * (s.dmy_dx * x + s.dmy_dy * y);
       J_m_lens[6] = y * r2;
       J_m_lens[7] = y * r2 * r2;
-      J_m_lens[8] = r2 + 2.0 * y * y;
-      J_m_lens[9] = xy2;
+      detail::tangentialDerivatives(x, y, J_m_lens + 3, J_m_lens + 8);
     }
   }
 

@@ -47,6 +47,38 @@ ALIDADE_ALWAYS_INLINE WarpSample<T> radialTangentialWarp(const T& x, const T& y,
   return s;
 }
 
+/// Adds the terms of a thin prism, with its four parameters, to a distortion of the plane.
+template <class K, class T>
+ALIDADE_ALWAYS_INLINE void addPrism(const K* k, const T& x, const T& y, WarpSample<T>& s) {
+  const T r2 = x * x + y * y;
+  const T slope_x = 2.0 * (k[0] + 2.0 * r2 * k[1]);
+  const T slope_y = 2.0 * (k[2] + 2.0 * r2 * k[3]);
+  s.mx = s.mx + r2 * (k[0] + r2 * k[1]);
+  s.my = s.my + r2 * (k[2] + r2 * k[3]);
+  s.dmx_dx = s.dmx_dx + slope_x * x;
+  s.dmx_dy = s.dmx_dy + slope_x * y;
+  s.dmy_dx = s.dmy_dx + slope_y * x;
+  s.dmy_dy = s.dmy_dy + slope_y * y;
+}
+
+/// The derivatives of these terms by the four parameters.
+template <class T>
+ALIDADE_ALWAYS_INLINE void prismDerivatives(const T& x, const T& y, T* dmx, T* dmy) {
+  const T r2 = x * x + y * y;
+  dmx[0] = dmy[2] = r2;
+  dmx[1] = dmy[3] = r2 * r2;
+  dmx[2] = dmx[3] = dmy[0] = dmy[1] = 0.0 * r2;
+}
+
+/// The derivatives of the tangential terms by p1 and p2.
+template <class T>
+ALIDADE_ALWAYS_INLINE void tangentialDerivatives(const T& x, const T& y, T* dmx, T* dmy) {
+  const T r2 = x * x + y * y;
+  dmx[0] = dmy[1] = 2.0 * x * y;
+  dmx[1] = r2 + 2.0 * x * x;
+  dmy[0] = r2 + 2.0 * y * y;
+}
+
 /// Jacobian (row-major 2x3) by the ray of a distortion of the plane x = X/Z, y = Y/Z, with iz = 1/Z.
 template <class T>
 ALIDADE_ALWAYS_INLINE void warpJacobian(const WarpSample<T>& s, const T& x, const T& y, const T& iz,
@@ -57,6 +89,15 @@ ALIDADE_ALWAYS_INLINE void warpJacobian(const WarpSample<T>& s, const T& x, cons
   J_m_ray[3] = s.dmy_dx * iz;
   J_m_ray[4] = s.dmy_dy * iz;
   J_m_ray[5] = -(s.dmy_dx * x + s.dmy_dy * y) * iz;
+}
+
+/// The same for a distortion of any plane, from the Jacobian of the plane's coordinates by the ray.
+template <class T>
+ALIDADE_ALWAYS_INLINE void warpJacobian(const WarpSample<T>& s, const T* J_plane_ray, T* J_m_ray) {
+  for (int i = 0; i < 3; ++i) {
+    J_m_ray[i] = s.dmx_dx * J_plane_ray[i] + s.dmx_dy * J_plane_ray[3 + i];
+    J_m_ray[3 + i] = s.dmy_dx * J_plane_ray[i] + s.dmy_dy * J_plane_ray[3 + i];
+  }
 }
 
 /// Newton's method for warp(x, y) = (mx, my) from the given start, kept inside the disc of radius rho_max and
@@ -168,10 +209,10 @@ ALIDADE_ALWAYS_INLINE T newtonStep(const Warp& warp, const T& mx, const T& my, T
 /// Newton's method without safeguards for warp(x, y) = (mx, my), on lanes: NaN where it does not converge to
 /// a root within a few steps. A root inside the disc on which the warp is one-to-one is always the right one;
 /// roots outside the disc are invalid.
-/// @param start  the inverse of the warp's radial part
-template <class T, class Warp>
-ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const InverseStart& start, const T& mx,
-                                           const T& my, T& x, T& y) {
+/// @param start  the inverse of the warp's radial part, an InverseStart or like it
+template <class T, class Warp, class Start>
+ALIDADE_ALWAYS_INLINE void quickInvertWarp(const Warp& warp, const Start& start, const T& mx, const T& my,
+                                           T& x, T& y) {
   constexpr int kMaxSteps = 8;
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   constexpr double kNear = 1e-7;  // residual whose square is rounding, however the last steps converged

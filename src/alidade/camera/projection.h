@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
+
 #include "alidade/camera/camera_model.h"
 #include "alidade/core/lanes.h"
 
@@ -53,7 +55,7 @@ bool projectFormulaJacobian(const double* params, const double* p_cam, double* p
                             double* J_px_params) {
   if (!M::hasValue(params + 4, p_cam)) return false;
   projectInside<M>(params, p_cam, px, J_px_cam, J_px_params);
-  return true;
+  return std::isfinite(px[0]) && std::isfinite(px[1]);
 }
 
 /// Row-major 3x2 Jacobian of a pixel's unit ray by the pixel, at the ray. The rows a, b of the lens Jacobian

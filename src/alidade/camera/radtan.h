@@ -23,7 +23,7 @@ namespace alidade {
 /// Source: Brown 1966, Decentering distortion of lenses, Photogrammetric Engineering 32(3).
 struct Radtan : PlaneFormula<Radtan, 5> {
   static constexpr std::string_view kId = "radtan";
-  static constexpr std::string_view kAliases = "plumb_bob brown brown_conrady opencv5 pinhole-radtan";
+  static constexpr std::string_view kAliases = "plumb_bob brown_conrady opencv5 pinhole-radtan";
   static constexpr std::array<std::string_view, 5> kLensParamNames = {"k1", "k2", "p1", "p2", "k3"};
 
   static constexpr bool kIsStiff = false;
@@ -46,17 +46,13 @@ struct Radtan : PlaneFormula<Radtan, 5> {
   ALIDADE_ALWAYS_INLINE static void lensDerivatives(const K*, const T& x, const T& y, T* dmx, T* dmy) {
     const T r2 = x * x + y * y;
     const T r4 = r2 * r2;
-    const T xy2 = 2.0 * x * y;
     dmx[0] = x * r2;
     dmx[1] = x * r4;
-    dmx[2] = xy2;
-    dmx[3] = r2 + 2.0 * x * x;
     dmx[4] = x * r4 * r2;
     dmy[0] = y * r2;
     dmy[1] = y * r4;
-    dmy[2] = r2 + 2.0 * y * y;
-    dmy[3] = xy2;
     dmy[4] = y * r4 * r2;
+    detail::tangentialDerivatives(x, y, dmx + 2, dmy + 2);
   }
 };
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string_view>
 
 #include "alidade/camera/camera_model.h"
 #include "alidade/camera/perspective_plane.h"
+#include "alidade/camera/polynomial_root.h"
 #include "alidade/core/lanes.h"
 
 namespace alidade {
@@ -44,7 +44,9 @@ struct Rational : PlaneFormula<Rational, 8> {
   /// too narrow to be found by sampling.
   static double maxAngle(const double* k) {
     const double r2_max = std::pow(std::tan(kMaxAngle), 2);
-    return std::min(kMaxAngle, std::atan(std::sqrt(firstRoot(k[5], k[6], k[7], r2_max))));
+    return std::min(
+        kMaxAngle,
+        std::atan(std::sqrt(detail::firstPolynomialRoot(std::array{1.0, k[5], k[6], k[7]}, r2_max))));
   }
 
   template <class T>
@@ -80,48 +82,12 @@ struct Rational : PlaneFormula<Rational, 8> {
     const T scale = 1.0 / (1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])));
     const T up = r2 * scale;                 // d a / d k1
     const T down = -up * numerator * scale;  // d a / d k4
-    const T xy2 = 2.0 * x * y;
-    const T da[8] = {up, up * r2, xy2, xy2, up * r2 * r2, down, down * r2, down * r2 * r2};
+    const T da[8] = {up, up * r2, up, up, up * r2 * r2, down, down * r2, down * r2 * r2};
     for (int i = 0; i < 8; ++i) {
       dmx[i] = x * da[i];
       dmy[i] = y * da[i];
     }
-    dmx[2] = xy2;
-    dmx[3] = r2 + 2.0 * x * x;
-    dmy[2] = r2 + 2.0 * y * y;
-    dmy[3] = xy2;
-  }
-
- private:
-  // Smallest root in (0, limit] of 1 + b s + c s^2 + d s^3, or infinity. Between its turning points the cubic
-  // is monotone, so a change of sign there brackets exactly one root.
-  static double firstRoot(double b, double c, double d, double limit) {
-    const auto value = [=](double s) { return 1 + s * (b + s * (c + s * d)); };
-    // Turning points: b + 2 c s + 3 d s^2 = 0, in the form without cancellation.
-    std::array<double, 3> ends = {limit, limit, limit};
-    const double discriminant = c * c - 3 * b * d;
-    if (discriminant >= 0) {
-      const double q = -(c + std::copysign(std::sqrt(discriminant), c));
-      const double s1 = q / (3 * d);
-      const double s2 = b / q;
-      if (s1 > 0 && s1 < limit) ends[0] = s1;
-      if (s2 > 0 && s2 < limit) ends[1] = s2;
-      std::sort(ends.begin(), ends.end());
-    }
-    double low = 0;
-    for (const double end : ends) {
-      if (value(end) > 0) {
-        low = end;
-        continue;
-      }
-      double high = end;
-      for (int i = 0; i < 200 && high - low > 1e-16 * high; ++i) {
-        const double middle = 0.5 * (low + high);
-        (value(middle) > 0 ? low : high) = middle;
-      }
-      return low;
-    }
-    return std::numeric_limits<double>::infinity();
+    detail::tangentialDerivatives(x, y, dmx + 2, dmy + 2);
   }
 };
 

@@ -3,10 +3,21 @@
 
 #include <algorithm>
 
-#include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_traits.h"
 
 namespace alidade {
+
+std::vector<double> parametersByName(std::string_view from_id, std::span<const double> params,
+                                     std::string_view model_id) {
+  const auto own = parameterNames(from_id);
+  std::vector<double> named;
+  for (const std::string_view name : parameterNames(model_id)) {
+    const auto i = parameterIndex(own, name);
+    named.push_back(i ? params[*i] : 0.0);
+  }
+  return named;
+}
+
 namespace {
 
 struct Lens {
@@ -66,6 +77,11 @@ std::optional<std::vector<double>> sameLensParameters(const AnyCamera& camera, s
     }
   }
   return std::nullopt;
+}
+
+std::vector<double> closestByName(const AnyCamera& like, std::string_view model_id) {
+  if (auto same = sameLensParameters(like, model_id)) return *std::move(same);
+  return parametersByName(like.modelId(), like.parameters(), model_id);
 }
 
 }  // namespace alidade

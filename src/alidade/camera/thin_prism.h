@@ -52,25 +52,14 @@ struct ThinPrism : PlaneFormula<ThinPrism, 12> {
   template <class K, class T>
   ALIDADE_ALWAYS_INLINE static detail::WarpSample<T> warp(const K* k, const T& x, const T& y) {
     detail::WarpSample<T> s = Rational::warp(k, x, y);
-    const T r2 = x * x + y * y;
-    const T slope_x = 2.0 * (k[8] + 2.0 * r2 * k[9]);
-    const T slope_y = 2.0 * (k[10] + 2.0 * r2 * k[11]);
-    s.mx = s.mx + r2 * (k[8] + r2 * k[9]);
-    s.my = s.my + r2 * (k[10] + r2 * k[11]);
-    s.dmx_dx = s.dmx_dx + slope_x * x;
-    s.dmx_dy = s.dmx_dy + slope_x * y;
-    s.dmy_dx = s.dmy_dx + slope_y * x;
-    s.dmy_dy = s.dmy_dy + slope_y * y;
+    detail::addPrism(k + 8, x, y, s);
     return s;
   }
 
   template <class K, class T>
   ALIDADE_ALWAYS_INLINE static void lensDerivatives(const K* k, const T& x, const T& y, T* dmx, T* dmy) {
     Rational::lensDerivatives(k, x, y, dmx, dmy);
-    const T r2 = x * x + y * y;
-    dmx[8] = dmy[10] = r2;
-    dmx[9] = dmy[11] = r2 * r2;
-    dmx[10] = dmx[11] = dmy[8] = dmy[9] = 0.0 * r2;
+    detail::prismDerivatives(x, y, dmx + 8, dmy + 8);
   }
 };
 

@@ -25,15 +25,21 @@ namespace fs = std::filesystem;
 
 constexpr std::array<std::string_view, 7> kExtensions = {".yaml", ".yml",         ".json", ".xml",
                                                          ".txt",  ".cameramodel", ".cam"};
-
 // Of other programs, for cameras and for much else; and what the name or content of a camera says.
+constexpr std::string_view kReadExtensions = ".toml .ini .cfg .conf .calib .mat .bin";
 constexpr std::string_view kForeignExtensions =
-    ".toml .ini .cfg .conf .csv .calib .mat .npy .npz .pkl .pickle";
+    ".toml .ini .cfg .conf .jsonl .csv .calib .mat .npy .npz .pkl .pickle";
 constexpr std::string_view kCameraWords =
     "calib [camera camera. cameramatrix intrinsic distortion distcoef focal mtx";
 
 bool hasExtension(const fs::path& path, std::span<const std::string_view> extensions) {
   return std::ranges::find(extensions, bareWord(path.extension().string())) != extensions.end();
+}
+
+// True for a file with an extension of camera files, or one of other programs that a format recognises.
+bool isCameraFile(const fs::path& path) {
+  return hasExtension(path, kExtensions) ||
+         (hasExtension(path, split(kReadExtensions, ' ')) && hasCameraFormat(path.string()));
 }
 
 // True for a file of another program that probably holds a camera: users expect it to be mentioned.
@@ -94,9 +100,10 @@ class Lister {
       const bool is_file = entry->is_regular_file(ignored) || !entry->exists(ignored);
       if (entry->is_directory(ignored)) {
         folders.push_back(name);
-      } else if (is_file && (hasExtension(name, kExtensions) || isForeignCamera(entry->path()))) {
+      } else if (const bool is_camera = is_file && isCameraFile(entry->path());
+                 is_camera || (is_file && isForeignCamera(entry->path()))) {
         names.push_back(name);
-        num_found += hasExtension(name, kExtensions) ? 1 : 0;
+        num_found += is_camera ? 1 : 0;
       }
     }
     if (error) {

@@ -15,9 +15,9 @@ struct ListedFile {
 /// Lists the files that inputs refer to, each once. An input is a file ("FILE#NAME" too), a folder, or a
 /// pattern with * ? or [ that is not itself a file name. A folder stands for its files with an extension of
 /// camera files (yaml, yml, json, xml, txt, cameramodel, cam), those in which other programs keep cameras
-/// (toml, ini, csv, npz and others) if their name or content speaks of one, and those of its sub-folders.
-/// Dangling links are listed, hidden files and folders are not. Each folder is in natural order (cam2 before
-/// cam10), its files before its sub-folders.
+/// (toml, conf, mat, bin, csv, npz and others) if a format recognises them or their name or content speaks of
+/// a camera, and those of its sub-folders. Dangling links are listed, hidden files and folders are not. Each
+/// folder is in natural order (cam2 before cam10), its files before its sub-folders.
 /// @throws Error (kInput) for an input that does not exist, a folder without such a file, or one that cannot
 /// be read
 [[nodiscard]] std::vector<ListedFile> listCameraFiles(std::span<const std::string> inputs);

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <set>
 #include <utility>
 
@@ -12,9 +14,11 @@
 
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
+#include "alidade/files/foreign_file.h"
 #include "alidade/files/formats/alidade_writer.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/formats/notations.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/files/text/file_text.h"
 
@@ -113,60 +117,90 @@ bool isFreeText(const std::string& file) {
   return file.ends_with(".txt");
 }
 
-// Files of other programs that people take for camera files, by a text that only they have.
-struct ForeignFile {
-  std::string_view mark;
-  std::string_view what;
-  std::string_view next_step;
-};
-constexpr std::array<ForeignFile, 5> kForeignFiles = {
-    {{"# oST version", "the INI file (ost.txt) of the ROS calibrator, without the distortion model",
-      "use ost.yaml, which the calibrator writes to the same folder"},
-     {"Camera-system parameters:", "Kalibr's report (results-cam.txt)",
-      "use camchain.yaml, which Kalibr writes beside it and which has all digits"},
-     {"[LEFT_CAM_", "the settings of a ZED camera (INI)",
-      "write fx, fy, cx, cy and k1, k2, p1, p2, k3 of one section as an OpenCV file: docs/formats.md"},
-     {"distortions = [", "TOML, as Caliscope and aniposelib write it",
-      "write matrix and distortions of one camera as an OpenCV file: docs/formats.md"},
-     {"Model = CAHV", "a camera in the CAHV model of planetary rovers (CAHV, CAHVOR, CAHVORE)",
-      "write a CAHV without O and R as a pinhole: fx = Hs, fy = Vs, cx = Hc, cy = Vc; see docs/formats.md"}}};
-
-void refuseForeignFile(const detail::CameraDocument& document) {
-  for (const ForeignFile& foreign : kForeignFiles) {
-    if (document.text().find(foreign.mark) == std::string::npos) continue;
-    throw NotACameraFile(detail::errorAt(document.file(), "found " + std::string(foreign.what),
-                                         "a camera file in one of the formats of docs/formats.md",
-                                         std::string(foreign.next_step)));
-  }
+[[noreturn]] void refuseForeign(const std::string& file, const detail::ForeignFile& foreign,
+                                const std::string& text) {
+  const std::string numbers = detail::cameraNumbersIn(text);
+  throw NotACameraFile(detail::errorAt(
+      file, "found " + foreign.what + (numbers.empty() ? "" : ", which has numbers of a camera: " + numbers),
+      "a camera file in one of the formats of docs/formats.md (alidade formats)", foreign.next_step));
 }
 
-[[noreturn]] void throwUnknownFormat(const detail::CameraDocument& document) {
-  refuseForeignFile(document);
+// The text with every whole word `key` replaced; of "Cam1.fx" for "Camera1.fx", the prefix of all keys.
+std::string renamed(const std::string& text, std::string key, std::string meant) {
+  const std::size_t dot = key.rfind('.');
+  const bool is_prefix = dot != std::string::npos && meant.ends_with(key.substr(dot));
+  if (is_prefix) meant.resize(meant.rfind('.'));
+  if (is_prefix) key.resize(dot);
+  const auto isOfWord = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
+  };
+  std::string out;
+  std::size_t from = 0;
+  for (std::size_t at = 0; (at = text.find(key, at)) != std::string::npos; at += key.size()) {
+    const std::size_t end = at + key.size();
+    const bool is_longer = end < text.size() && isOfWord(text[end]) && !(is_prefix && text[end] == '.');
+    if ((at > 0 && isOfWord(text[at - 1])) || is_longer) continue;
+    out += text.substr(from, at - from) + meant;
+    from = end;
+  }
+  return out + text.substr(from);
+}
+
+// True if the file can be read when this key, and others that resemble keys of the format, are renamed.
+bool canReadRenamed(const detail::CameraDocument& document, FormatGuess guess, const ReadOptions& options) {
+  std::string text = document.text();
+  constexpr int kMaxSlips = 4;
+  for (int i = 0; i < kMaxSlips && guess.key != guess.meant; ++i) {
+    text = renamed(text, guess.key, guess.meant);
+    const detail::CameraDocument mended(text, document.file());
+    if (const CameraFormat* const format = formatOf(mended)) {
+      try {
+        return !format->read(mended, options).cameras.empty();
+      } catch (const Error&) {
+        // Another key may be wrong too.
+      }
+    }
+    const auto next = guessFormat(text);
+    if (!next) return false;
+    guess = *next;
+  }
+  return false;
+}
+
+[[noreturn]] void throwUnknownFormat(const detail::CameraDocument& document, const ReadOptions& options) {
   const std::string& file = document.file();
+  const std::string& text = document.text();
+  if (const auto foreign = detail::knownForeignFile(text, file)) refuseForeign(file, *foreign, text);
   const bool is_free_text = isFreeText(file) && !document.isMap();
-  const auto guess = is_free_text ? std::nullopt : guessFormat(document.text());
-  if (!document.isTree()) {
+  const auto guess = is_free_text ? std::nullopt : guessFormat(text);
+  const auto foreign = guess || !document.isTree() ? std::nullopt : detail::foreignText(text);
+  if (foreign) refuseForeign(file, *foreign, text);
+  if (!document.isTree() && !is_free_text) {
     try {
       static_cast<void>(document.root());
     } catch (const Error& reason) {
       // An interrupted write may leave an empty file.
-      const bool is_empty = trim(document.text()).empty() && !is_free_text;
-      if (!guess && !is_empty) throw NotACameraFile(reason);
+      if (!guess && !trim(text).empty()) throw NotACameraFile(reason);
       throw;
     }
   }
+  const std::string numbers = detail::cameraNumbersIn(text);
+  const std::string found = numbers.empty() ? "" : "; numbers of a camera in it: " + numbers;
   if (guess) {
     const bool is_slip = guess->key != guess->meant;
+    const bool is_helped = is_slip && canReadRenamed(document, *guess, options);
     const std::string title(guess->format->title);
     throw detail::errorAt(
         file + ":" + std::to_string(guess->line) + ": " + guess->key,
-        is_slip ? "an unknown key in a file that most resembles the format " + title
-                : "a file of unknown format that most resembles " + title,
+        is_helped ? "an unknown key in a file that most resembles the format " + title
+                  : "a file of unknown format that most resembles " + title + found,
         is_slip || guess->missing.empty() ? "" : "the key '" + guess->missing + "'",
-        is_slip ? "did you mean '" + guess->meant + "'?" : "see docs/formats.md for the keys of this format");
+        is_helped ? "did you mean '" + guess->meant + "'?"
+        : is_slip ? "other names of its keys would not do; write the numbers as a file of docs/formats.md"
+                  : "see docs/formats.md for the keys of this format");
   }
   throw NotACameraFile(detail::errorAt(
-      file, "not a camera file: it has no key of a camera format", "",
+      file, "not a camera file: it has no key of a camera format" + found, "",
       "the camera file comes first; see docs/formats.md for the formats; Alidade's own start with: alidade_camera: 1"));
 }
 
@@ -183,15 +217,19 @@ void refuseSameNames(const CameraSource& source) {
 }
 
 // Parses without recomputing anything.
-CameraSource parsedAsStated(const std::string& text, const std::string& name, const ReadOptions& options) {
+CameraSource parsedAsStated(const std::string& content, const std::string& name, const ReadOptions& options) {
+  const std::string text = detail::isCameraBinary(content) ? detail::binaryAsText(content, name) : content;
   try {
     detail::checkUtf8(text, name);
   } catch (const Error& e) {
+    if (const auto foreign = detail::knownForeignFile(text, name)) refuseForeign(name, *foreign, "");
     if (isFreeText(name) || !guessFormat(text)) throw NotACameraFile(e);
     throw;
   }
   const detail::CameraDocument document(text, name);
-  if (const CameraFormat* format = formatOf(document)) {
+  const CameraFormat* const format =
+      options.format.empty() ? formatOf(document) : &cameraFormat(options.format);
+  if (format != nullptr) {
     CameraSource source = format->read(document, options);
     source.path = name;
     source.format = format->id;
@@ -208,20 +246,32 @@ CameraSource parsedAsStated(const std::string& text, const std::string& name, co
     refuseSameNames(source);
     return source;
   }
-  throwUnknownFormat(document);
+  throwUnknownFormat(document, options);
+}
+
+// Bytes from the start of a file that cannot be read as text.
+std::string headOf(const std::string& file) {
+  std::string head(4096, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(stream.gcount()));
+  return head;
 }
 
 std::string cameraText(const std::string& file) {
   std::error_code unknown;
   const std::uintmax_t size = std::filesystem::file_size(file, unknown);
-  if (!unknown && size > kMaxCameraFileBytes) {
-    throw NotACameraFile(
-        detail::errorAt(file, std::to_string(size) + " bytes",
-                        "a camera file of at most " + std::to_string(kMaxCameraFileBytes) + " bytes"));
-  }
   try {
-    return readTextFile(file, kMaxCameraFileBytes);
+    if (!unknown && size > kMaxCameraFileBytes) {
+      throw NotACameraFile(
+          detail::errorAt(file, std::to_string(size) + " bytes",
+                          "a camera file of at most " + std::to_string(kMaxCameraFileBytes) + " bytes"));
+    }
+    std::string content = readBinaryFile(file, kMaxCameraFileBytes);
+    return detail::isCameraBinary(content) ? content : textOf(std::move(content), file);
   } catch (const Error& e) {
+    const auto foreign = unknown ? std::nullopt : detail::knownForeignFile(headOf(file), file);
+    if (foreign) refuseForeign(file, *foreign, "");
     if (isFreeText(file) && !unknown) throw NotACameraFile(e);
     throw;
   }
@@ -275,6 +325,18 @@ CameraSource readCamerasToJudge(const std::string& path, const ReadOptions& opti
     source.readRigRest = nullptr;
   }
   return source;
+}
+
+bool hasCameraFormat(const std::string& path) {
+  constexpr std::uintmax_t kMaxBytes = 4U << 20U;
+  try {
+    if (std::filesystem::file_size(path) > kMaxBytes) return false;
+    std::string content = cameraText(path);
+    if (detail::isCameraBinary(content)) content = detail::binaryAsText(content, path);
+    return formatOf(detail::CameraDocument(content, path)) != nullptr;
+  } catch (const std::exception&) {
+    return false;  // it cannot be read
+  }
 }
 
 CameraSource parseCameras(const std::string& text, const std::string& name, const ReadOptions& options) {

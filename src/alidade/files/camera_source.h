@@ -26,6 +26,9 @@ namespace alidade {
 [[nodiscard]] CameraSource parseCameras(const std::string& text, const std::string& name,
                                         const ReadOptions& options = {});
 
+/// True if a format recognises the file, for folders with files of any kind; large files are none.
+[[nodiscard]] bool hasCameraFormat(const std::string& path);
+
 /// Checks that all cameras of the source are supported.
 /// @throws Error (kInput) with the names of the unsupported ones
 void requireAll(const CameraSource& source);

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "alidade/camera/model_traits.h"
+#include "alidade/camera/pole.h"
 #include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/size_groups.h"
@@ -158,9 +159,9 @@ FileCheck checkPrincipalPoint(const CameraRecord& record, bool is_proven) {
         ": too far from the centre in both directions; limit " + percent + ". Is the image size right?");
   }
   if (off <= kOffSeen || (is_proven && off <= kOffCentre)) return check;
-  // The size that has it in its centre, of the sides along which it is off.
+  // The size that has it in its centre, of the sides along which it is off; sensors have even sides.
   const auto fitting = [](double share, int side) {
-    return std::lround((std::abs(share) > kOffSeen ? 1 + 2 * std::abs(share) : 1) * side);
+    return std::abs(share) > kOffSeen ? 2 * std::lround((0.5 + std::abs(share)) * side) : side;
   };
   return end(
       off > kOffCentre && !is_proven ? Severity::kWarning : Severity::kNote,
@@ -226,6 +227,40 @@ std::optional<FileCheck> checkTangential(const CameraRecord& record) {
           {"corner_shift_share", share}, {"warning_limit", kTangentialWarn}, {"limit", kTangentialFail}}};
 }
 
+// True if the left and the right edge of the image have no ray at the height of the principal point;
+// otherwise only corners lack one, or one side.
+bool foldsBeforeEdge(const CameraRecord& record) {
+  const double cy = record.camera.parameters()[3];
+  return !record.camera.unproject({-0.5, cy}) &&
+         !record.camera.unproject({record.image_size.width - 0.5, cy});
+}
+
+// Adds whether a pole lies just outside an image of which each pixel has a ray. Programs that do not know
+// where the lens ends project points beyond a pole into the image: a ring in undistorted images.
+void addPole(const CameraRecord& record, FileCheck& check) {
+  constexpr double kNear = 1.25;  // undistorted images with all pixels show rays that far out
+  // Wide models end where they have no value, too, but not by a pole.
+  const bool is_perspective = modelTraits(record.camera.modelId()).family == LensFamily::kPerspective;
+  const std::optional<double> pole_rad = is_perspective ? poleAngle(record.camera) : std::nullopt;
+  if (!pole_rad) return;
+  double corner = 0;  // tangents of angles off-axis
+  for (const double u : {-0.5, record.image_size.width - 0.5}) {
+    for (const double v : {-0.5, record.image_size.height - 0.5}) {
+      if (const auto ray = record.camera.unproject({u, v}))
+        corner = std::max(corner, std::hypot(ray->x(), ray->y()) / ray->z());
+    }
+  }
+  const double share = std::tan(*pole_rad) / corner;
+  check.values.insert(check.values.end(), {{"pole_over_corner", share}, {"pole_limit", kNear}});
+  if (share >= kNear) return;
+  check.severity = Severity::kWarning;
+  check.message += fmt::format(
+      "; but the distortion has a pole (its denominator is zero) {:.3g} times as far out as the image corner; limit "
+      "{:g}. OpenCV projects points beyond it into the image. Calibrate with boards in the corners, or with a "
+      "smaller model",
+      share, kNear);
+}
+
 // Checks what share of the image has a ray.
 FileCheck checkOneToOne(const CameraRecord& record, const DomainCertificate& domain, bool is_size_guessed) {
   const double share = domain.full_image ? 1.0 : rayShare(record.camera, record.image_size);
@@ -236,19 +271,26 @@ FileCheck checkOneToOne(const CameraRecord& record, const DomainCertificate& dom
       .message = fmt::format("100 % of the image has a ray, up to {:.1f} degrees off-axis", degrees),
       .values = {
           {"ray_share", share}, {"limit", 1 - kMaxFolded}, {"max_angle_rad", domain.cone.max_angle_rad}}};
-  if (domain.full_image) return check;
+  if (domain.full_image) {
+    addPole(record, check);
+    return check;
+  }
   const std::string percent = fmt::format(
       "{:.2f} % of {} has a ray", 100 * share,
       is_size_guessed ? "an image of " + sizeText(record.image_size) + " px around the principal point"
                       : "the image");
+  const std::string where = std::string("before the image ") + (foldsBeforeEdge(record) ? "edge" : "corner");
+  if (domain.cone.is_limited_by_fold) check.values.emplace_back("folds_before_edge", foldsBeforeEdge(record));
   if (!foldsInsideImage(domain)) {
     // A wide lens leaves the corners of the image dark.
     check.severity = Severity::kNote;
-    check.message = fmt::format("{}; the lens model ends {:.1f} degrees off-axis", percent, degrees);
+    check.message =
+        fmt::format("{}; the lens model ends {:.1f} degrees off-axis, {}", percent, degrees, where);
     return check;
   }
-  check.message = fmt::format("the distortion folds over inside the image: only {}; limit {:.0f} %", percent,
-                              100 * (1 - kMaxFolded));
+  check.message =
+      fmt::format("the distortion folds over inside the image: only {}; limit {:.0f} %; it folds {}", percent,
+                  100 * (1 - kMaxFolded), where);
   // A guessed size proves nothing.
   const Severity severity = is_size_guessed ? Severity::kWarning : Severity::kFailure;
   check.severity = 1 - share > kMaxFolded ? severity : Severity::kNote;

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The short form of bench/uncertainty_bench: few sets, and limits that chance alone does not reach.
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "alidade/core/parallel.h"
+#include "support/choice_sweep.h"
 #include "support/coverage.h"
 
 namespace alidade {
@@ -44,6 +47,24 @@ void expectTrueSigmas(Trouble trouble) {
 
 TEST(Uncertainty, IsTrueUnderNoise) {
   expectTrueSigmas(Trouble::kNone);
+}
+
+// Of the larger models too, with views enough to determine their parameters.
+TEST(Uncertainty, IsTrueOfLargeModels) {
+  constexpr std::size_t kNumOfModel = 30;
+  constexpr int kNumViews = 30;
+  for (const char* const model : {"tilted", "fisheye624", "ocam"}) {
+    std::vector<Judged> sets(kNumOfModel);
+    parallelFor(sets.size(), 0, [&](std::size_t i) {
+      const ChoiceSet drawn = drawChoiceSet(model, 55, i, kNumViews);
+      sets[i] = judgeSet({.drawn = drawn.drawn, .views = drawn.set}, Trouble::kNone);
+    });
+    EXPECT_EQ(std::ranges::count_if(sets, &Judged::is_converged), static_cast<int>(kNumOfModel)) << model;
+    const Coverage stated = coverageOf(sets, &Judged::Parameter::stated_std);
+    // A set's parameters share their luck.
+    EXPECT_NEAR(stated.covered, 0.95, 0.04) << model;
+    for (const Place place : kAllPlaces) EXPECT_GE(coverageOf(sets, place).covered, 0.83) << model;
+  }
 }
 
 TEST(Uncertainty, IsTrueWithOutliers) {

@@ -14,7 +14,7 @@ using testing::HasSubstr;
 const std::string kLines =
     "1 PINHOLE 640 480 500 501 320 240\n"
     "2 OPENCV 640 480 500 501 320.5 240.5 -0.1 0.02 0.001 0.002\n"
-    "3 THIN_PRISM_FISHEYE 640 480 500 501 320 240 0 0 0 0 0 0 0 0\n";
+    "3 EQUIRECTANGULAR 640 480 0\n";
 
 ReadOptions only(const std::string& name) {
   return {.image_size = {}, .model = "", .only = name};
@@ -35,8 +35,7 @@ TEST(ColmapFiles, OfManyCamerasGiveTheOneThatIsNamed) {
     EXPECT_TRUE(source.refused.empty());
   }
   EXPECT_TRUE(parseCameras(kLines, "file", only("7")).cameras.empty());
-  EXPECT_THAT(complaintAbout(kLines, only("3")),
-              HasSubstr("file:3: found the camera model THIN_PRISM_FISHEYE"));
+  EXPECT_THAT(complaintAbout(kLines, only("3")), HasSubstr("file:3: found the camera model EQUIRECTANGULAR"));
 }
 
 TEST(ColmapFiles, WithDamageInAnotherCameraAreRefused) {

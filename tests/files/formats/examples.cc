@@ -524,13 +524,69 @@ Camera.bf: 19.3
   };
 }
 
+// Scaramuzza's lens; a_i is divided by a0 and multiplied by its power.
+std::vector<FormatExample> ofScaramuzza() {
+  const double a2 = -1.1e-3 / 280 * 280 * 280;
+  const double a3 = 2e-7 / 280 * 280 * 280 * 280;
+  const double a4 = -1.5e-9 / 280 * 280 * 280 * 280 * 280;
+  const double c = 1.001;
+  return {
+      {"ocam",
+       "calib_results.txt",
+       "#direct\n\n5 -280.0 0.0 0.0011 -2.0e-07 1.5e-09\n\n#inverse\n\n7 459.8019 314.7246 38.4858 54.2281 50.42284 "
+       "22.00378 3.543526\n\n#center\n\n241.5 318.25\n\n#affine\n\n1.001 0.002 -0.003\n\n#size\n\n480 640\n",
+       {{"", "ocam", kVga, {280, c * 280, 318.25, 241.5, a2, a3, a4, 0, 0, -0.003, 0.002 / c}}}},
+      {"matlab",
+       "fisheyeIntrinsics",
+       "{\"MappingCoefficients\": [280.0, -1.1e-03, 2.0e-07, -1.5e-09], \"DistortionCenter\": [319.25, 242.5], "
+       "\"StretchMatrix\": [[1.001, 0.002], [-0.003, 1.0]], \"ImageSize\": [480, 640]}\n",
+       {{"", "ocam", kVga, {c * 280, 280, 318.25, 241.5, a2, a3, a4, 0, 0, 0.002 / c, -0.003}}}},
+      {"camodocal",
+       "scaramuzza",
+       "%YAML:1.0\n---\nmodel_type: scaramuzza\ncamera_name: front\nimage_width: 640\nimage_height: 480\n"
+       "poly_parameters:\n   p0: -280.0\n   p1: 0.0\n   p2: 1.1e-03\n   p3: -2.0e-07\n   p4: 1.5e-09\n"
+       "inv_poly_parameters:\n   p0: 420.0\naffine_parameters:\n   ac: 1.001\n   ad: 0.002\n   ae: -0.003\n"
+       "   cx: 318.25\n   cy: 241.5\n",
+       {{"front", "ocam", kVga, {c * 280, 280, 318.25, 241.5, a2, a3, a4, 0, 0, 0.002 / c, -0.003}}}},
+      {"colmap",
+       "fisheyes",
+       "1 THIN_PRISM_FISHEYE 640 480 300 301 320.5 240.5 0.01 0.02 0.001 0.002 0.003 0.004 0.0003 0.0004\n"
+       "2 RAD_TAN_THIN_PRISM_FISHEYE 640 480 300 301 320.5 240.5 0.01 0.02 0.003 0.004 0.0005 0.0006 0.001 0.002 "
+       "0.0003 0.0004 0.0005 0.0006\n3 DIVISION 640 480 500 501 320.5 240.5 -0.12\n4 SIMPLE_DIVISION 640 480 500 320.5 240.5 -0.12\n",
+       {{"1",
+         "thin_prism_fisheye",
+         kVga,
+         {300, 301, 320, 240, 0.01, 0.02, 0.003, 0.004, 0.001, 0.002, 0.0003, 0.0004}},
+        {"2",
+         "fisheye624",
+         kVga,
+         {300, 301, 320, 240, 0.01, 0.02, 0.003, 0.004, 0.0005, 0.0006, 0.001, 0.002, 0.0003, 0.0004, 0.0005,
+          0.0006}},
+        {"3", "division", kVga, {500, 501, 320, 240, -0.12, 0}},
+        {"4", "division", kVga, {500, 500, 320, 240, -0.12, 0}}}},
+      {"opencv",
+       "a tilted sensor",
+       "image_width: 640\nimage_height: 480\ncamera_matrix: [500, 0, 320, 0, 501, 240, 0, 0, 1]\ndist_coeffs: "
+       "[0.1, 0.2, 0.001, 0.002, 0.03, 0.4, 0.05, 0.006, 0, 0, 0, 0, -0.025, -0.006]\n",
+       {{"",
+         "tilted",
+         kVga,
+         {500, 501, 320, 240, 0.1, 0.2, 0.001, 0.002, 0.03, 0.4, 0.05, 0.006, 0, 0, 0, 0, -0.025, -0.006}}}},
+      {"ros",
+       "a fisheye with skew",
+       "image_width: 640\nimage_height: 480\ncamera_name: a\ndistortion_model: equidistant\ncamera_matrix: {rows: 3, "
+       "cols: 3, data: [300, 3, 320, 0, 301, 240, 0, 0, 1]}\ndistortion_coefficients: {rows: 1, cols: 4, data: [-0.01, "
+       "0.02, -0.03, 0.004]}\n",
+       {{"a", "kannala_brandt_skew", kVga, {300, 301, 320, 240, -0.01, 0.02, -0.03, 0.004, 0.01}}}}};
+}
+
 }  // namespace
 
 const std::vector<FormatExample>& formatExamples() {
   static const std::vector<FormatExample> kExamples = [] {
     std::vector<FormatExample> all = ownAndOpenCv();
-    for (const auto& more :
-         {kalibrColmapMrcal(), basaltAndNerfstudio(), camodocalOrbslamMatlab(), dialectExamples()})
+    for (const auto& more : {kalibrColmapMrcal(), basaltAndNerfstudio(), camodocalOrbslamMatlab(),
+                             ofScaramuzza(), dialectExamples(), smallExamples()})
       all.insert(all.end(), more.begin(), more.end());
     return all;
   }();

@@ -30,6 +30,9 @@ struct FormatExample {
 /// Files by relatives of the programs that the formats are named after, which differ from these in keys.
 [[nodiscard]] std::vector<FormatExample> dialectExamples();
 
+/// The files of docs/examples/formats of formats that are only read.
+[[nodiscard]] std::vector<FormatExample> smallExamples();
+
 /// At least one of each format; of each lens that a format has a name for; with the dialects.
 [[nodiscard]] const std::vector<FormatExample>& formatExamples();
 

@@ -2,7 +2,9 @@
 #include "files/formats/format_tables.h"
 #include "alidade/camera/camera_variant.h"
 
+#include <algorithm>
 #include <optional>
+#include <span>
 
 #include <gtest/gtest.h>
 
@@ -32,16 +34,16 @@ std::vector<AnyCamera> camerasOf(std::string_view model_id) {
   return cameras;
 }
 
-AnyCamera withoutK3(const AnyCamera& camera) {
+AnyCamera without(std::span<const std::string_view> absent, const AnyCamera& camera) {
   std::vector<double> parameters(camera.parameters().begin(), camera.parameters().end());
-  const auto names = camera.parameterNames();
-  const auto k3 = std::find(names.begin(), names.end(), "k3") - names.begin();
-  if (k3 < static_cast<std::ptrdiff_t>(parameters.size())) parameters[static_cast<std::size_t>(k3)] = 0;
+  for (const std::string_view name : absent)
+    parameters.at(parameterIndex(camera.parameterNames(), name).value()) = 0;
   return AnyCamera::make(camera.modelId(), parameters);
 }
 
 // The camera that a file of it holds, if a format has a place for it.
 std::optional<AnyCamera> throughFile(const CameraFormat& format, const AnyCamera& camera) {
+  if (format.write == nullptr) return std::nullopt;
   std::string text;
   try {
     text = formatText(format,
@@ -67,48 +69,57 @@ void expectSame(const AnyCamera& camera, const AnyCamera& back, const std::strin
   EXPECT_GE(difference.num_points, 50) << where;  // some random lenses see a part of the image
 }
 
-std::vector<const CameraFormat*> formats() {
-  return {cameraFormats().begin(), cameraFormats().end()};
+std::span<const CameraFormat* const> formats() {
+  return cameraFormats();
 }
 
-// What a format does with all cameras of a model: "yes", the model that it holds them as, or nothing.
-std::optional<std::string> howHeld(const CameraFormat& format, const std::vector<AnyCamera>& cameras) {
-  std::optional<std::string> held;
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const auto back = throughFile(format, cameras[i]);
-    const std::string where = std::string(format.id) + ", " + std::string(cameras[i].modelId());
-    if (i > 0) {
-      EXPECT_EQ(back.has_value(), held.has_value()) << where;
-    }
-    if (!back) continue;
-    expectSame(cameras[i], *back, where);
-    const bool is_same_model = back->modelId() == cameras[i].modelId();
-    held = is_same_model ? "yes" : "as " + std::string(back->modelId());
+// Writes cameras of a model as a format and compares them with what it says of itself.
+void expectHeld(const CameraFormat& format, const std::string& model, const HeldModel* held) {
+  if (format.write == nullptr) return;
+  for (const AnyCamera& camera : camerasOf(model)) {
+    const std::string where = std::string(format.id) + ", " + model;
+    const auto back = throughFile(format, camera);
+    const bool has_absent = held != nullptr && std::ranges::any_of(held->absent, [&](std::string_view name) {
+                              return camera.parameter(name) != 0;
+                            });
+    EXPECT_EQ(back.has_value(), held != nullptr && !has_absent) << where;
+    if (back) expectSame(camera, *back, where);
+    if (held == nullptr || held->absent.empty()) continue;
+    const AnyCamera reduced = without(held->absent, camera);
+    const auto reduced_back = throughFile(format, reduced);
+    ASSERT_TRUE(reduced_back) << where;
+    expectSame(reduced, *reduced_back, where);
   }
-  return held;
 }
 
-std::string modelTable() {
-  std::string header = "| model |";
-  std::string line = "|---|";
-  for (const CameraFormat* format : formats()) {
-    header += " " + std::string(format->id) + " |";
-    line += "---|";
-  }
-  std::string rows;
+std::string formatRow(const CameraFormat& format) {
+  std::vector<std::string> texts;
+  const std::vector<HeldModel> all = heldModels(format);
+  std::size_t num_plain = 0;
   for (const std::string& model : modelIds()) {
-    rows += "| `" + model + "` |";
-    const std::vector<AnyCamera> cameras = camerasOf(model);
-    std::vector<AnyCamera> without_k3;
-    for (const AnyCamera& camera : cameras) without_k3.push_back(withoutK3(camera));
-    for (const CameraFormat* format : formats()) {
-      std::string cell = howHeld(*format, cameras).value_or("");
-      if (cell.empty() && howHeld(*format, without_k3)) cell = "k3 = 0";
-      rows += " " + (cell.empty() ? "-" : cell) + " |";
-    }
-    rows += "\n";
+    const auto held = std::ranges::find(all, std::string_view(model), &HeldModel::model);
+    expectHeld(format, model, held == all.end() ? nullptr : &*held);
+    if (held == all.end()) continue;
+    num_plain += held->as == held->model && held->absent.empty() ? 1 : 0;
+    texts.push_back(
+        "`" + model + "`" +
+        (!held->absent.empty()
+             ? " (" + join(std::vector<std::string>(held->absent.begin(), held->absent.end()), ", ") + " = 0)"
+         : held->as != held->model ? " as `" + std::string(held->as) + "`"
+                                   : ""));
   }
-  return header + "\n" + line + "\n" + rows;
+  const bool is_any = format.max_cameras >= CameraFormat::kAnyNumber;
+  return "| `" + std::string(format.id) + "` | " +
+         (num_plain == modelIds().size() ? "all" : join(texts, ", ")) + " | " +
+         (is_any ? "any number" : std::to_string(format.max_cameras)) + " | " +
+         (format.holdsPoses() ? "yes" : "-") + " | " + (format.write == nullptr ? "read" : "read, written") +
+         " |\n";
+}
+
+std::string formatTable() {
+  std::string text = "| format | models held exactly | cameras | poses | |\n|---|---|---|---|---|\n";
+  for (const CameraFormat* format : formats()) text += formatRow(*format);
+  return text;
 }
 
 // Does a camera get from one format to the other and back? `start` is what the first holds of it.
@@ -128,7 +139,7 @@ bool survives(const CameraFormat& from, const CameraFormat& to, const AnyCamera&
 }  // namespace
 
 std::string formatTables() {
-  return "\n" + modelTable() + "\n";
+  return "\n" + formatTable() + "\n";
 }
 
 int countConversions() {
@@ -136,13 +147,14 @@ int countConversions() {
   for (const CameraFormat* from : formats()) {
     for (const std::string_view model : from->models) {
       const AnyCamera camera = camerasOf(model).front();
-      const AnyCamera without_k3 = withoutK3(camera);
+      const std::vector<std::string_view> absent = {"k3"};  // of radtan, which some formats lack
+      const AnyCamera without_k3 = model == "radtan" ? without(absent, camera) : camera;
       const auto start = throughFile(*from, camera);
       const auto start_without_k3 = throughFile(*from, without_k3);
       for (const CameraFormat* to : formats()) {
         const bool survives_whole = start && survives(*from, *to, camera, *start);
-        const bool survives_without = !survives_whole && model == "radtan" && start_without_k3 &&
-                                      survives(*from, *to, without_k3, *start_without_k3);
+        const bool survives_without =
+            !survives_whole && start_without_k3 && survives(*from, *to, without_k3, *start_without_k3);
         if (survives_whole || survives_without) ++num_survivors;
       }
     }

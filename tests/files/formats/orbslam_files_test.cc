@@ -133,5 +133,60 @@ TEST(OrbslamFiles, TellThatRawCamerasAreNotRead) {
               AllOf(HasSubstr("not_carried: file:9: LEFT.K"), HasSubstr("belongs to the rectified images")));
 }
 
+// ORB-SLAM3's Settings.cc reads Stereo.T_c1_c2 as the left camera from the right one.
+TEST(OrbslamFiles, OfTwoCamerasAreARigByTheirTransform) {
+  const std::string cameras = pinhole("Camera1") + pinhole("Camera2") + kSize + "Camera.type: PinHole\n";
+  const StatedCamera second =
+      parseCameras(cameras + "Stereo.T_c1_c2: [0, -1, 0, 0.05, 1, 0, 0, 0.02, 0, 0, 1, 0.01, 0, 0, 0, 1]\n",
+                   "file")
+          .cameras.at(1);
+  ASSERT_TRUE(second.camera_from_rig);
+  // The right camera's centre, and a point in front of it.
+  EXPECT_LT((*second.camera_from_rig * Eigen::Vector3d(0.05, 0.02, 0.01)).norm(), 1e-12);
+  EXPECT_LT(
+      (*second.camera_from_rig * Eigen::Vector3d(0.05 - 2, 0.02 + 1, 0.01 + 3) - Eigen::Vector3d(1, 2, 3))
+          .norm(),
+      1e-12);
+  EXPECT_FALSE(parseCameras(cameras, "file").cameras.at(1).camera_from_rig);
+  EXPECT_THAT(remarksOn(parseCameras(cameras + "Stereo.T_c1_c2: [1, 2]\n", "file").cameras.at(0)),
+              HasSubstr("bad_pose"));
+}
+
+// ORB-SLAM2's stereo_euroc rectifies LEFT and RIGHT with R and P; Camera.bf is the baseline times fx.
+TEST(OrbslamFiles, OfARawPairAreTheRigOfItsRawCameras) {
+  const std::string side =
+      ".height: 480\nSIDE.width: 640\nSIDE.D: [-0.28, 0.07, 0.0001, 0.0002, 0.0]\nSIDE.K: [458.0, 0.0, 367.0, 0.0, "
+      "457.0, 248.0, 0.0, 0.0, 1.0]\nSIDE.R: [0.8, 0.6, 0, -0.6, 0.8, 0, 0, 0, 1]\nSIDE.P: [500, 0, 320, BF, 0, 500, "
+      "240, 0, 0, 0, 1, 0]\n";
+  const auto of = [&side](const std::string& name, const std::string& bf) {
+    std::string text = name + side;
+    for (std::size_t at = 0; (at = text.find("SIDE")) != std::string::npos;) text.replace(at, 4, name);
+    return text.replace(text.find("BF"), 2, bf);
+  };
+  const std::string text =
+      pinhole("Camera") + kSize + "Camera.bf: 55.0\n" + of("LEFT", "0") + of("RIGHT", "-55.0");
+  const CameraSource raw = parseCameras(text, "file");
+  ASSERT_EQ(raw.cameras.size(), 2U);
+  EXPECT_EQ(raw.cameras[0].name, "LEFT");
+  EXPECT_EQ(raw.cameras[1].name, "RIGHT");
+  for (const StatedCamera& camera : raw.cameras) {
+    EXPECT_EQ(camera.camera.modelId(), "radtan");
+    EXPECT_EQ(camera.camera.parameter("fx"), 458);
+    EXPECT_EQ(camera.camera.parameter("p2"), 0.0002);
+    EXPECT_EQ(camera.image_size, std::optional(ImageSize{.width = 640, .height = 480}));
+    EXPECT_THAT(remarksOn(camera), AllOf(HasSubstr("FILE#Camera1"), Not(HasSubstr("unknown_keys"))));
+  }
+  // The right camera stands 55 / 500 m to the right in the rectified frame, which the rig has.
+  EXPECT_LT((*raw.cameras[1].camera_from_rig * Eigen::Vector3d(0.11, 0, 0)).norm(), 1e-12);
+  EXPECT_LT(
+      (*raw.cameras[0].camera_from_rig * Eigen::Vector3d(0.8, -0.6, 0) - Eigen::Vector3d(1, 0, 0)).norm(),
+      1e-12);
+  const CameraSource rectified =
+      parseCameras(text, "file", {.image_size = {}, .model = "", .only = "Camera2"});
+  ASSERT_EQ(rectified.cameras.size(), 2U);
+  EXPECT_EQ(rectified.cameras[1].camera.parameter("fx"), 500);
+  EXPECT_NEAR(rectified.cameras[1].camera_from_rig->translation.x(), -0.11, 1e-12);
+}
+
 }  // namespace
 }  // namespace alidade

@@ -84,8 +84,8 @@ TEST(FormatRefusals, NamePlaceAndReason) {
       {"colmap",
        "cameras.txt",
        "SIMPLE_RADIAL 640",
-       "THIN_PRISM_FISHEYE 640",
-       {"file:6", "THIN_PRISM_FISHEYE", "OPENCV_FISHEYE"}},
+       "EQUIRECTANGULAR 640",
+       {"file:6", "EQUIRECTANGULAR", "OPENCV_FISHEYE"}},
       {"colmap",
        "cameras.txt",
        "0.001 0.002\n6",
@@ -113,7 +113,11 @@ TEST(FormatRefusals, NamePlaceAndReason) {
        {"'EQUIRECTANGULAR'", "OPENCV_FISHEYE"}},
       {"nerfstudio", "one camera for all frames", "\"k4\": 0.0", "\"k4\": 0.1", {"k4 = 0.1", "has no k4"}},
       {"nerfstudio", "one camera for all frames", "\"fl_y\": 501.0,", "", {"no key 'fl_y'"}},
-      {"camodocal", "MEI", "MEI", "SCARAMUZZA", {"file:3", "'SCARAMUZZA'", "PINHOLE, MEI, KANNALA_BRANDT"}},
+      {"camodocal",
+       "MEI",
+       "MEI",
+       "PINHOLE_FULL",
+       {"file:3", "'PINHOLE_FULL'", "PINHOLE, MEI, KANNALA_BRANDT"}},
       {"camodocal", "MEI", "   gamma1: 900.\n", "", {"no key 'gamma1'"}},
       {"orbslam", "two cameras", "Camera1.p2: 1.76187114e-05\n", "", {"no key 'Camera1.p2'"}},
       {"orbslam", "two cameras", "\"PinHole\"", "\"Fisheye\"", {"file:5", "'Fisheye'", "KannalaBrandt8"}},
@@ -128,7 +132,7 @@ TEST(FormatRefusals, NamePlaceAndReason) {
        "stereoParameters",
        "\"EstimateSkew\":false",
        "\"MappingCoefficients\":[1,2]",
-       {"Scaramuzza"}},
+       {"DistortionCenter"}},
   };
   int num_refused = 0;
   int num_advised = 0;

@@ -36,7 +36,7 @@ TEST(FormatRoundTrip, IsWhatTheDocumentationSays) {
 }
 
 TEST(FormatRoundTrip, IsExactFromEachFormatToEach) {
-  EXPECT_EQ(countConversions(), 499);
+  EXPECT_EQ(countConversions(), 563);
 }
 
 // Formats that hold several cameras hold them in order, each with its own lens and size.
@@ -52,7 +52,7 @@ TEST(FormatRoundTrip, KeepsSeveralCameras) {
   int num_formats = 0;
   for (const CameraFormat* format : cameraFormats()) {
     // One of OpenCV's has one kind of lens, and one of Alidade's has poses; see rig_formats_test.cc.
-    if (format->max_cameras < CameraFormat::kAnyNumber || format->id == "alidade") continue;
+    if (format->max_cameras < CameraFormat::kAnyNumber || format->id == "alidade" || !format->write) continue;
     const CameraSource source = parseCameras(formatText(*format, cameras), "file");
     ASSERT_EQ(source.cameras.size(), 2u) << format->id;
     for (std::size_t i = 0; i < 2; ++i) {

@@ -243,7 +243,7 @@ class CalibrateCommand final : public Command {
                       "the format alidade, which states a field");
     options_.correction_cells = {0, 0};
     const bool has_fixed = !options_.held.empty();
-    options_.models = representableModels(format);
+    options_.models = mapped(heldModels(format), &HeldModel::model);
     const std::string model = namedModel(options_);
     if (model != kAutoModel && std::ranges::find(options_.models, model) == options_.models.end()) {
       throw flagError("--to " + format_, "the model " + model + ", which this format cannot represent",

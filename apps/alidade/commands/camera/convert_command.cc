@@ -215,7 +215,7 @@ class ConvertCommand final : public Command {
               "Camera file to write (a folder for the two files of a pair with --to ros); - writes it to "
               "standard output instead of the summary",
               kFilePath);
-    addFormatFlag(flags, format_, "Format of the output: ");
+    addFormatFlag(flags, format_, "Format of the output: ", true);
     flags.add("--crop", &crop_, "Part of the image to keep, in pixels: X,Y,WIDTH,HEIGHT");
     flags.add("--bin", &request_.bin,
               "Combine N x N pixels into one; incomplete blocks at the edge are cropped");
@@ -234,7 +234,7 @@ class ConvertCommand final : public Command {
                     "Leave out a correction field, and fit the model to the whole camera instead");
     flags.addSwitch("--keep-untrustworthy", keep_untrustworthy_,
                     "Write the camera file even if the result must not be used");
-    addReadOptions(flags, camera_);
+    addReadOptions(flags, camera_, true);
     flags.addCommon(common_, false);
   }
 

@@ -68,6 +68,22 @@ std::string reasonText(const FileJudgement& file) {
   return printable(oneLine(reasons[0]));
 }
 
+// 0: no camera of the file folds over inside its image; 1: before a corner; 2: before the edge. `text` gets
+// the finding.
+int foldOf(const FileJudgement& file, std::string* text = nullptr) {
+  int fold = 0;
+  for (const CameraJudgement& camera : file.cameras) {
+    for (const FileCheck& check : camera.checks) {
+      const auto found =
+          std::ranges::find(check.values, "folds_before_edge", &CheckValues::value_type::first);
+      if (found == check.values.end()) continue;
+      fold = std::max(fold, found->second > 0 ? 2 : 1);
+      if (text != nullptr) *text = std::string(check.id) + ": " + check.message;
+    }
+  }
+  return fold;
+}
+
 // The check of the file's only camera on footage, if there was one.
 const FileCheck* footageCheckOf(const FileJudgement& file) {
   if (file.cameras.size() != 1) return nullptr;
@@ -97,6 +113,9 @@ using Row = std::array<std::string, 5>;
 Row rowOf(const ValidationResult& result, const FileJudgement& file) {
   const std::size_t num_cameras = file.cameras.size();
   std::string remark = reasonText(file);
+  std::string fold;
+  if (foldOf(file, &fold) > 0 && remark.find("one_to_one: ") == std::string::npos)
+    remark += (remark.empty() ? "" : "; ") + fold;
   if (!file.rig_checks.empty() && remark.empty()) remark = "rig: " + file.rig_checks.front().message;
   if (const std::string more = footageRemark(file); !more.empty())
     remark += (remark.empty() ? "" : "; ") + more;
@@ -221,11 +240,24 @@ std::string totalsText(const ValidationResult& result) {
   const std::size_t num_failed = numWith(result, Severity::kFailure);
   const std::size_t num_warned = numWith(result, Severity::kWarning);
   const std::size_t num_others = result.other_files.size();
-  return fmt::format(
-      "{}: {} passed{}, {} failed{}\n", counted(result.files.size(), "file"),
-      result.files.size() - num_failed, num_warned > 0 ? fmt::format(" ({} with warnings)", num_warned) : "",
-      num_failed,
-      num_others > 0 ? "; " + counted(num_others, "other file") + " without a readable camera" : "");
+  const auto numFolding = [&](int least) {
+    return std::ranges::count_if(result.files,
+                                 [&](const FileJudgement& file) { return foldOf(file) >= least; });
+  };
+  constexpr int kEdge = 2;
+  const std::string folds =
+      numFolding(1) < 2
+          ? ""
+          : fmt::format(
+                "{} files have a lens that folds over before the image corner, {} of them before "
+                "the edge (one_to_one)\n",
+                numFolding(1), numFolding(kEdge));
+  return folds + fmt::format("{}: {} passed{}, {} failed{}\n", counted(result.files.size(), "file"),
+                             result.files.size() - num_failed,
+                             num_warned > 0 ? fmt::format(" ({} with warnings)", num_warned) : "", num_failed,
+                             num_others > 0
+                                 ? "; " + counted(num_others, "other file") + " without a readable camera"
+                                 : "");
 }
 
 std::string filesText(const ValidationResult& result, bool only_failed) {

@@ -9,8 +9,8 @@
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/cross_validation.h"
 #include "alidade/adjust/noise/model_soundness.h"
-#include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_traits.h"
+#include "alidade/camera/same_lens.h"
 
 namespace alidade {
 namespace {
@@ -22,7 +22,7 @@ constexpr int kGlance = 5;
 Fit enlarged(const Fit& fit, std::string_view id) {
   Fit larger = fit;
   FitCamera& camera = onlyCamera(larger);
-  setLens(id, parametersByName(camera.model, camera.params, id), camera);
+  setLens(id, closestByName(cameraOf(camera), id), camera);
   camera.weak_prior = {};
   fixShapes(larger);
   return larger;

@@ -24,8 +24,8 @@
 #include "alidade/calibrate/clean/view_fit.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/calibrate/start/reports.h"
-#include "alidade/camera/lens_shapes.h"
 #include "alidade/camera/model_traits.h"
+#include "alidade/camera/same_lens.h"
 #include "alidade/core/diagnosis.h"
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
@@ -104,6 +104,7 @@ int numHeldOfLens(const ParamConstraint& constraint) {
 
 bool isAllowed(std::string_view id, const CalibratorOptions& options) {
   const auto& models = options.models;
+  if (!modelTraits(id).is_candidate) return false;
   if (!models.empty()) return std::ranges::find(models, id) != models.end();
   // The entrance pupil would take up how the real lens deviates from a stiff model.
   return options.num_pupil.value_or(0) == 0 || !modelTraits(id).is_stiff;
@@ -176,6 +177,13 @@ bool fitsRoughly(const Candidate& candidate, const Candidates& candidates) {
   });
 }
 
+// A larger model that a glance shows to fit no better than `lean`.
+Candidate dismissed(Candidate candidate, std::string_view lean) {
+  candidate.verdict = "larger";
+  candidate.reason = "fits no better than " + std::string(lean);
+  return candidate;
+}
+
 // The perspective models besides the lead. Smaller ones are solved from its poses; larger ones are fitted
 // only if a few steps show a gain over the model before. A model that folds may be improved on in ways that
 // the errors do not show.
@@ -198,23 +206,50 @@ void addPerspective(Candidates& candidates, bool is_sideways, const PreparedView
       fit(candidate, given, options);
       if (candidate.solution) lean = candidate.id;
     } else {
-      candidate.verdict = "larger";
-      candidate.reason = "fits no better than " + lean;
+      candidate = dismissed(std::move(candidate), lean);
     }
     candidates.push_back(std::move(candidate));
   }
 }
 
-// The wide models besides the lead, the smallest first.
-Candidates furtherWide(const PreparedViews& given, const CalibratorOptions& options) {
+// Wide models with many more parameters than the lead also follow other lenses.
+bool isLargeWide(const ModelTraits& model) {
+  constexpr std::size_t kFewFurther = 2;
+  const ModelTraits& lead = leadTraits(LensFamily::kWide);
+  return model.family == lead.family &&
+         model.parameter_names.size() > lead.parameter_names.size() + kFewFurther;
+}
+
+// The wide models besides the lead, the smallest first. Large ones are fitted only if a glance at one that
+// extends the lead shows a gain over it; those that extend it, only for their own gain.
+Candidates furtherWide(const Candidate& of_lead, const PreparedViews& given,
+                       const CalibratorOptions& options) {
   const ModelTraits& lead = leadTraits(LensFamily::kWide);
   Candidates candidates;
+  Candidates large;
+  bool is_gain = !of_lead.solution;
   for (const ModelTraits& model : allModelTraits()) {
-    if (model.family == lead.family && model.id != lead.id && isAllowed(model.id, options))
-      candidates.emplace_back(model.id);
+    if (model.family != lead.family || model.id == lead.id || !isAllowed(model.id, options)) continue;
+    const bool is_large = isLargeWide(model);
+    Candidate& candidate = (is_large ? large : candidates).emplace_back(model.id);
+    if (!is_large || !of_lead.solution || !model.extends(lead.id)) continue;
+    if (dropAtAGlance(of_lead.solution->fit, candidate.id, options.cancel) > kNeededDrop) {
+      is_gain = true;
+    } else {
+      candidate = dismissed(std::move(candidate), lead.id);
+    }
+  }
+  Candidates not_fitted;
+  for (Candidate& candidate : large) {
+    if (candidate.verdict.empty() && is_gain) {
+      candidates.push_back(std::move(candidate));
+    } else {
+      not_fitted.push_back(dismissed(std::move(candidate), lead.id));
+    }
   }
   std::ranges::stable_sort(candidates, {}, &Candidate::num_params);
   fitAll(candidates, given, options);
+  std::ranges::move(not_fitted, std::back_inserter(candidates));
   return candidates;
 }
 
@@ -259,7 +294,7 @@ Candidates fitCandidates(bool are_all_lenses, const PreparedViews& given, const 
   const bool is_whole =
       isAllowed(perspective, options) && numHeldOfLens(constraintOf(withModel(perspective, options))) == 0;
   if (choice.is_wide || !is_whole || are_all_lenses) {
-    std::ranges::move(furtherWide(given, options), std::back_inserter(candidates));
+    std::ranges::move(furtherWide(candidates.back(), given, options), std::back_inserter(candidates));
   } else if (candidates.front().solution) {
     candidates.pop_back();
   }
@@ -340,6 +375,20 @@ void evaluate(Candidate& candidate, const Fit& reference, const IsClose& isClose
   } else {
     candidate.ruleOut(
         {.id = "no_holdout", .text = "some of the views alone leave its parameters undetermined"});
+  }
+}
+
+// A large wide model must not stand in for a perspective one that predicts as well, sound or not.
+void ruleOutStandIns(Candidates& candidates) {
+  for (Candidate& c : candidates) {
+    if (!c.score || !isLargeWide(modelTraits(c.id))) continue;
+    const auto as_good = std::ranges::find_if(candidates, [&c](const Candidate& other) {
+      return other.score && modelTraits(other.id).family == LensFamily::kPerspective &&
+             other.score->sum <= c.score->sum;
+    });
+    if (as_good == candidates.end()) continue;
+    c.ruleOut({.id = "worse", .text = "predicts corners no better than " + as_good->id});
+    c.score.reset();
   }
 }
 
@@ -454,6 +503,7 @@ ModelSolution chosenAmong(bool are_all_lenses, const PreparedViews& given, const
         evaluate(candidates[i], reference_fit, isClose, given, jobs_each, options.cancel);
       },
       options.cancel);
+  ruleOutStandIns(candidates);
   const Candidate* best = bestOf(candidates);
   // If no model is sound, report the findings on the best-fitting one.
   const Candidate* smallest = best != nullptr ? &smallestAsGoodAs(*best, candidates) : &reference;

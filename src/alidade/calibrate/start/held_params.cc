@@ -40,6 +40,10 @@ ParamConstraint constraintOf(const CalibratorOptions& options) {
   const auto names = is_open ? std::span<const std::string_view>(kAffineParamNames) : parameterNames(model);
   const std::vector<std::string> known(names.begin(), names.end());
   ParamConstraint constraint{.held = {}, .same_focal = options.same_focal};
+  if (!is_open) {
+    if (const auto i = parameterIndex(names, modelTraits(model).redundant))
+      constraint.held.push_back(static_cast<int>(*i));
+  }
   for (std::string name : options.held) {
     if (const std::size_t dot = name.find('.'); dot != std::string::npos) {
       const std::string owner = name.substr(0, dot);

@@ -12,8 +12,8 @@ namespace alidade {
 /// The model named in the options, else that of the initial camera. Still kAutoModel if it is to be chosen.
 [[nodiscard]] std::string namedModel(const CalibratorOptions& options);
 
-/// The constraint named in the options. If the model is to be chosen, only parameters common to all models
-/// can be held.
+/// The constraint named in the options, and the parameter that is redundant (CameraModel::kRedundant). If the
+/// model is to be chosen, only parameters common to all models can be held.
 /// @throws Error (kUsage) for a name that the model does not have, or a parameter that needs an initial
 /// camera to have a value
 [[nodiscard]] ParamConstraint constraintOf(const CalibratorOptions& options);

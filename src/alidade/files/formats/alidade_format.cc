@@ -31,32 +31,33 @@ std::vector<std::string> strings(std::span<const std::string_view> names) {
 
 // Checks that the only keys of a map are a model's parameters, `names`. @throws Error (kInput), naming the
 // other model if all keys belong to one
-void allowParameters(const YamlNode& map, std::span<const std::string_view> names) {
+void allowParameters(const YamlNode& map, std::string_view own) {
+  const auto names = parameterNames(own);
   const std::vector<std::string> listed = map.isMap() ? map.keys() : std::vector<std::string>();
   const std::set<std::string> keys(listed.begin(), listed.end());
-  std::string own;
-  std::string other;
-  for (const std::string& id : modelIds()) {
+  const auto areKeysOf = [&keys](std::string_view id) {
     const auto theirs = parameterNames(id);
-    if (std::equal(theirs.begin(), theirs.end(), names.begin(), names.end())) {
-      own = id;
-    } else if (std::set<std::string>(theirs.begin(), theirs.end()) == keys) {
-      other = id;
-    }
+    return std::set<std::string>(theirs.begin(), theirs.end()) == keys;
+  };
+  std::string other;  // the first, because two models may have parameters of the same names
+  if (!areKeysOf(own)) {
+    const auto found = std::ranges::find_if(modelIds(), areKeysOf);
+    if (found != modelIds().end()) other = *found;
   }
   if (!other.empty()) {
     throw map.error("the keys of the model " + other + ": " +
                         join(std::vector<std::string>(keys.begin(), keys.end()), ", "),
-                    "the keys of " + own + ": " + join(strings(names), ", "),
+                    "the keys of " + std::string(own) + ": " + join(strings(names), ", "),
                     "if only the model name was changed, change it back to " + other +
-                        "; to fit another model, run: alidade convert --model " + own);
+                        "; to fit another model, run: alidade convert --model " + std::string(own));
   }
   map.allowKeys(strings(names));
 }
 
-std::vector<double> readByName(const YamlNode& node, std::span<const std::string_view> names) {
-  allowParameters(node, names);
-  return mapped(strings(names), [&](const std::string& name) { return node.at(name).number(); });
+std::vector<double> readByName(const YamlNode& node, std::string_view model) {
+  allowParameters(node, model);
+  return mapped(strings(parameterNames(model)),
+                [&](const std::string& name) { return node.at(name).number(); });
 }
 
 EntrancePupil readPupil(const YamlNode& node) {
@@ -288,7 +289,7 @@ double readRms(const YamlNode& calibration, Verdict verdict) {
   return may_lack ? std::numeric_limits<double>::quiet_NaN() : calibration.at("rms_px").number();
 }
 
-CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::string_view> parameter_names) {
+CalibrationRecord readCalibration(const YamlNode& node, std::string_view model) {
   node.allowKeys(
       words("verdict date accuracy_px accuracy_distance_m covered_share rms_px holdout_rms_px num_views "
             "num_corners board board_warp findings parameter_std pupil_std covariance covariance_by "
@@ -311,7 +312,7 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
   if (const auto n = node.find("findings")) {
     for (const YamlNode& item : n->items()) record.findings.push_back(item.text());
   }
-  if (const auto n = node.find("parameter_std")) record.parameter_std = readByName(*n, parameter_names);
+  if (const auto n = node.find("parameter_std")) record.parameter_std = readByName(*n, model);
   if (const auto n = node.find("pupil_std")) {
     n->allowKeys(strings(EntrancePupil::kNames));
     for (const std::string_view name : EntrancePupil::kNames) {
@@ -321,7 +322,8 @@ CalibrationRecord readCalibration(const YamlNode& node, std::span<const std::str
       if (std) record.pupil_std.push_back(std->number());
     }
   }
-  if (const auto n = node.find("covariance")) record.covariance = readTriangle(*n, parameter_names.size());
+  if (const auto n = node.find("covariance"))
+    record.covariance = readTriangle(*n, parameterNames(model).size());
   if (const auto n = node.find("covariance_by")) {
     if (n->text() != "views") throw n->error("'" + n->text() + "'", "'views'");
     record.is_covariance_by_views = true;
@@ -358,7 +360,7 @@ AnyCamera readCamera(const YamlNode& root) {
                       didYouMeanOne(id, aliasedModels()));
   }
   const YamlNode parameters = root.at("parameters");
-  const std::vector<double> values = readByName(parameters, parameterNames(id));
+  const std::vector<double> values = readByName(parameters, id);
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (const auto complaint = parameterComplaint(id, i, values[i]))
       throw parameters.at(std::string(parameterNames(id)[i])).error(exactText(values[i]), *complaint);
@@ -386,8 +388,7 @@ CameraRecord readCameraRoot(const YamlNode& root) {
   if (const auto n = root.find("conventions")) checkConventions(*n);
   if (const auto n = root.find("domain")) file.domain = readDomain(*n);
   if (const auto n = root.find("self_check")) file.self_check = readSelfCheck(*n);
-  if (const auto n = root.find("calibration"))
-    file.calibration = readCalibration(*n, file.camera.parameterNames());
+  if (const auto n = root.find("calibration")) file.calibration = readCalibration(*n, file.camera.modelId());
   if (const auto n = root.find("created_by")) file.created_by = n->text();
   file.user_keys = userKeys(root.node());
   return file;

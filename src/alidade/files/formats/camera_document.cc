@@ -3,15 +3,14 @@
 
 #include <algorithm>
 #include <cctype>
-#include <sstream>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
-#include <pugixml.hpp>
 
 #include "alidade/core/text.h"
+#include "alidade/files/formats/notations.h"
 #include "alidade/files/text/file_text.h"
 
 namespace alidade::detail {
@@ -135,119 +134,22 @@ std::string openCvAsYaml(const std::string& text) {
   return yaml;
 }
 
-constexpr int kMaxDepth = 100;
-
-// Values separated by blanks; quoted text is one value.
-std::vector<std::string> valuesOf(const char* text) {
-  std::istringstream stream(text);
-  std::vector<std::string> values;
-  for (std::string value; stream >> std::quoted(value, '"', '\0');) values.push_back(value);
-  return values;
-}
-
-// Writes the tree element by element, with line breaks so that each key is on the line of its element.
-class XmlWriter {
- public:
-  XmlWriter(const std::string& source, const std::string& file) : source_(source), file_(file) {}
-
-  void writeElement(const pugi::xml_node& element, int depth) {
-    if (depth > kMaxDepth) {
-      throw errorAt(
-          file_ + ":" + std::to_string(lineAt(source_, static_cast<std::size_t>(element.offset_debug()))),
-          "found elements nested more than " + std::to_string(kMaxDepth) + " levels deep", "a few levels");
-    }
-    std::vector<pugi::xml_node> children;
-    for (const pugi::xml_node& child : element.children()) {
-      if (child.type() == pugi::node_element) children.push_back(child);
-    }
-    if (children.empty()) {
-      writeValues(valuesOf(element.text().get()));
-      return;
-    }
-    const bool is_list = std::string_view(children.front().name()) == "_";
-    out_ += is_list ? "[" : "{";
-    for (const pugi::xml_node& child : children) {
-      goToLineOf(child);
-      if (!is_list) out_ += quoted(child.name()) + ": ";
-      writeElement(child, depth + 1);
-      out_ += ", ";
-    }
-    out_ += is_list ? "]" : "}";
-  }
-
-  [[nodiscard]] std::string text() && { return std::move(out_); }
-
- private:
-  // Elements are in text order, so each line is counted once.
-  void goToLineOf(const pugi::xml_node& element) {
-    const auto offset = std::min(static_cast<std::size_t>(element.offset_debug()), source_.size());
-    for (; offset_ < offset; ++offset_) {
-      if (source_[offset_] == '\n') out_ += '\n';
-    }
-  }
-
-  // One value is a scalar, which also serves as a list of one.
-  void writeValues(const std::vector<std::string>& values) {
-    if (values.size() == 1) {
-      out_ += quoted(values.front());
-      return;
-    }
-    out_ += '[';
-    for (const std::string& value : values) out_ += quoted(value) + ", ";
-    out_ += ']';
-  }
-
-  static std::string quoted(std::string_view value) {
-    std::string text = "\"";
-    for (const char c : value) {
-      if (c == '"' || c == '\\') text += '\\';
-      text += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
-    }
-    return text + '"';
-  }
-
-  const std::string& source_;
-  const std::string& file_;
-  std::string out_;
-  std::size_t offset_ = 0;
-};
-
-// OpenCV's XML (root <opencv_storage>) as YAML. Elements without child elements are strings, or lists if
-// blanks separate several values; elements named "_" are list items. @throws Error (kInput) if the text is
-// not XML, or not OpenCV's
-std::string openCvXmlAsYaml(const std::string& text, const std::string& file) {
-  pugi::xml_document document;
-  const pugi::xml_parse_result parsed =
-      document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
-  if (!parsed) {
-    throw errorAt(file + ":" + std::to_string(lineAt(text, static_cast<std::size_t>(parsed.offset))),
-                  std::string("found text that is not valid XML: ") + parsed.description(),
-                  "XML as OpenCV writes it", "correct the file near that line");
-  }
-  const pugi::xml_node root = document.child("opencv_storage");
-  if (!root) {
-    throw errorAt(file, std::string("found XML with the root <") + document.document_element().name() + ">",
-                  "<opencv_storage>, as OpenCV writes it");
-  }
-  XmlWriter writer(text, file);
-  writer.writeElement(root, 0);
-  return std::move(writer).text();
-}
-
 // Converts the text to YAML in which every value keeps its line number.
 YamlNode parseTree(std::string text, const std::string& file) {
-  const std::size_t first = text.find_first_not_of(" \t\r\n");
-  if (first != std::string::npos && text[first] == '<') {
-    text = openCvXmlAsYaml(text, file);
-  } else if (nlohmann::json::accept(text)) {
+  if (nlohmann::json::accept(text)) {
     // YAML does not allow tabs between values, but JSON does; inside its strings they are escaped.
     std::replace(text.begin(), text.end(), '\t', ' ');
     dropTransformMatrices(text);
+  } else if (auto yaml = otherNotationAsYaml(text, file)) {
+    text = std::move(*yaml);
+  } else if (auto dso = dsoAsYaml(text)) {
+    text = std::move(*dso);
   } else {
     if (text.starts_with("%YAML:")) text = openCvAsYaml(text);
     keepOneMessage(text, file);
     dropEndOfDocument(text);
     dropPythonBytes(text);
+    text = numberLinesAsLists(text);
   }
   // Parsing takes a second for three megabytes, and no camera file is that large.
   if (text.size() > kMaxTreeBytes) {

@@ -8,8 +8,8 @@
 
 namespace alidade::detail {
 
-/// The text of a camera file of any format, and its tree if it is YAML, JSON, OpenCV's XML, or mrcal's Python
-/// literal. The tree keeps the line numbers of the text.
+/// The text of a camera file of any format, and its tree if it is YAML, JSON, mrcal's Python literal, or one
+/// of the notations of notations.h. The tree keeps the line numbers of the text.
 class CameraDocument {
  public:
   /// `file` is only a name for messages.

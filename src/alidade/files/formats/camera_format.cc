@@ -2,7 +2,6 @@
 #include "alidade/files/formats/camera_format.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 
 #include "alidade/camera/model_fit.h"
@@ -15,28 +14,60 @@
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/pose_numbers.h"
+#include "alidade/files/formats/small_format.h"
 
 namespace alidade {
 namespace {
 
-bool lacksK3(const CameraFormat& format, const AnyCamera& camera) {
-  return !format.holds_k3 && camera.modelId() == "radtan" && camera.parameter("k3") != 0;
+// The first parameter that is not zero and that the format does not store; empty if there is none.
+std::string_view lackedParameter(const CameraFormat& format, const AnyCamera& camera) {
+  for (const std::string_view parameter : absentParameters(format, camera.modelId()))
+    if (camera.parameter(parameter) != 0) return parameter;
+  return "";
+}
+
+// A row of the table of small formats, which are only read.
+CameraFormat formatOf(const detail::SmallFormat& row) {
+  CameraFormat format;
+  format.id = row.id;
+  format.title = row.title;
+  for (const detail::SmallLens& lens : row.lenses) {
+    for (const std::string_view model : modelsOf(lens))
+      if (std::ranges::find(format.models, model) == format.models.end()) format.models.push_back(model);
+  }
+  format.max_cameras = row.cameras == "." ? 1 : CameraFormat::kAnyNumber;
+  format.holds_size = !row.size.empty() || row.is_size_named;
+  format.recognises = [&row](const detail::CameraDocument& document) {
+    return recognisesSmall(row, document);
+  };
+  format.read = [&row](const detail::CameraDocument& document, const ReadOptions& options) {
+    return readSmall(row, document, options);
+  };
+  return format;
 }
 
 }  // namespace
 
 std::span<const CameraFormat* const> cameraFormats() {
   using namespace detail::formats;
-  static const std::array kFormats = {&alidade(),    &opencv(),    &ros(),     &kalibr(),
-                                      &colmap(),     &colmapRig(), &mrcal(),   &basalt(),
-                                      &nerfstudio(), &camodocal(), &orbslam(), &matlab()};
+  static const std::vector<CameraFormat> kSmall = mapped(detail::smallFormats(), formatOf);
+  static const std::vector<const CameraFormat*> kFormats = [] {
+    std::vector<const CameraFormat*> all = {&alidade(),   &opencv(), &ros(),    &kalibr(),     &colmap(),
+                                            &colmapRig(), &mrcal(),  &basalt(), &nerfstudio(), &camodocal(),
+                                            &orbslam(),   &matlab(), &ocam()};
+    for (const CameraFormat& format : kSmall) all.push_back(&format);
+    return all;
+  }();
   return kFormats;
 }
 
-std::vector<AliasedName> aliasedFormats() {
-  return mapped(cameraFormats(), [](const CameraFormat* format) {
-    return AliasedName{std::string(format->id), format->aliases};
-  });
+std::vector<AliasedName> aliasedFormats(bool only_written) {
+  std::vector<AliasedName> names;
+  for (const CameraFormat* format : cameraFormats()) {
+    if (format->write != nullptr || !only_written)
+      names.push_back({std::string(format->id), format->aliases});
+  }
+  return names;
 }
 
 const CameraFormat& cameraFormat(std::string_view id) {
@@ -105,60 +136,81 @@ AnyCamera heldCamera(const CameraFormat& format, const NamedCamera& named) {
   requireCorrectionHeld(format, named);
   const auto& models = format.models;
   const bool has_model = std::find(models.begin(), models.end(), camera.modelId()) != models.end();
-  if (has_model && !lacksK3(format, camera)) return camera;
+  const std::string_view lacked = has_model ? lackedParameter(format, camera) : "";
+  if (has_model && lacked.empty()) return camera;
   for (const std::string_view model : models) {
     const auto parameters = sameLensParameters(camera, model);
     if (!parameters) continue;
     AnyCamera held = AnyCamera::make(model, *parameters);
-    if (!lacksK3(format, held) && projectsEqually(camera, held, named.image_size)) return held;
+    if (lackedParameter(format, held).empty() && projectsEqually(camera, held, named.image_size)) return held;
   }
   const std::vector<std::string> ids(models.begin(), models.end());
   std::string found = "a " + std::string(camera.modelId()) + " camera";
-  if (has_model)
-    found += " with k3 = " + exactText(camera.parameter("k3")) + ", which this format cannot represent";
+  if (has_model) {
+    found += " with " + std::string(lacked) + " = " + exactText(camera.parameter(lacked)) +
+             ", which this format cannot represent";
+  }
   std::string expected =
       "a lens that the format " + std::string(format.title) + " can represent exactly: " + join(ids, ", ");
-  if (!format.holds_k3) expected += "; radtan with k3 = 0";
+  for (const auto& [model, parameter] : format.absent)
+    expected += "; " + std::string(model) + " with " + std::string(parameter) + " = 0";
   throw detail::errorAt(named.where, "found " + found, expected,
                         "add --model with one of these to fit it and see the fitting error");
 }
 
-// True if the format can store a lens of the model without zero coefficients, except k3 of radtan unless
-// `has_k3`.
-bool canHold(const CameraFormat& format, std::string_view model, bool has_k3) {
-  std::vector<double> params = {500, 500, 250, 250};
-  for (const double start : modelTraits(model).start_lens) {
-    const bool is_zero = !has_k3 && model == "radtan" && parameterNames(model)[params.size()] == "k3";
-    params.push_back(is_zero ? 0.0 : start + 0.01);
-  }
-  const NamedCamera camera{
-      .name = {}, .camera = AnyCamera::make(model, params), .image_size = {.width = 501, .height = 501}};
+// The model as which the format stores the lens; empty if it cannot.
+std::string_view heldAs(const CameraFormat& format, const NamedCamera& lens) {
   try {
-    static_cast<void>(heldCamera(format, camera));
-    return true;
+    return heldCamera(format, lens).modelId();
   } catch (const Error&) {
-    return false;
+    return "";
   }
+}
+
+NamedCamera without(std::span<const std::string_view> parameters, const NamedCamera& lens) {
+  std::vector<double> params(lens.camera.parameters().begin(), lens.camera.parameters().end());
+  for (const std::string_view name : parameters)
+    if (const auto at = parameterIndex(lens.camera.parameterNames(), name)) params[*at] = 0;
+  NamedCamera changed = lens;
+  changed.camera = lens.camera.withParameters(params);
+  return changed;
 }
 
 }  // namespace
 
-std::vector<std::string_view> representableModels(const CameraFormat& format) {
-  std::vector<std::string_view> models;
+NamedCamera exampleLens(std::string_view model) {
+  constexpr ImageSize kSize{.width = 640, .height = 480};
+  std::vector<double> params = {0.5 * kSize.width, 0.5 * kSize.width, 0.5 * (kSize.width - 1),
+                                0.5 * (kSize.height - 1)};
+  for (const double start : modelTraits(model).start_lens) params.push_back(start + 0.01);
+  return {.name = {}, .camera = AnyCamera::make(model, params), .image_size = kSize};
+}
+
+std::vector<HeldModel> heldModels(const CameraFormat& format) {
+  std::vector<HeldModel> held;
   for (const std::string& id : modelIds()) {
-    if (canHold(format, id, format.holds_k3)) models.emplace_back(id);
+    const std::string_view model = modelTraits(id).id;
+    const NamedCamera lens = exampleLens(model);
+    const std::vector<std::string_view> absent = absentParameters(format, model);
+    if (const std::string_view as = heldAs(format, lens); !as.empty()) {
+      held.push_back({.model = model, .as = as});
+    } else if (!absent.empty() && !heldAs(format, without(absent, lens)).empty()) {
+      held.push_back({.model = model, .as = model, .absent = absent});
+    }
   }
-  return models;
+  return held;
 }
 
 std::vector<std::string_view> absentParameters(const CameraFormat& format, std::string_view model) {
-  if (format.holds_k3 || model != "radtan") return {};
-  return {"k3"};
+  std::vector<std::string_view> parameters;
+  for (const auto& [of_model, parameter] : format.absent)
+    if (of_model == model) parameters.push_back(parameter);
+  return parameters;
 }
 
 std::vector<std::string_view> unrepresentableParameters(const CameraFormat& format, std::string_view model) {
   std::vector<std::string_view> absent = absentParameters(format, model);
-  if (!absent.empty() && canHold(format, model, true)) absent.clear();
+  if (!absent.empty() && !heldAs(format, exampleLens(model)).empty()) absent.clear();
   return absent;
 }
 
@@ -166,6 +218,11 @@ namespace {
 
 void requireRoom(const CameraFormat& format, std::span<const NamedCamera> cameras) {
   expect(!cameras.empty(), "a camera file has a camera");
+  if (format.write == nullptr) {
+    throw usageError({.where = "camera format",
+                      .found = "'" + std::string(format.id) + "', which is only read",
+                      .expected = "one of " + join(mapped(aliasedFormats(true), &AliasedName::name), ", ")});
+  }
   if (cameras.size() <= format.max_cameras) return;
   throw detail::errorAt(cameras.front().where, std::to_string(cameras.size()) + " cameras",
                         "at most " + std::to_string(format.max_cameras) + " in a file of the format " +
@@ -196,6 +253,11 @@ bool standEqually(const CameraFormat& format, std::span<const NamedCamera> camer
 
 std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras,
                        const std::string& path) {
+  if (!format.write) {
+    throw usageError({.where = "camera format",
+                      .found = "'" + std::string(format.id) + "', which is only read",
+                      .expected = "one of " + join(mapped(aliasedFormats(), &AliasedName::name), ", ")});
+  }
   requireRoom(format, cameras);
   std::vector<NamedCamera> held(cameras.begin(), cameras.end());
   for (NamedCamera& named : held) named.camera = heldCamera(format, named);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "alidade/core/aliases.h"
@@ -17,7 +19,8 @@ class CameraDocument;
 }
 
 /// A format of camera files: detection, reading and writing. A new format is one file that defines such an
-/// object, and a line in camera_format.cc.
+/// object, and a line in camera_format.cc; or, if it is only keys and numbers and only read, a row of
+/// small_formats.cc.
 struct CameraFormat {
   static constexpr std::size_t kAnyNumber = 1'000'000;  ///< of cameras
 
@@ -27,7 +30,8 @@ struct CameraFormat {
   /// The models that the format stores exactly, in the order in which they are tried for a camera of an
   /// equivalent model.
   std::vector<std::string_view> models;
-  bool holds_k3 = true;         ///< k3 of radtan; otherwise it must be zero
+  /// Parameters, each with its model, that the format lacks: they must be zero.
+  std::vector<std::pair<std::string_view, std::string_view>> absent = {};
   std::size_t max_cameras = 1;  ///< in a file
   /// Poses that a file can state: none, the pose of each camera from the first, or camera_from_rig. read()
   /// may find more poses than are written.
@@ -42,26 +46,43 @@ struct CameraFormat {
   /// from a file without a camera.
   std::vector<std::string_view> marks = {};
 
-  bool (*recognises)(const detail::CameraDocument&) = nullptr;
+  std::function<bool(const detail::CameraDocument&)> recognises = nullptr;
   /// Reads all cameras of a document that it recognises. @throws Error (kInput) that names line and key;
   /// UnsupportedCamera if the only camera has a model that Alidade does not support
-  CameraSource (*read)(const detail::CameraDocument&, const ReadOptions&) = nullptr;
-  /// `cameras` have models that the format stores (see formatText); the extension of `path` may select a
-  /// notation. @throws Error (kInput) for other properties that it cannot store
-  std::string (*write)(std::span<const NamedCamera> cameras, const std::string& path) = nullptr;
+  std::function<CameraSource(const detail::CameraDocument&, const ReadOptions&)> read = nullptr;
+  /// Empty for formats that are only read. `cameras` have models that the format stores (see formatText); the
+  /// extension of `path` may select a notation. @throws Error (kInput) for other properties that it cannot
+  /// store
+  std::function<std::string(std::span<const NamedCamera> cameras, const std::string& path)> write = nullptr;
+
+  /// True if files state poses: one file, or those of a pair together.
+  [[nodiscard]] bool holdsPoses() const { return poses != Poses::kNone || holds_rectification; }
 };
 
 /// THE list of formats; the first one is this program's own. No file is recognised by two of them.
 [[nodiscard]] std::span<const CameraFormat* const> cameraFormats();
 
-/// The ids of all formats with their aliases.
-[[nodiscard]] std::vector<AliasedName> aliasedFormats();
+/// The ids of all formats with their aliases, or only of those that can be written.
+[[nodiscard]] std::vector<AliasedName> aliasedFormats(bool only_written = false);
 
 /// @throws Error (kUsage) for an unknown id, naming the known ones
 [[nodiscard]] const CameraFormat& cameraFormat(std::string_view id);
 
-/// The models of which a format can represent every lens, radtan perhaps only without k3.
-[[nodiscard]] std::vector<std::string_view> representableModels(const CameraFormat& format);
+/// A model of which a format can represent every lens.
+struct HeldModel {
+  std::string_view model;
+  std::string_view as;                        ///< the model in the format: the same, or an equivalent one
+  std::vector<std::string_view> absent = {};  ///< parameters that must be 0
+
+  friend bool operator==(const HeldModel&, const HeldModel&) = default;
+};
+
+/// In the order of the model list.
+[[nodiscard]] std::vector<HeldModel> heldModels(const CameraFormat& format);
+
+/// A lens of the model with a focal length of half the width of a 640x480 image, in which every coefficient
+/// is 0.01 away from the start of a calibration.
+[[nodiscard]] NamedCamera exampleLens(std::string_view model);
 
 /// Parameters of the model that must be zero because this format does not store them with it.
 [[nodiscard]] std::vector<std::string_view> absentParameters(const CameraFormat& format,
@@ -106,6 +127,7 @@ namespace detail::formats {
 [[nodiscard]] const CameraFormat& matlab();
 [[nodiscard]] const CameraFormat& mrcal();
 [[nodiscard]] const CameraFormat& nerfstudio();
+[[nodiscard]] const CameraFormat& ocam();
 [[nodiscard]] const CameraFormat& opencv();
 [[nodiscard]] const CameraFormat& orbslam();
 [[nodiscard]] const CameraFormat& ros();

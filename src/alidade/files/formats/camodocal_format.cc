@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
 // camodocal's camera (OpenCV's YAML, header %YAML:1.0), which VINS-Mono and VINS-Fusion read too: model_type
 // and groups of parameters by name (camodocal/src/camera_models: PinholeCamera.cc, CataCamera.cc,
-// EquidistantCamera.cc). KANNALA_BRANDT numbers its coefficients from k2, where we number from k1. Pixel (0,
-// 0) is a pixel's centre.
+// EquidistantCamera.cc, ScaramuzzaCamera.cc). KANNALA_BRANDT numbers its coefficients from k2, where we
+// number from k1. The rays of scaramuzza have the axes right, down, backward; its inverse polynomial
+// approximates the direct one. Pixel (0, 0) is a pixel's centre.
 #include <array>
 #include <string>
 
 #include <fmt/format.h>
 
+#include "alidade/core/aliases.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
+#include "alidade/files/formats/ocam_numbers.h"
 
 namespace alidade::detail::formats {
 namespace camodocal_format {
@@ -38,8 +41,42 @@ bool recognises(const CameraDocument& document) {
   return document.has("model_type");
 }
 
+constexpr int kMostPowers = 20;
+
+std::vector<std::string> powers(int count) {
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i) names.push_back("p" + std::to_string(i));
+  return names;
+}
+
+StatedCamera readScaramuzza(const YamlNode& root) {
+  const YamlNode poly = root.at("poly_parameters");
+  const YamlNode affine = root.at("affine_parameters");
+  const auto number = [&affine](const char* key) { return statedNumber(affine.at(key)); };
+  OcamNumbers numbers = {.polynomial = {},
+                         .affine = {number("ac"), number("ad"), number("ae")},
+                         .centre = {number("cx"), number("cy")}};
+  for (const std::string& name : powers(kMostPowers))
+    if (poly.has(name)) numbers.polynomial.push_back(statedNumber(poly.at(name)));
+  StatedCamera camera =
+      stateOcam(poly.where(), numbers, readSize(root.at("image_width"), root.at("image_height")));
+  remarkUnknownKeys(poly, powers(static_cast<int>(numbers.polynomial.size())), camera);
+  remarkUnknownKeys(affine, words("ac ad ae cx cy"), camera);
+  remarkUnknownKeys(
+      root,
+      words("model_type camera_name image_width image_height poly_parameters inv_poly_parameters "
+            "affine_parameters"),
+      camera);
+  return camera;
+}
+
 CameraSource read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
+  if (bareWord(root.at("model_type").text()) == "scaramuzza") {
+    StatedCamera camera = readScaramuzza(root);
+    if (const auto name = root.find("camera_name")) camera.name = name->text();
+    return {.cameras = {camera}};
+  }
   const LensLayout lens =
       layoutNamed(kLenses, root.at("model_type"),
                   "calibrate with one of these models, in camodocal or with alidade calibrate");
@@ -87,7 +124,7 @@ const CameraFormat& camodocal() {
       .title = "camodocal camera (YAML)",
       .aliases = "vins vins-mono vins-fusion",
       .models = {"radtan", "omni", "kannala_brandt"},
-      .holds_k3 = false,
+      .absent = {{"radtan", "k3"}},
       .marks = {"model_type", "projection_parameters", "distortion_parameters", "mirror_parameters"},
       .recognises = recognises,
       .read = read,

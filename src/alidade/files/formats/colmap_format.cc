@@ -32,13 +32,17 @@ using json = nlohmann::ordered_json;
 constexpr double kOrigin = 0.5;  // px, of the first pixel's centre
 
 // If several entries have the same model, the first one is written.
-constexpr std::array<LensLayout, 13> kLenses = {
+constexpr std::array<LensLayout, 17> kLenses = {
     {{"PINHOLE", "pinhole", "fx fy cx cy"},
      {"OPENCV", "radtan", "fx fy cx cy k1 k2 p1 p2"},
      {"FULL_OPENCV", "rational", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"},
      {"OPENCV_FISHEYE", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"},
      {"FOV", "fov", "fx fy cx cy w"},
      {"EUCM", "eucm", "fx fy cx cy alpha beta"},
+     {"THIN_PRISM_FISHEYE", "thin_prism_fisheye", "fx fy cx cy k1 k2 p1 p2 k3 k4 s1 s2"},
+     {"RAD_TAN_THIN_PRISM_FISHEYE", "fisheye624", "fx fy cx cy k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3"},
+     {"DIVISION", "division", "fx fy cx cy k1"},
+     {"SIMPLE_DIVISION", "division", "f cx cy k1"},
      {"SIMPLE_PINHOLE", "pinhole", "f cx cy"},
      {"SIMPLE_RADIAL", "radtan", "f cx cy k1"},
      {"RADIAL", "radtan", "f cx cy k1 k2"},
@@ -46,6 +50,10 @@ constexpr std::array<LensLayout, 13> kLenses = {
      {"FISHEYE", "kannala_brandt", "fx fy cx cy"},
      {"SIMPLE_RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1"},
      {"RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1 k2"}}};
+
+const std::vector<std::string_view> kModels = {"pinhole",   "radtan", "rational", "kannala_brandt",
+                                               "fov",       "eucm",   "division", "thin_prism_fisheye",
+                                               "fisheye624"};
 
 struct Line {
   std::string place;  // "cameras.txt:4"
@@ -304,32 +312,30 @@ std::string writeRig(std::span<const NamedCamera> cameras, const std::string&) {
 
 const CameraFormat& colmap() {
   using namespace colmap_format;
-  static const CameraFormat kFormat = {
-      .id = "colmap",
-      .title = "COLMAP cameras.txt",
-      .models = {"pinhole", "radtan", "rational", "kannala_brandt", "fov", "eucm"},
-      .holds_k3 = false,
-      .max_cameras = CameraFormat::kAnyNumber,
-      .recognises = recognises,
-      .read = read,
-      .write = write};
+  static const CameraFormat kFormat = {.id = "colmap",
+                                       .title = "COLMAP cameras.txt",
+                                       .models = kModels,
+                                       .absent = {{"radtan", "k3"}, {"division", "k2"}},
+                                       .max_cameras = CameraFormat::kAnyNumber,
+                                       .recognises = recognises,
+                                       .read = read,
+                                       .write = write};
   return kFormat;
 }
 
 const CameraFormat& colmapRig() {
   using namespace colmap_format;
-  static const CameraFormat kFormat = {
-      .id = "colmap_rig",
-      .title = "COLMAP rig configuration (JSON)",
-      .models = {"pinhole", "radtan", "rational", "kannala_brandt", "fov", "eucm"},
-      .holds_k3 = false,
-      .max_cameras = CameraFormat::kAnyNumber,
-      .poses = CameraFormat::Poses::kFromFirst,
-      .holds_size = false,
-      .marks = {"image_prefix", "camera_model_name", "camera_params"},
-      .recognises = recognisesRig,
-      .read = readRig,
-      .write = writeRig};
+  static const CameraFormat kFormat = {.id = "colmap_rig",
+                                       .title = "COLMAP rig configuration (JSON)",
+                                       .models = kModels,
+                                       .absent = {{"radtan", "k3"}, {"division", "k2"}},
+                                       .max_cameras = CameraFormat::kAnyNumber,
+                                       .poses = CameraFormat::Poses::kFromFirst,
+                                       .holds_size = false,
+                                       .marks = {"image_prefix", "camera_model_name", "camera_params"},
+                                       .recognises = recognisesRig,
+                                       .read = readRig,
+                                       .write = writeRig};
   return kFormat;
 }
 

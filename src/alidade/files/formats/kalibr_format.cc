@@ -229,6 +229,7 @@ CameraSource read(const CameraDocument& document, const ReadOptions&) {
     }
     for (StatedCamera& camera : all.cameras) remarkUnknownKeys(root, known, camera);
   }
+  if (nodes.empty()) return all;
   stateKalibrPoses(all, nodes, isCamera(root) ? std::vector<std::string>{""} : known);
   return all;
 }
@@ -283,7 +284,7 @@ const CameraFormat& kalibr() {
       .title = "Kalibr camchain (YAML)",
       .aliases = "camchain kalibr_camchain openvins",
       .models = {"pinhole", "radtan", "kannala_brandt", "fov", "omni", "eucm", "double_sphere"},
-      .holds_k3 = false,
+      .absent = {{"radtan", "k3"}},
       .max_cameras = CameraFormat::kAnyNumber,
       .poses = CameraFormat::Poses::kFromFirst,
       .marks = {"camera_model", "intrinsics", "distortion_model", "distortion_coeffs"},

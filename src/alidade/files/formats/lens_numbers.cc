@@ -2,8 +2,11 @@
 #include "alidade/files/formats/lens_numbers.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+
+#include <fmt/format.h>
 
 #include "alidade/core/mapped.h"
 #include "alidade/core/size_groups.h"
@@ -135,8 +138,24 @@ std::vector<StatedNumber> statedNumbers(const YamlNode& node, std::size_t count)
   return numbers;
 }
 
-std::vector<StatedNumber> readCameraMatrix(const YamlNode& node) {
+namespace {
+
+UnsupportedCamera skewError(const YamlNode& matrix, const StatedNumber& skew) {
+  return UnsupportedCamera(matrix.error("skew " + exactText(skew.value),
+                                        "0: skewed pixels are supported for fisheyes (cv::fisheye) only",
+                                        "calibrate without skew"));
+}
+
+}  // namespace
+
+std::vector<StatedNumber> readCameraMatrix(const YamlNode& node, StatedNumber* skew) {
   const std::vector<StatedNumber> K = statedNumbers(node, 9);
+  if (areZero(K)) {
+    throw UnsupportedCamera(
+        node.error("a camera matrix of zeros, which a driver publishes while the camera is not calibrated",
+                   "fx 0 cx, 0 fy cy, 0 0 1, row by row",
+                   "calibrate the camera: alidade calibrate IMAGES --board SPEC -o camera.yaml"));
+  }
   const bool has_zeros = K[3].value == 0 && K[6].value == 0 && K[7].value == 0;
   if (K[2].value == 0 && K[5].value == 0 && (K[6].value != 0 || K[7].value != 0)) {
     throw node.error("a camera matrix whose principal point is in the last row",
@@ -146,12 +165,69 @@ std::vector<StatedNumber> readCameraMatrix(const YamlNode& node) {
     throw node.error("a matrix that is not a camera matrix", "fx 0 cx, 0 fy cy, 0 0 1, row by row",
                      "check whether this is another matrix of the file");
   }
-  if (K[1].value != 0) {
-    throw UnsupportedCamera(node.error("skew " + exactText(K[1].value),
-                                       "0: cameras with skewed pixels are not supported",
-                                       "calibrate without skew"));
-  }
+  if (skew == nullptr && K[1].value != 0) throw skewError(node, K[1]);
+  if (skew != nullptr) *skew = K[1];
   return {K[0], K[4], K[2], K[5]};
+}
+
+std::string_view takeSkew(const YamlNode& matrix, std::string_view model, const StatedNumber& skew,
+                          std::vector<StatedNumber>& parameters) {
+  if (skew.value == 0) return model;
+  if (model != "kannala_brandt") throw skewError(matrix, skew);
+  parameters.push_back({skew.value / parameters.front().value});
+  return "kannala_brandt_skew";
+}
+
+namespace {
+
+// By how many pixels an ordinary lens and a fisheye with the same four coefficients differ in the direction
+// of the pinhole's first pixel; empty if one of them has no such pixel.
+std::string differenceOfReadings(std::span<const StatedNumber> pinhole, std::span<const StatedNumber> four) {
+  std::vector<double> fisheye = mapped(pinhole, &StatedNumber::value);
+  for (const StatedNumber& coefficient : four) fisheye.push_back(coefficient.value);
+  std::vector<double> ordinary = fisheye;
+  ordinary.push_back(0);
+  for (std::size_t i = 0; i < 2; ++i)
+    if (parameterComplaint("pinhole", i, fisheye[i])) return "";
+  const Eigen::Vector3d ray(-fisheye[2] / fisheye[0], -fisheye[3] / fisheye[1], 1);
+  const Projection a = AnyCamera::make("radtan", ordinary).projectPoint(ray);
+  const Projection b = AnyCamera::make("kannala_brandt", fisheye).projectPoint(ray);
+  return a.ok() && b.ok()
+             ? fmt::format("; they differ by {:.2g} px at the corner", (a.pixel - b.pixel).norm())
+             : "";
+}
+
+}  // namespace
+
+std::string openCvModel(const YamlNode& node, std::span<const StatedNumber> pinhole,
+                        std::vector<StatedNumber>& coefficients, const std::string& stated) {
+  const std::size_t count = coefficients.size();
+  if (count == 4 && stated.empty()) {
+    throw node.error(
+        "4 distortion coefficients, which may be k1 k2 p1 p2 of an ordinary lens or k1 k2 k3 k4 of a "
+        "fisheye" +
+            differenceOfReadings(pinhole, coefficients),
+        "a key that states which: 'fisheye_model: 1' or 'fisheye_model: 0'",
+        "add --read-as radtan or --read-as kannala_brandt");
+  }
+  if (stated != "kannala_brandt") return std::string(modelOfCoefficients(node, coefficients));
+  if (count == 4) return stated;
+  throw node.error(std::to_string(count) + " distortion coefficients", "4 for a fisheye");
+}
+
+std::span<const std::string_view> openCvModels() {
+  static constexpr std::array<std::string_view, 5> kModels = {"pinhole", "radtan", "rational", "thin_prism",
+                                                              "tilted"};
+  return kModels;
+}
+
+std::string_view modelOfCoefficients(const YamlNode& place, std::vector<StatedNumber>& coefficients) {
+  const std::size_t count = coefficients.size();
+  if (count == 14 && areZero(std::span(coefficients).subspan(12))) coefficients.resize(12);
+  if (count == 4) coefficients.resize(5);
+  for (const std::string_view model : openCvModels())
+    if (alidade::parameterNames(model).size() == 4 + coefficients.size()) return model;
+  throw place.error(std::to_string(count) + " distortion coefficients", "none, 4, 5, 8, 12 or 14");
 }
 
 std::vector<StatedNumber> numbersOf(const YamlNode& map, std::span<const std::string> keys) {

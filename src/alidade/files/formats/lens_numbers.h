@@ -35,9 +35,32 @@ struct StatedNumber {
 [[nodiscard]] std::vector<StatedNumber> statedNumbers(const YamlNode& node);
 [[nodiscard]] std::vector<StatedNumber> statedNumbers(const YamlNode& node, std::size_t count);
 
-/// fx, fy, cx, cy of a camera matrix [fx 0 cx; 0 fy cy; 0 0 1].
-/// @throws Error (kInput) if it is transposed or not a camera matrix; UnsupportedCamera if it has skew
-[[nodiscard]] std::vector<StatedNumber> readCameraMatrix(const YamlNode& node);
+/// fx, fy, cx, cy of a camera matrix [fx s cx; 0 fy cy; 0 0 1], and s if `skew` is not null.
+/// @throws Error (kInput) if it is transposed or not a camera matrix; UnsupportedCamera if it has only zeros,
+/// as before a calibration, or a skew that is not asked for
+[[nodiscard]] std::vector<StatedNumber> readCameraMatrix(const YamlNode& node, StatedNumber* skew = nullptr);
+
+/// The model of a lens of `model` behind skewed pixels; adds the skew to its parameters. cv::projectPoints
+/// ignores skew and other programs do not, so that only a fisheye has one reading (cv::fisheye).
+/// @throws UnsupportedCamera for other models, unless it is zero
+[[nodiscard]] std::string_view takeSkew(const YamlNode& matrix, std::string_view model,
+                                        const StatedNumber& skew, std::vector<StatedNumber>& parameters);
+
+/// Alidade's model for OpenCV's coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tx ty]]]], or k1 k2 k3
+/// k4 of cv::fisheye if `stated` is kannala_brandt. They become the parameters of that model.
+/// @param pinhole  fx fy cx cy
+/// @param stated   radtan, kannala_brandt, or empty if unknown
+/// @throws Error (kInput) for four coefficients of an unknown lens, with the difference of the two readings,
+/// and for other numbers of them
+[[nodiscard]] std::string openCvModel(const YamlNode& node, std::span<const StatedNumber> pinhole,
+                                      std::vector<StatedNumber>& coefficients, const std::string& stated);
+/// The models of cv::projectPoints, by number of coefficients; theirs are in its order.
+[[nodiscard]] std::span<const std::string_view> openCvModels();
+/// The model that cv::projectPoints applies to this many coefficients k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4
+/// [tau_x tau_y]]]]: pinhole, radtan, rational, thin_prism or tilted. The list gets as many as the model has.
+/// @throws Error (kInput) for another number of them
+[[nodiscard]] std::string_view modelOfCoefficients(const YamlNode& place,
+                                                   std::vector<StatedNumber>& coefficients);
 
 /// The values of these keys of a map; each must be there. @throws Error (kInput)
 [[nodiscard]] std::vector<StatedNumber> numbersOf(const YamlNode& map, std::span<const std::string> keys);

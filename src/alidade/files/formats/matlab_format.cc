@@ -2,8 +2,9 @@
 // MATLAB's cameraIntrinsics, cameraParameters and stereoParameters (Computer Vision Toolbox), as JSON by
 // jsonencode(toStruct(params)) or jsonencode(params).
 // ImageSize is [rows, columns]; IntrinsicMatrix is the transpose of K; RadialDistortion has k1 k2 [k3],
-// TangentialDistortion p1 p2, by OpenCV's formulas. Pixels count from 1: the centre of the first one is (1,
-// 1).
+// TangentialDistortion p1 p2, by OpenCV's formulas. fisheyeIntrinsics and fisheyeParameters have Scaramuzza's
+// lens: MappingCoefficients a0 a2 a3 a4, with rays forward. Pixels count from 1: the centre of the first one
+// is (1, 1).
 #include <algorithm>
 #include <array>
 #include <string>
@@ -15,6 +16,7 @@
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
+#include "alidade/files/formats/ocam_numbers.h"
 
 namespace alidade::detail::formats {
 namespace matlab_format {
@@ -22,7 +24,7 @@ namespace matlab_format {
 constexpr double kOrigin = 1;  // px, of the first pixel's centre
 constexpr LensLayout kLens = {"cameraIntrinsics", "radtan", "fx fy cx cy k1 k2 k3 p1 p2"};
 
-// Each of these identifies a camera; the last one a fisheye, which is refused with the reason.
+// Each of these identifies a camera; the last one a fisheye.
 constexpr std::array kTelling = {"FocalLength", "IntrinsicMatrix", "RadialDistortion", "MappingCoefficients"};
 constexpr std::array kStereo = {"CameraParameters1", "CameraParameters2"};
 const std::string kPoses = "RotationOfCamera2 TranslationOfCamera2 PoseCamera2 ";
@@ -33,6 +35,7 @@ const std::string kOtherKeys =
     "MeanReprojectionError NumPatterns WorldPoints WorldUnits EstimateSkew NumRadialDistortionCoefficients "
     "EstimateTangentialDistortion RotationVectors RotationMatrices TranslationVectors PatternExtrinsics "
     "ReprojectionErrors ReprojectedPoints DetectedKeypoints Version";
+const std::string kFisheyeKeys = " MappingCoefficients DistortionCenter StretchMatrix EstimateAlignment";
 
 bool isCamera(const YamlNode& node) {
   return std::any_of(kTelling.begin(), kTelling.end(), [&node](const char* key) { return node.has(key); });
@@ -126,14 +129,25 @@ std::optional<ImageSize> statedImageSize(const YamlNode& node) {
   return readSize(sides[1], sides[0]);
 }
 
+// fisheyeIntrinsics: Scaramuzza's lens without the coefficient of the first power.
+StatedCamera readFisheye(const YamlNode& node) {
+  const YamlNode listed = node.at("MappingCoefficients");
+  OcamNumbers numbers = {.polynomial = statedNumbers(listed), .affine = {}, .centre = {}, .origin = kOrigin};
+  if (numbers.polynomial.empty()) throw listed.error("no number", "a0 a2 a3 a4");
+  numbers.polynomial.insert(numbers.polynomial.begin() + 1, StatedNumber());
+  std::ranges::copy(statedNumbers(node.at("DistortionCenter"), 2), numbers.centre.begin());
+  const std::vector<StatedNumber> A = statedNumbers(node.at("StretchMatrix"), 4);
+  if (A[3].value != 1)
+    throw node.at("StretchMatrix").error("another last element than 1", "[[c, d], [e, 1]]");
+  std::copy_n(A.begin(), 3, numbers.affine.begin());
+  StatedCamera camera = stateOcam(listed.where(), numbers, statedImageSize(node));
+  remarkUnknownKeys(node, words(kPoses + kOtherKeys + kFisheyeKeys), camera);
+  return camera;
+}
+
 StatedCamera readOne(const YamlNode& outer) {
   const YamlNode node = cameraIn(outer);
-  if (node.has("MappingCoefficients")) {
-    throw UnsupportedCamera(node.at("MappingCoefficients")
-                                .error("a fisheye camera with Scaramuzza's polynomial",
-                                       "cameraIntrinsics or cameraParameters",
-                                       "calibrate the images with alidade calibrate --model kannala_brandt"));
-  }
+  if (node.has("MappingCoefficients")) return readFisheye(node);
   std::vector<StatedNumber> parameters = readPinhole(node, outer);
   append(parameters, readCoefficients(node, "RadialDistortion", 2, 3));
   append(parameters, readCoefficients(node, "TangentialDistortion", 2, 2));
@@ -162,17 +176,29 @@ CameraSource read(const CameraDocument& document, const ReadOptions&) {
 
 std::string write(std::span<const NamedCamera> cameras, const std::string&) {
   const NamedCamera& named = cameras.front();
-  const std::vector<double> listed = listedOrder(kLens, named.camera, kOrigin);
-  const auto list = [&listed](std::size_t first, std::size_t count) {
-    const auto begin = listed.begin() + static_cast<std::ptrdiff_t>(first);
-    return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
-  };
-  const nlohmann::ordered_json document = {{"FocalLength", list(0, 2)},
-                                           {"PrincipalPoint", list(2, 2)},
-                                           {"ImageSize", {named.image_size.height, named.image_size.width}},
-                                           {"RadialDistortion", list(4, 3)},
-                                           {"TangentialDistortion", list(7, 2)},
-                                           {"Skew", 0.0}};
+  nlohmann::ordered_json document;
+  if (named.camera.modelId() == "ocam") {
+    const OcamNumbers numbers = ocamNumbers(named.camera, false, kOrigin);
+    std::vector<double> a = mapped(numbers.polynomial, &StatedNumber::value);
+    a.erase(a.begin() + 1);
+    while (a.size() > 4 && a.back() == 0) a.pop_back();
+    const auto& [c, d, e] = numbers.affine;
+    document = {{"MappingCoefficients", a},
+                {"DistortionCenter", {numbers.centre[0].value, numbers.centre[1].value}},
+                {"StretchMatrix", {{c.value, d.value}, {e.value, 1.0}}}};
+  } else {
+    const std::vector<double> listed = listedOrder(kLens, named.camera, kOrigin);
+    const auto list = [&listed](std::size_t first, std::size_t count) {
+      const auto begin = listed.begin() + static_cast<std::ptrdiff_t>(first);
+      return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(count));
+    };
+    document = {{"FocalLength", list(0, 2)},
+                {"PrincipalPoint", list(2, 2)},
+                {"RadialDistortion", list(4, 3)},
+                {"TangentialDistortion", list(7, 2)},
+                {"Skew", 0.0}};
+  }
+  document["ImageSize"] = {named.image_size.height, named.image_size.width};
   return document.dump(2) + "\n";
 }
 
@@ -183,7 +209,7 @@ const CameraFormat& matlab() {
   static const CameraFormat kFormat = {
       .id = "matlab",
       .title = "MATLAB camera parameters (JSON)",
-      .models = {"radtan"},
+      .models = {"radtan", "ocam"},
       .marks = {"FocalLength", "PrincipalPoint", "RadialDistortion", "IntrinsicMatrix"},
       .recognises = recognises,
       .read = read,

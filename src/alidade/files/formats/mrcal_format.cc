@@ -148,7 +148,8 @@ StatedCamera readSplined(const YamlNode& name, const YamlNode& intrinsics, Image
 }
 
 StatedCamera readLens(const YamlNode& root) {
-  const YamlNode name = root.at(modelKey(root));
+  const char* const key = modelKey(root);
+  const YamlNode name = root.at(key == nullptr ? kModelKeys[0] : key);
   const YamlNode intrinsics = root.at("intrinsics");
   const ImageSize size = readSize(root.at("imagersize"));
   if (name.text().starts_with(kSplined)) return readSplined(name, intrinsics, size);

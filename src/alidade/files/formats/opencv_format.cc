@@ -6,7 +6,6 @@
 // cv::fisheye. Pixel (0, 0) is a pixel's centre.
 #include <algorithm>
 #include <array>
-#include <map>
 #include <string>
 
 #include <fmt/format.h>
@@ -33,7 +32,7 @@ const std::string kStereo = "R1 R2 P1 P2 extrinsic_parameters ";
 // Names with a meaning, or that OpenCV's samples write beside the camera.
 const std::vector<std::string> kOtherKeys = words(
     kPair + kStereo +
-    "Q E F image_width image_height image_Width image_Height image_size imageSize cameraResolution width "
+    "P rectification_matrix projection_matrix Q E F image_width image_height image_Width image_Height image_size imageSize cameraResolution width "
     "height fisheye_model distortion_model xi camera_name calibration_time calibration_Time calibrationDate "
     "framesCount nframes nr_of_frames nrOfFrames board_width board_height board_Width board_Height "
     "square_size square_Size fix_aspect_ratio aspectRatio flags flagValue avg_reprojection_error "
@@ -164,30 +163,14 @@ std::string statedModel(const YamlNode& root) {
   return flagged;
 }
 
-std::string modelOf(const YamlNode& node, std::size_t count, const std::string& stated) {
-  if (count == 4 && stated.empty()) {
-    throw node.error(
-        "4 distortion coefficients, which may be k1 k2 p1 p2 of an ordinary lens or k1 k2 k3 k4 of a fisheye",
-        "a key that states which: 'fisheye_model: 1' or 'fisheye_model: 0'",
-        "add --read-as radtan or --read-as kannala_brandt");
-  }
-  if (stated == "kannala_brandt") {
-    if (count == 4) return stated;
-    throw node.error(std::to_string(count) + " distortion coefficients", "4 for a fisheye");
-  }
-  const std::map<std::size_t, const char*> models = {{0, "pinhole"},  {4, "radtan"},      {5, "radtan"},
-                                                     {8, "rational"}, {12, "thin_prism"}, {14, "thin_prism"}};
-  if (const auto found = models.find(count); found != models.end()) return found->second;
-  throw node.error(std::to_string(count) + " distortion coefficients", "none, 4, 5, 8, 12 or 14");
-}
-
 StatedCamera readOne(const CameraDocument& document, const std::string& suffix, const ReadOptions& options) {
   const YamlNode root = lensesOf(document);
   std::vector<Remark> remarks;
   auto size = findSize(root, options, remarks);
   if (!size) size = findSize(document.root(), options, remarks);
   const YamlNode matrix = root.at(*findKey(root, kMatrixKeys, suffix));
-  std::vector<StatedNumber> parameters = readCameraMatrix(matrix);
+  StatedNumber skew;
+  std::vector<StatedNumber> parameters = readCameraMatrix(matrix, &skew);
   const auto key = findKey(root, kCoefficientKeys, suffix);
   if (!key) refuseLeftOver(matrix, root);
   // A single value in XML is not a list.
@@ -198,7 +181,7 @@ StatedCamera readOne(const CameraDocument& document, const std::string& suffix, 
     throw flag->error("'" + flag->text() + "' and 'xi', which belongs to cv::omnidir",
                       "only one of the two lens models", "remove the wrong one");
   }
-  std::string model = "omni";
+  std::string_view model = "omni";
   if (const auto xi = root.find("xi")) {  // k1 k2 p1 p2 and the unified model's xi, as cv::omnidir has them
     if (coefficients.size() != 4)
       throw place.error(std::to_string(coefficients.size()) + " distortion coefficients",
@@ -206,18 +189,10 @@ StatedCamera readOne(const CameraDocument& document, const std::string& suffix, 
     parameters.push_back(xi->isMap() ? statedNumbers(*xi, 1).front() : statedNumber(*xi));
   } else {
     const std::string stated = statedModel(root);
-    model = modelOf(place, coefficients.size(), stated.empty() ? options.model : stated);
+    model = openCvModel(place, parameters, coefficients, stated.empty() ? options.model : stated);
   }
-  if (coefficients.size() == 14) {
-    if (coefficients[12].value != 0 || coefficients[13].value != 0) {
-      throw UnsupportedCamera(place.error("a tilted sensor (coefficients 13 and 14)",
-                                          "zero for both, because tilt is not supported",
-                                          "convert the calibration to 12 coefficients"));
-    }
-    coefficients.resize(12);
-  }
-  if (model == "radtan") coefficients.resize(5);
   append(parameters, coefficients);
+  model = takeSkew(matrix, model, skew, parameters);
   StatedCamera camera = stateCamera(place.where(), model, parameters, size, remarks);
   if (!key)
     camera.remarks.push_back(
@@ -271,8 +246,13 @@ struct NodeWriter {
   }
   void addLens(const AnyCamera& camera, const std::string& matrix_key, const std::string& coefficients_key) {
     const std::span<const double> p = camera.parameters();
-    addMatrix(matrix_key, 3, 3, std::array{p[0], 0.0, p[2], 0.0, p[1], p[3], 0.0, 0.0, 1.0});
     std::vector<double> coefficients(p.begin() + 4, p.end());
+    double skew = 0;
+    if (camera.modelId() == "kannala_brandt_skew") {
+      skew = p[0] * coefficients.back();
+      coefficients.pop_back();
+    }
+    addMatrix(matrix_key, 3, 3, std::array{p[0], skew, p[2], 0.0, p[1], p[3], 0.0, 0.0, 1.0});
     if (camera.modelId() == "pinhole") coefficients.assign(5, 0.0);
     if (camera.modelId() == "omni") {
       addNumber("xi", realText(coefficients.front()));  // as in the sample omni_calibration
@@ -338,7 +318,7 @@ std::string write(std::span<const NamedCamera> cameras, const std::string& path)
   const NamedCamera& first = cameras.front();
   writer.addNumber("image_width", std::to_string(first.image_size.width));
   writer.addNumber("image_height", std::to_string(first.image_size.height));
-  writer.addNumber("fisheye_model", first.camera.modelId() == "kannala_brandt" ? "1" : "0");
+  writer.addNumber("fisheye_model", first.camera.modelId().starts_with("kannala_brandt") ? "1" : "0");
   if (cameras.size() == 1) {
     writer.addLens(first.camera, "camera_matrix", "distortion_coefficients");
   } else {
@@ -362,7 +342,8 @@ const CameraFormat& opencv() {
       .id = "opencv",
       .title = "OpenCV FileStorage (YAML, XML, JSON)",
       .aliases = "cv opencv_yaml filestorage",
-      .models = {"pinhole", "radtan", "rational", "thin_prism", "kannala_brandt", "omni"},
+      .models = {"pinhole", "radtan", "rational", "thin_prism", "tilted", "kannala_brandt",
+                 "kannala_brandt_skew", "omni"},
       .max_cameras = 2,
       .poses = CameraFormat::Poses::kFromFirst,
       .marks = {"camera_matrix", "distortion_coefficients", "dist_coeffs", "intrinsic_matrix"},

@@ -16,6 +16,7 @@
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
+#include "alidade/files/formats/pose_numbers.h"
 
 namespace alidade::detail::formats {
 namespace orbslam_format {
@@ -31,7 +32,7 @@ const std::string kOtherCameraKeys =
     "type width height fps RGB bf newWidth newHeight imageScale overlappingBegin overlappingEnd lappingBegin "
     "lappingEnd name setup model cols rows color_order focal_x_baseline depth_threshold";
 const std::string kTransforms =
-    "Stereo.T_c1_c2 Tbc IMU.T_b_c1 Camera.newWidth Camera.newHeight Camera.imageScale LEFT.R RIGHT.R";
+    "Tbc IMU.T_b_c1 Camera.newWidth Camera.newHeight Camera.imageScale LEFT.R RIGHT.R";
 // Camera matrices of the original images in files whose cameras refer to rectified ones.
 const std::string kRawMatrices =
     "LEFT.K RIGHT.K StereoRectifier StereoRectifier.K_left StereoRectifier.K_right";
@@ -194,6 +195,55 @@ std::vector<std::string> knownKeys(const YamlNode& root) {
   return known;
 }
 
+// ORB-SLAM2's settings of a pair: it rectifies the images of these two cameras, of which the file states the
+// camera matrix, coefficients of cv::projectPoints, and how they are rectified.
+constexpr std::array kRawPair = {"LEFT.", "RIGHT."};
+
+StatedCamera readRaw(const Keys& keys) {
+  const YamlNode matrix = keys.map.at(keys.of("K"));
+  std::vector<StatedNumber> parameters = readCameraMatrix(matrix);
+  std::vector<StatedNumber> coefficients = statedNumbers(keys.map.at(keys.of("D")));
+  const std::string_view model = modelOfCoefficients(keys.map.at(keys.of("D")), coefficients);
+  append(parameters, coefficients);
+  return stateCamera(matrix.where(), model, parameters,
+                     readSize(keys.map.at(keys.of("width")), keys.map.at(keys.of("height"))));
+}
+
+CameraSource readRawPair(const YamlNode& root) {
+  CameraSource all;
+  for (const std::string side : kRawPair)
+    all.add(side.substr(0, side.size() - 1), [&] { return readRaw({root, side}); });
+  statePoses(all, [&root](std::vector<Remark>& remarks) {
+    std::vector<SE3> poses;
+    for (const std::string side : kRawPair) {
+      if (const auto pose = readRectification(root, side + "R", side + "P", remarks)) poses.push_back(*pose);
+    }
+    return poses.size() == kRawPair.size() ? poses : std::vector<SE3>();
+  });
+  for (StatedCamera& camera : all.cameras) {
+    remarkUnknownKeys(root, knownKeys(root), camera);
+    camera.remarks.push_back(
+        {"not_carried",
+         root.whereKey("Camera.fx") +
+             ": this camera belongs to the rectified images, and those that were read to the original "
+             "ones; select it with FILE#Camera1"});
+  }
+  return all;
+}
+
+// The second camera of a rectified pair, whose baseline is Camera.bf divided by fx.
+void addRectifiedSecond(const YamlNode& root, CameraSource& all) {
+  const auto bf = root.find("Camera.bf");
+  if (!bf || all.cameras.size() != 1) return;
+  StatedCamera second = all.cameras.front();
+  second.remarks.clear();
+  all.add("Camera2", [&second] { return second; });
+  statePoses(all, [&](std::vector<Remark>&) {
+    const double baseline_m = bf->number() / second.camera.parameter("fx");
+    return std::vector<SE3>{SE3(), SE3(SO3(), Eigen::Vector3d(-baseline_m, 0, 0))};
+  });
+}
+
 // A pair's file also has the cameras of the images before rectification.
 void remarkRawCameras(const YamlNode& root, StatedCamera& camera) {
   for (const std::string& key : words(kRawMatrices)) {
@@ -239,6 +289,8 @@ CameraSource readNested(const YamlNode& root, const ReadOptions& options) {
 CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   const YamlNode& root = document.root();
   if (isNested(root)) return readNested(root, options);
+  const bool is_raw_pair = root.has("LEFT.K") && root.has("RIGHT.K") && root.has("Camera.fx");
+  if (is_raw_pair && options.only != "Camera1" && options.only != "Camera2") return readRawPair(root);
   CameraSource all;
   const Keys common = {root, "Camera."};
   const bool is_older = !root.has("Camera1.fx") && (root.has("Camera.fx") || root.has("Camera.model"));
@@ -248,9 +300,16 @@ CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   all.add("Camera1", [&] { return readOne(first, common, options); });
   if (root.has("Camera2.fx"))
     all.add("Camera2", [&] { return readOne({root, "Camera2."}, common, options); });
+  if (is_raw_pair) addRectifiedSecond(root, all);
+  const bool is_stereo = root.has("Stereo.T_c1_c2") && all.cameras.size() + all.refused.size() == 2;
+  if (is_stereo) {
+    statePoses(all, [&root](std::vector<Remark>& remarks) {
+      return std::vector<SE3>{SE3(), readMotion(root.at("Stereo.T_c1_c2"), remarks).inverse()};
+    });
+  }
   for (StatedCamera& camera : all.cameras) {
     remarkUnknownKeys(root, knownKeys(root), camera);
-    remarkNotCarried(root, words(kTransforms), camera);
+    remarkNotCarried(root, words(is_stereo ? kTransforms : "Stereo.T_c1_c2 " + kTransforms), camera);
     remarkRawCameras(root, camera);
   }
   return all;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "alidade/files/formats/pose_numbers.h"
 
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include "alidade/core/mapped.h"
@@ -81,6 +83,39 @@ SE3 readPair(const YamlNode& root, std::vector<Remark>& remarks) {
                                                   length)});
   }
   return second_from_first;
+}
+
+std::optional<SE3> readRectification(const YamlNode& root, const std::string& rotation_key,
+                                     const std::string& projection_key, std::vector<Remark>& remarks) {
+  const auto listed = [&root](const std::string& key, std::size_t count) {
+    const auto node = root.find(key);
+    return node && !node->isNull() ? statedNumbers(*node, count) : std::vector<StatedNumber>();
+  };
+  const std::vector<StatedNumber> P = listed(projection_key, 12);
+  const std::vector<StatedNumber> R = listed(rotation_key, 9);
+  if (P.empty() || R.empty()) return std::nullopt;
+  if (areZero(P)) {
+    remarks.push_back(
+        {"no_pose", root.whereKey(projection_key) +
+                        ": only zeros, as from drivers that do not know it, so no pose is read"});
+  }
+  if (!(P[0].value > 0 && P[5].value > 0)) return std::nullopt;
+  if (areZero(R)) {
+    const double baseline = std::hypot(P[3].value / P[0].value, P[7].value / P[5].value);
+    remarks.push_back(
+        {"no_pose",
+         root.whereKey(rotation_key) +
+             ": only zeros, as from drivers whose images are already rectified, so no pose is read; "
+             "if they are, write the identity (1 0 0 0 1 0 0 0 1)" +
+             (baseline > 0 ? fmt::format("; {} states a baseline of {:.4g} m", projection_key, baseline)
+                           : fmt::format("; {} of the other camera states the baseline", projection_key))});
+    return std::nullopt;
+  }
+  const double z = P[11].value;
+  const Eigen::Vector3d rectified_from_rig((P[3].value - P[2].value * z) / P[0].value,
+                                           (P[7].value - P[6].value * z) / P[5].value, z);
+  const SO3 camera_from_rectified = readRotation(root.at(rotation_key), remarks).inverse();
+  return SE3(camera_from_rectified, camera_from_rectified * rectified_from_rig);
 }
 
 std::vector<SE3> posesOf(std::span<const NamedCamera> cameras) {

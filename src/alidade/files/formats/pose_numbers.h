@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,6 +36,14 @@ namespace alidade::detail {
 /// board, which no file states; metres are assumed, with a remark if it is longer than usual for rigs.
 /// @throws Error (kInput) with the place
 [[nodiscard]] SE3 readPair(const YamlNode& root, std::vector<Remark>& remarks);
+
+/// camera_from_rig of a camera that states how it is rectified (sensor_msgs/CameraInfo): R maps directions of
+/// the camera to the rectified frame, which all cameras of a rig share, and P = K' [I t] projects points in
+/// the rectified frame of the first camera, which is the rig's frame. Nothing, with a remark (no_pose), if a
+/// driver wrote zeros for one of the two.
+[[nodiscard]] std::optional<SE3> readRectification(const YamlNode& root, const std::string& rotation_key,
+                                                   const std::string& projection_key,
+                                                   std::vector<Remark>& remarks);
 
 /// @throws Error (kInput), naming the camera, if large numbers made a pose overflow
 void requireFinite(std::span<const SE3> poses, const CameraSource& cameras);

@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/camera/camera_edit.h"
 #include "alidade/core/size_groups.h"
 #include "alidade/core/text.h"
 #include "alidade/files/formats/camera_document.h"
@@ -41,11 +42,12 @@ const std::vector<std::string> kKnown = words(
     "rectification_matrix projection_matrix header width height K D R P k d r p binning_x binning_y roi");
 
 // The models of sensor_msgs/CameraInfo, and their coefficients.
-constexpr std::array<LensLayout, 4> kDistortions = {
+constexpr std::array<LensLayout, 5> kDistortions = {
     {{"plumb_bob", "radtan", "k1 k2 p1 p2 k3"},
      {"rational_polynomial", "rational", "k1 k2 p1 p2 k3 k4 k5 k6"},
      {"equidistant", "kannala_brandt", "k1 k2 k3 k4"},
-     {"fisheye", "kannala_brandt", "k1 k2 k3 k4"}}};
+     {"fisheye", "kannala_brandt", "k1 k2 k3 k4"},
+     {"Inverse Brown Conrady", "inverse_brown", "k1 k2 p1 p2 k3"}}};
 
 const Names* namesOf(const CameraDocument& document) {
   for (const Names& names : kNames) {
@@ -56,10 +58,12 @@ const Names* namesOf(const CameraDocument& document) {
 
 bool recognises(const CameraDocument& document) {
   const std::string& text = document.text();
+  const Names* const names = namesOf(document);
   // Old calibrators did not name the model.
-  const bool is_named = document.has("distortion_model") ||
-                        (document.has("rectification_matrix") && document.has("projection_matrix"));
-  return is_named && namesOf(document) != nullptr && text.find("opencv-matrix") == std::string::npos &&
+  const bool is_named =
+      names != nullptr && (document.has("distortion_model") ||
+                           (document.has(names->rectification) && document.has(names->projection)));
+  return is_named && text.find("opencv-matrix") == std::string::npos &&
          text.find("opencv_storage") == std::string::npos;
 }
 
@@ -142,49 +146,103 @@ void remarkProjection(const YamlNode& root, const char* key, std::span<const Sta
   }
 }
 
-// Rectification determines the poses of a pair: R maps directions of the camera to the rectified frame, which
-// all cameras of a rig share, and P = K' [I t] projects points in the rectified frame of the first camera,
-// which is the rig's frame. Drivers that know neither write zeros.
-std::vector<SE3> readPoses(const YamlNode& root, const Names& names, std::vector<Remark>& remarks) {
-  const auto listed = [&root](const char* key, std::size_t count) {
+// The images of a topic: a part of the whole image, in which binning combines pixels.
+struct TopicImages {
+  PixelRect part;
+  int columns = 1;  // combined into one
+  int rows = 1;
+  std::string key = {};  // that states it; empty: these are whole images
+};
+
+TopicImages readTopicImages(const YamlNode& root, ImageSize size) {
+  TopicImages images{.part = {.width = size.width, .height = size.height}};
+  for (auto [key, factor] : {std::pair("binning_y", &images.rows), std::pair("binning_x", &images.columns)}) {
     const auto node = root.find(key);
-    return node && !node->isNull() ? statedNumbers(*node, count) : std::vector<StatedNumber>();
-  };
-  const std::vector<StatedNumber> P = listed(names.projection, 12);
-  const std::vector<StatedNumber> R = listed(names.rectification, 9);
-  if (P.empty() || R.empty() || !(P[0].value > 0 && P[5].value > 0)) return {};
-  if (areZero(R)) {
-    const double baseline = std::hypot(P[3].value / P[0].value, P[7].value / P[5].value);
-    remarks.push_back(
-        {"no_pose",
-         root.whereKey(names.rectification) +
-             ": only zeros, as from drivers whose images are already rectified, so no pose is read; "
-             "if they are, write the identity (1 0 0 0 1 0 0 0 1)" +
-             (baseline > 0 ? fmt::format("; {} states a baseline of {:.4g} m", names.projection, baseline)
-                           : fmt::format("; {} of the other camera states the baseline", names.projection))});
-    return {};
+    if (!node || node->isNull()) continue;
+    *factor = std::max(1, node->integer());
+    if (*factor > 1) images.key = key;
   }
-  const double z = P[11].value;
-  const Eigen::Vector3d rectified_from_rig((P[3].value - P[2].value * z) / P[0].value,
-                                           (P[7].value - P[6].value * z) / P[5].value, z);
-  const SO3 camera_from_rectified = readRotation(root.at(names.rectification), remarks).inverse();
-  return {{camera_from_rectified, camera_from_rectified * rectified_from_rig}};
+  const auto roi = root.find("roi");
+  if (!roi || !roi->isMap()) return images;
+  const auto stated = [&roi](const char* key) {
+    return roi->has(key) ? std::clamp(roi->at(key).integer(), -1, kMaxImageSide) : 0;
+  };
+  PixelRect part{
+      .x = stated("x_offset"), .y = stated("y_offset"), .width = stated("width"), .height = stated("height")};
+  if (part.width == 0) part.width = size.width - part.x;  // 0: up to the edge
+  if (part.height == 0) part.height = size.height - part.y;
+  if (part.x == 0 && part.y == 0 && part.width == size.width && part.height == size.height) return images;
+  images.part = part;
+  images.key = "roi";
+  return images;
 }
 
-// Images of a topic may be binned and cropped; the camera is that of the whole sensor.
-void remarkCroppedImages(const YamlNode& root, StatedCamera& camera) {
-  const auto above = [](const YamlNode& map, const char* key, double limit) {
-    const auto node = map.find(key);
-    return node && node->number() > limit;
-  };
-  const auto roi = root.find("roi");
-  const bool is_cut = roi && roi->isMap() && (above(*roi, "width", 0) || above(*roi, "height", 0));
-  const char* key = is_cut ? "roi" : above(root, "binning_x", 1) ? "binning_x" : "binning_y";
-  if (!is_cut && !above(root, key, 1)) return;
-  camera.remarks.push_back(
-      {"not_carried", root.whereKey(key) +
-                          ": binning and roi are ignored, because this is the camera of the whole image; use "
-                          "alidade convert --crop and --bin for the camera of the part"});
+// The camera of a part of the image; the size is divided by the numbers of pixels that binning combines.
+EditedCamera cameraOfPart(const AnyCamera& camera, ImageSize size, const TopicImages& images) {
+  PixelRect part = images.part;
+  part.width -= part.width % images.columns;
+  part.height -= part.height % images.rows;
+  const EditedCamera cropped = cropCamera(camera, size, part);
+  return resizeCamera(cropped.camera, cropped.size,
+                      {.width = part.width / images.columns, .height = part.height / images.rows});
+}
+
+// K and P belong to the whole image; the images of the topic may be a part of it.
+void takeImagePart(const YamlNode& root, const ReadOptions& options, StatedCamera& camera) {
+  const ImageSize size = camera.image_size.value();
+  const TopicImages images = readTopicImages(root, size);
+  if (images.key.empty()) return;
+  std::string text = root.whereKey(images.key) + ": K is of " + sizeText(size) + "; ";
+  text += images.key == "roi" ? fmt::format("this image is its part at x {}, y {} of {}x{}", images.part.x,
+                                            images.part.y, images.part.width, images.part.height)
+                              : "this image has all of it";
+  const bool is_binned = images.columns > 1 || images.rows > 1;
+  if (is_binned)
+    text += fmt::format(", {}x{} pixels combined into one: {}x{}", images.columns, images.rows,
+                        images.part.width / images.columns, images.part.height / images.rows);
+  if (!options.applies_roi) {
+    camera.remarks.push_back(
+        {"not_carried",
+         text + ". The camera that was read is of the whole image; --apply-roi reads that of the part"});
+    return;
+  }
+  const EditedCamera part =
+      withPlace(root.whereKey(images.key), [&] { return cameraOfPart(camera.camera, size, images); });
+  if (is_binned) {
+    text += fmt::format(". Where a driver skips pixels instead, cx is {:g} and cy {:g} px larger",
+                        0.5 - 0.5 / images.columns, 0.5 - 0.5 / images.rows);
+  }
+  camera.remarks.push_back({"assumed", text});
+  if (camera.rectified_center && camera.rectified_focal) {
+    const AnyCamera rectified =
+        AnyCamera::make("pinhole", std::array{camera.rectified_focal->x(), camera.rectified_focal->y(),
+                                              camera.rectified_center->x(), camera.rectified_center->y()});
+    const AnyCamera rectified_part = cameraOfPart(rectified, size, images).camera;
+    const auto p = rectified_part.parameters();
+    camera.rectified_focal = Eigen::Vector2d(p[0], p[1]);
+    camera.rectified_center = Eigen::Vector2d(p[2], p[3]);
+  }
+  camera.camera = part.camera;
+  camera.image_size = part.size;
+}
+
+// The model that image_geometry applies, which goes by the number of coefficients. A driver may write a
+// longer list of zeros under plumb_bob.
+std::string_view readPerspective(const YamlNode& place, const std::string& name,
+                                 std::vector<StatedNumber>& coefficients) {
+  constexpr std::size_t kPlumbBob = 5;
+  const std::size_t count = coefficients.size();
+  if (name == "plumb_bob" && count > kPlumbBob) {
+    if (!areZero(std::span(coefficients).subspan(kPlumbBob))) {
+      throw place.error(
+          std::to_string(count) + " coefficients for plumb_bob, of which those after the fifth are not zero",
+          "plumb_bob with 5 (radtan), or rational_polynomial, as image_geometry reads " +
+              std::to_string(count),
+          "write the model that the calibration used: distortion_model: rational_polynomial, or only 5 coefficients");
+    }
+    coefficients.resize(kPlumbBob);
+  }
+  return modelOfCoefficients(place, coefficients);
 }
 
 // Alidade's name of the distortion model in a file, and the number of its coefficients.
@@ -207,9 +265,10 @@ std::string_view readDistortion(const YamlNode& root, const YamlNode& place,
     coefficients.clear();
     return "pinhole";
   }
+  if (stated == "plumb_bob" || stated == "rational_polynomial")
+    return readPerspective(place, stated, coefficients);
   if (const LensLayout* lens = findLayout(kDistortions, stated)) {
     const std::size_t count = words(lens->order).size();
-    if (stated == "plumb_bob" && coefficients.size() == 4) coefficients.resize(5);
     if (coefficients.size() == count) return lens->model;
     throw place.error(std::to_string(coefficients.size()) + " coefficients",
                       std::to_string(count) + " for " + stated, "correct distortion_model, or the list");
@@ -224,26 +283,32 @@ std::string_view readDistortion(const YamlNode& root, const YamlNode& place,
 
 CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   const YamlNode& root = document.root();
-  const Names& names = *namesOf(document);
+  const Names* const stated = namesOf(document);
+  const Names& names = stated == nullptr ? kNames.front() : *stated;
   refuseMixedNames(root, names);
   const YamlNode matrix = root.at(names.matrix);
-  std::vector<StatedNumber> parameters = readCameraMatrix(matrix);
+  StatedNumber skew;
+  std::vector<StatedNumber> parameters = readCameraMatrix(matrix, &skew);
   const auto coefficients_node = root.find(names.coefficients);
   std::vector<StatedNumber> coefficients;
-  if (coefficients_node) coefficients = statedNumbers(*coefficients_node);
+  if (coefficients_node && !coefficients_node->isNull()) coefficients = statedNumbers(*coefficients_node);
   const YamlNode place = coefficients_node.value_or(matrix);
   std::vector<Remark> remarks;
-  const std::string_view model = readDistortion(root, place, coefficients, remarks);
+  const std::string_view distortion = readDistortion(root, place, coefficients, remarks);
   const std::vector<StatedNumber> pinhole = parameters;
   append(parameters, coefficients);
+  const std::string_view model = takeSkew(matrix, distortion, skew, parameters);
   const ImageSize size = sizeOf(root, names, options, remarks);
   StatedCamera camera = stateCamera(place.where(), model, parameters, size, remarks);
   if (const auto name = root.find("camera_name"); name && !name->isNull()) camera.name = name->text();
   remarkUnknownKeys(root, kKnown, camera);
   remarkProjection(root, names.projection, pinhole, camera);
-  remarkCroppedImages(root, camera);
+  takeImagePart(root, options, camera);
   CameraSource all{.cameras = {camera}};
-  statePoses(all, [&](std::vector<Remark>& told) { return readPoses(root, names, told); });
+  statePoses(all, [&](std::vector<Remark>& told) {
+    const auto pose = readRectification(root, names.rectification, names.projection, told);
+    return pose ? std::vector<SE3>{*pose} : std::vector<SE3>();
+  });
   if (!all.cameras[0].camera_from_rig) remarkNotCarried(root, {names.rectification}, all.cameras[0]);
   return all;
 }

@@ -101,6 +101,10 @@ struct ReadOptions {
   /// The name of the only camera to read; empty = read all. The others are then checked only for damage,
   /// because certifying a camera takes milliseconds.
   std::string only = {};
+  std::string format = {};  ///< id of the format; empty = detect it
+  /// Reads the camera of the images that a topic publishes, if the file states that they are a part of the
+  /// whole image (ROI, binning).
+  bool applies_roi = false;
 };
 
 /// The mapping of a camera's images to a rectified pair, as by cv::stereoRectify().

@@ -244,7 +244,10 @@ std::string readBinaryFile(const std::string& path, std::size_t max_bytes) {
 }
 
 std::string readTextFile(const std::string& path, std::size_t max_bytes) {
-  std::string text = readBinaryFile(path, max_bytes);
+  return textOf(readBinaryFile(path, max_bytes), path);
+}
+
+std::string textOf(std::string text, const std::string& path) {
   if (const std::size_t at = text.find('\0'); at != std::string::npos) {
     throw detail::errorAt(path, "a zero byte at offset " + std::to_string(at), "UTF-8 text",
                           "check that this is the file you meant, and save UTF-16 text as UTF-8");

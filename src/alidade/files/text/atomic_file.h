@@ -40,6 +40,9 @@ void checkWritable(const std::string& path);
 /// @throws Error (kInput) also when the file holds zero bytes ('\0'), as binary files and UTF-16 text do.
 [[nodiscard]] std::string readTextFile(const std::string& path, std::size_t max_bytes);
 
+/// The content of a file as readTextFile() returns it. @throws Error (kInput) as there
+[[nodiscard]] std::string textOf(std::string content, const std::string& path);
+
 /// The error for a path that does not exist: the missing part, and similar names in its folder.
 [[nodiscard]] Error missingPathError(const std::string& path);
 

@@ -31,6 +31,16 @@ class YamlNode {
  public:
   static constexpr std::size_t kMaxBytes = 64u << 20u;  ///< of a file
 
+  YamlNode(const YamlNode&) = default;
+  /// Refers to the other node; YAML::Node's own assignment would change the document.
+  YamlNode& operator=(const YamlNode& other) {
+    node_.reset(other.node_);
+    file_ = other.file_;
+    path_ = other.path_;
+    return *this;
+  }
+  ~YamlNode() = default;
+
   /// Parses a document; `file` is only a name for messages. A duplicate key in a map is an error, because
   /// readers differ in which one they take, and so is a map with more keys than any camera file has.
   [[nodiscard]] static YamlNode parse(const std::string& text, const std::string& file);
