@@ -150,7 +150,7 @@ struct RadialFormula : LensFormula<M, kNum> {
 template <class M, std::size_t kNum>
 struct StatedInverseFormula : RadialFormula<M, kNum> {
   /// The inverse has all its digits, and the projection enough of them, much nearer to the fold.
-  static constexpr double kEndMargin = 1e-7;
+  static constexpr double kEndMargin = 4e-8;
 
   static double maxAngle(const double* k) {
     double side = 0;
