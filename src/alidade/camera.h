@@ -24,6 +24,7 @@
 #include "alidade/camera/batch.h"
 #include "alidade/camera/camera_edit.h"
 #include "alidade/camera/correction_field.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/camera/model_fit.h"
 #include "alidade/camera/triangulation.h"
 #include "alidade/core/error.h"

@@ -15,6 +15,7 @@
 #include "alidade/adjust/board/fit.h"
 #include "alidade/adjust/board/solve.h"
 #include "alidade/adjust/noise/robust_weighting.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/core/median.h"
 #include "alidade/core/random.h"
 #include "support/fit_set.h"

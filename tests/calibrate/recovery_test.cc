@@ -3,6 +3,7 @@
 
 #include "alidade/adjust/board/errors.h"
 #include "alidade/calibrate/calibrator.h"
+#include "alidade/camera/image_domain.h"
 #include "support/simulated_set.h"
 
 namespace alidade {

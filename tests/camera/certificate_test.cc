@@ -5,10 +5,12 @@
 #include <array>
 #include <cstdio>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/camera_variant.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/core/random.h"
 #include "support/brute_force_domain.h"
 #include "support/model_fixture.h"
@@ -59,7 +61,9 @@ TYPED_TEST(CertificateOf, ClosedFormIsWhereTheFormulaEnds) {
     if (end == M::kMaxAngle) continue;
     ++num_closed;
     double m[2];
-    EXPECT_TRUE(M::lens(lens, rayAt(end - 1e-7, 1.0).eval().data(), m));
+    // The closed form of a tilted sensor is that of the lens before it.
+    using Closed = std::conditional_t<std::is_same_v<M, Tilted>, ThinPrism, M>;
+    EXPECT_TRUE(Closed::lens(lens, rayAt(end - 1e-7, 1.0).eval().data(), m));
     // Some stop where digits are lost, or where the ray of a pixel turns back, not where the formula ends.
     constexpr std::array<std::string_view, 6> kEndEarlier = {"fov",  "omni",           "division",
                                                              "ocam", "ftheta_inverse", "inverse_brown"};
@@ -130,6 +134,69 @@ TEST(Certificate, FindsAPoleTooNarrowForSampling) {
     EXPECT_LE(camera.cone().max_angle_rad, pole - kFoldMargin);
     EXPECT_GE(camera.cone().max_angle_rad, pole - kFoldMargin - std::sqrt(e));
   }
+}
+
+// Beyond it, the formula gives mirrored points.
+TEST(Certificate, EndsWhereATiltedSensorPassesTheCentre) {
+  int num_beyond = 0;
+  for (const double tilt : {-1.2, -0.9, 0.9, 1.2}) {
+    Camera<Tilted>::Params params{1000, 1000, 960, 600};
+    params[4 + 12] = tilt;
+    const Camera<Tilted> camera(params);
+    const double pole = std::numbers::pi / 2 - std::abs(tilt);
+    EXPECT_TRUE(camera.cone().is_limited_by_fold);
+    EXPECT_LE(camera.cone().max_angle_rad, pole);
+    EXPECT_GE(camera.cone().max_angle_rad, pole - kAngleTolerance);
+    const double azimuth = std::copysign(std::numbers::pi / 2, tilt);
+    for (double angle = pole + 1e-6; angle < 1.57; angle += 1e-3) {
+      double m[2];
+      EXPECT_FALSE(Tilted::lens(params.data() + 4, rayAt(angle, azimuth).eval().data(), m));
+      EXPECT_EQ(camera.project(rayAt(angle, azimuth)).status, ProjectStatus::kOutsideDomain);
+      ++num_beyond;
+    }
+    double m[2];
+    EXPECT_TRUE(Tilted::lens(params.data() + 4, rayAt(pole - 1e-6, azimuth).eval().data(), m));
+  }
+  EXPECT_GT(num_beyond, 4000);
+}
+
+// Where a lens folds again farther out, the search for the image of an angle may take a later root. The
+// domain ends before.
+TEST(Certificate, EndsWhereAStatedInverseLosesItsFirstRoot) {
+  Random random(13);
+  int num_twice = 0;
+  int num_short = 0;
+  int num_checked = 0;
+  for (int set = 0; set < 400; ++set) {
+    Camera<FThetaInverse>::Params params{900, 900, 960, 600, 20.6949, -62.3492, 19.6303, 84.4725, -64.9319};
+    if (set > 0) {
+      for (std::size_t i = 4; i < params.size(); ++i) params[i] = random.uniform(-30, 30);
+    }
+    const Camera<FThetaInverse> camera(params);
+    const double end = camera.cone().max_angle_rad;
+    const double fold = BruteForceDomain<FThetaInverse>(params.data() + 4).maxAngle();
+    ASSERT_LE(end, fold + 2e-7) << set;  // to which the sampling is right
+    num_short += end < fold - kAngleTolerance ? 1 : 0;
+    num_twice += fold < FThetaInverse::kMaxAngle ? 1 : 0;
+    for (int i = 1; i <= 100; ++i) {
+      const double angle = 0.00999 * i * std::min(fold, 1.1 * end);
+      const Eigen::Vector3d ray = rayAt(angle, 0.7);
+      const Projection seen = camera.project(ray);
+      ASSERT_EQ(seen.ok(), angle <= end);
+      if (!seen.ok()) continue;
+      const auto m = TextbookLens<FThetaInverse>::project(params.data() + 4, ray.cast<Real>());
+      ASSERT_TRUE(m);
+      const Eigen::Vector2d expected = 900 * m->cast<double>() + Eigen::Vector2d(960, 600);
+      ASSERT_LE((seen.pixel - expected).norm(), 1e-7) << set;
+      const auto back = camera.unproject(seen.pixel);
+      ASSERT_TRUE(back);
+      ASSERT_LE(angleBetween(*back, ray), 1e-9);
+      ++num_checked;
+    }
+  }
+  std::printf("%d of 400 sets fold, %d of them end early; %d rays\n", num_twice, num_short, num_checked);
+  EXPECT_GE(num_short, 1);
+  EXPECT_GT(num_checked, 20'000);
 }
 
 // A public calibration (pylon-ros-camera, issue 143), whose numerator and denominator nearly cancel within

@@ -10,6 +10,7 @@
 
 #include "alidade/camera/batch.h"
 #include "alidade/camera/camera_edit.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/camera/model_fit.h"
 #include "alidade/camera/self_check.h"
 #include "alidade/core/error.h"

@@ -7,6 +7,7 @@
 
 #include "alidade/calibrate/uncertainty/aligned_difference.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/camera/model_list.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "support/coverage.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -176,8 +177,10 @@ Judged judgeSet(const TroubledSet& set, Trouble trouble) {
   judged.is_noise_exceeded = result.uncertainty.isNoiseExceeded();
   if (result.uncertainty.by_views) judged.excess = result.uncertainty.by_views->excess;
   const auto truth = set.drawn.camera.parameters();
+  const std::vector<int>& held = onlyCamera(result.fit).constraint.held;
   for (std::size_t k = 0; k < truth.size(); ++k) {
     const int i = static_cast<int>(k);
+    if (std::ranges::find(held, i) != held.end()) continue;
     judged.parameters.push_back({.error = onlyCamera(result.fit).params[k] - truth[k],
                                  .std = result.uncertainty.parameterStdByNoise(i),
                                  .std_by_views = result.uncertainty.by_views

@@ -43,7 +43,7 @@ struct Judged {
     double std_by_views = 0;  ///< effective; NaN without
     double stated_std = 0;    ///< the one to go by
   };
-  std::vector<Parameter> parameters;
+  std::vector<Parameter> parameters;  ///< those that are estimated
   struct Projection {
     double error_px = 0;  ///< along the direction in which the stated one is largest
     double std_px = 0;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "alidade/camera/image_domain.h"
 #include "alidade/core/error.h"
 
 namespace alidade {

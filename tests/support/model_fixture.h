@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -21,6 +22,11 @@ namespace alidade {
 /// adding a model means adding its sets here, and a generator of random ones.
 template <CameraModel M>
 struct ModelFixture;
+
+/// True for models that state the ray of a pixel: where the ray turns back, their image moves infinitely
+/// fast.
+template <CameraModel M>
+inline constexpr bool kIsStatedInverse = M::kEndMargin < 1e-6 || std::is_same_v<M, InverseBrown>;
 
 template <>
 struct ModelFixture<Pinhole> {
@@ -65,6 +71,7 @@ struct ModelFixture<InverseBrown> {
         {1003.1, 1001.7, 961.3, 597.2, 0, 0, 0, 0, 0},                        // no distortion at all
         {1000, 1010, 960, 600, -0.1, 0.05, 2e-3, -1e-3, 0.02},                // towards and from the axis
         {900, 900, 955, 605, 0.3, 0.1, 4e-3, 3e-3, 0.05},                     // strong
+        {1000, 1000, 960, 600, -0.3, 0, 2e-3, -1e-3, 0},                      // a fold
     };
   }
   static Camera<InverseBrown>::Params randomParams(Random& random) {

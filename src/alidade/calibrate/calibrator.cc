@@ -20,6 +20,7 @@
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/calibrate/uncertainty/print_errors.h"
 #include "alidade/calibrate/uncertainty/uncertainty_of.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"

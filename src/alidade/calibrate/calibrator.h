@@ -11,6 +11,7 @@
 #include "alidade/calibrate/start/reports.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/core/diagnosis.h"
 #include "alidade/record/camera_record.h"
 #include "alidade/target/board.h"

@@ -40,34 +40,6 @@ std::string rangeText(const ParamRange& range) {
   return "a finite number";
 }
 
-// Points along the border of an image, one per pixel.
-// The corners of the image and its sides between them, each pixel up to a limit: the image of a cone is
-// nearly convex, so that it has what lies between two points of a side.
-std::vector<Eigen::Vector2d> imageBorder(ImageSize size) {
-  constexpr int kMostSteps = 640;
-  std::vector<Eigen::Vector2d> border;
-  const auto at = [](int i, int num_steps, int side) { return -0.5 + i * (side / double(num_steps)); };
-  const int columns = std::min(size.width, kMostSteps);
-  for (int i = 0; i <= columns; ++i) {
-    border.emplace_back(at(i, columns, size.width), -0.5);
-    border.emplace_back(at(i, columns, size.width), size.height - 0.5);
-  }
-  const int rows = std::min(size.height, kMostSteps);
-  for (int i = 1; i < rows; ++i) {
-    border.emplace_back(-0.5, at(i, rows, size.height));
-    border.emplace_back(size.width - 0.5, at(i, rows, size.height));
-  }
-  return border;
-}
-
-// Determinant of the lens's row-major Jacobian by the tangent plane of the unit sphere at `ray` (unit
-// length), per steradian.
-double sphereDeterminant(const double* J, const Eigen::Vector3d& ray) {
-  const Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J_m_ray(J);
-  // Rows a, b of the 2x3 matrix, restricted to the plane normal to the ray: det = (a x b) . ray.
-  return J_m_ray.row(0).cross(J_m_ray.row(1)).dot(ray);
-}
-
 }  // namespace
 
 const std::vector<std::string>& modelIds() {
@@ -250,56 +222,6 @@ std::optional<Eigen::Vector3d> AnyCamera::unproject(const Eigen::Vector2d& pixel
     J *= (Eigen::Matrix2d::Identity() + gradient).inverse();
   }
   return ray;
-}
-
-DomainCertificate certifyDomain(const AnyCamera& camera, ImageSize size) {
-  DomainCertificate result;
-  result.cone = camera.cone();
-  result.full_image = true;
-  const auto certify = [&]<class M>(const Camera<M>& c) {
-    const double* lens = c.params().data() + 4;
-    const auto det = [&](const Eigen::Vector3d& ray) {
-      double m[2];
-      double J[6];
-      return M::lens(lens, ray.data(), m, J) ? std::abs(sphereDeterminant(J, ray)) : 0.0;
-    };
-    const double axis_det = det(Eigen::Vector3d::UnitZ());
-    result.min_relative_det = 1.0;
-    const auto look = [&](double u, double v) {
-      const std::optional<Eigen::Vector2d> at =
-          camera.correction() == nullptr ? Eigen::Vector2d(u, v) : camera.correction()->undisplaced({u, v});
-      const auto ray = at ? c.unproject(*at) : std::nullopt;
-      if (!ray) {
-        result.full_image = false;
-        result.min_relative_det = 0.0;
-        if (!result.pixel_without_ray) result.pixel_without_ray = Eigen::Vector2d(u, v);
-        return;
-      }
-      result.min_relative_det = std::min(result.min_relative_det, det(*ray) / axis_det);
-    };
-    for (const Eigen::Vector2d& pixel : imageBorder(size)) look(pixel.x(), pixel.y());
-    constexpr int kGrid = 24;  // the interior matters only for the determinant
-    for (int j = 1; j < kGrid; ++j) {
-      for (int i = 1; i < kGrid; ++i)
-        look(-0.5 + i * size.width / double{kGrid}, -0.5 + j * size.height / double{kGrid});
-    }
-  };
-  std::visit(certify, camera.variant().camera);
-  return result;
-}
-
-bool foldsInsideImage(const DomainCertificate& domain) {
-  return !domain.full_image && domain.cone.is_limited_by_fold &&
-         domain.cone.max_angle_rad < std::numbers::pi / 2;
-}
-
-bool foldsInsideImage(const AnyCamera& camera, ImageSize size) {
-  DomainCertificate domain;  // assumes that part of the image has no ray
-  domain.cone = camera.cone();
-  if (!foldsInsideImage(domain)) return false;
-  const std::vector<Eigen::Vector2d> border = imageBorder(size);
-  return std::any_of(border.begin(), border.end(),
-                     [&](const Eigen::Vector2d& pixel) { return !camera.unproject(pixel); });
 }
 
 }  // namespace alidade

@@ -130,7 +130,8 @@ class Camera {
       const auto radiusAt = [&](double azimuth) {
         const double ray[3] = {s * std::cos(azimuth), s * std::sin(azimuth), cos_max_angle};
         double m[2] = {};
-        return M::lens(lens, ray, m) ? std::hypot(m[0], m[1]) : std::numeric_limits<double>::infinity();
+        const double radius = M::lens(lens, ray, m) ? std::hypot(m[0], m[1]) : HUGE_VAL;
+        return std::isnan(radius) ? HUGE_VAL : radius;
       };
       double farthest = radiusAt(0);
       // Margins for rounding and a ray onRim(), and for other maxima between the azimuths.

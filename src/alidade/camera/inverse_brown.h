@@ -21,9 +21,10 @@ namespace alidade {
 /// Parameters: fx, fy (pixels, > 0), cx, cy (pixels), k1, k2, p1, p2, k3 (no unit). Domain: the largest cone
 /// whose image lies in the disc about the axis in which `radtan` is one-to-one; its end at a fold costs a few
 /// pixels, because the rays of pixels hardly move there. Inverse: closed form. Forward: Newton iteration for
-/// (mx, my), from the solution of the radial part. Source: RS2_DISTORTION_INVERSE_BROWN_CONRADY of
-/// librealsense, rs2_deproject_pixel_to_point. Its rs2_project_point_to_pixel does not undo it; the pixels
-/// here do.
+/// (mx, my), from the solution of the radial part; for about one in a million rays near the end of the domain
+/// it does not converge, and the ray has no pixel. Source: RS2_DISTORTION_INVERSE_BROWN_CONRADY of
+/// librealsense, in its documentation and in rs2_deproject_pixel_to_point of older versions. Later ones undo
+/// the map of the modified Brown-Conrady lens there instead, and all project with that map.
 struct InverseBrown : LensFormula<InverseBrown, 5> {
   static constexpr std::string_view kId = "inverse_brown";
   static constexpr std::string_view kAliases = "inverse_brown_conrady";
@@ -102,8 +103,12 @@ struct InverseBrown : LensFormula<InverseBrown, 5> {
   }
 
   static bool unlens(const double* k, const double* m, double max_angle, double* ray) {
-    quickUnlens(k, makeStart(k, max_angle), m, max_angle, ray);
-    return std::isfinite(ray[2]);
+    // quickUnlens() has all rays inside the cone, so that only one on its rim is left. A smaller angle is
+    // that of a pixel beyond a fold.
+    const detail::WarpSample<double> s = Radtan::warp(k, m[0], m[1]);
+    if (!(std::hypot(s.mx, s.my) >= std::tan(max_angle))) return false;
+    detail::makeUnitRay(s.mx, s.my, 1.0, ray);
+    return true;
   }
 
  private:

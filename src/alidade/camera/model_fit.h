@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/image_domain.h"
 
 namespace alidade {
 

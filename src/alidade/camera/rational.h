@@ -40,7 +40,7 @@ struct Rational : PlaneFormula<Rational, 8> {
   static constexpr std::array<LensVector, 1> kVectors = {LensVector{3, 2}};
   static constexpr std::array<SharedLens, 1> kSharedLenses = {SharedLens{"radtan"}};
 
-  /// The pole, from the closed-form roots of a cubic: where numerator and denominator nearly cancel, it is
+  /// The pole, the first root of the denominator: where numerator and denominator nearly cancel, it is
   /// too narrow to be found by sampling.
   static double maxAngle(const double* k) {
     const double r2_max = std::pow(std::tan(kMaxAngle), 2);

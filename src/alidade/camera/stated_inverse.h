@@ -153,10 +153,28 @@ struct StatedInverseFormula : RadialFormula<M, kNum> {
   static constexpr double kEndMargin = 4e-8;
 
   static double maxAngle(const double* k) {
-    double side = 0;
-    double depth = 0;
-    M::sight(k, M::lastRadius(k), side, depth);
-    return std::min(kWideMaxAngle, std::atan2(side, depth));
+    constexpr int kNumRadii = 500;
+    constexpr double kSameRadius = 1e-3;  // far more than rounding, and less than from one root to another
+    constexpr double kStraightBack = kWideMaxAngle - 1e-9;
+    const double last = M::lastRadius(k);
+    const auto angleOf = [k](double r) {
+      double side = 0;
+      double depth = 0;
+      M::sight(k, r, side, depth);
+      return std::atan2(side, depth);
+    };
+    // The search for the image of an angle may miss its first root where the lens folds again farther out.
+    double before = 0;
+    for (int i = 1; i < kNumRadii; ++i) {
+      const double r = last * i / kNumRadii;
+      const double angle = angleOf(r);
+      if (angle >= kStraightBack) return kWideMaxAngle;
+      const double image = M::radiusOf(k, std::sin(angle), std::cos(angle));
+      if (!(std::abs(image - r) <= kSameRadius * r)) return before;
+      before = angle;
+    }
+    const double end = angleOf(last);
+    return end >= kStraightBack ? kWideMaxAngle : end;
   }
 
   /// The radius at the end of the domain: beyond it, a lens may fold back to angles inside the cone.

@@ -33,6 +33,12 @@ struct SensorTilt {
     inverse_cos_y = 1.0 / cos(tau[1]);
   }
 
+  /// True if the sensor lies before the centre of projection at the point (mx, my) of the plane.
+  template <class T>
+  bool hasValue(const WarpSample<T>& s) const {
+    return 1.0 + tan_y * inverse_cos_x * s.mx - tan_x * s.my > 0.0;
+  }
+
   /// Follows a distortion of the plane.
   template <class T>
   ALIDADE_ALWAYS_INLINE WarpSample<T> after(const WarpSample<T>& s) const {
@@ -102,7 +108,8 @@ struct Tilted : PlaneFormula<Tilted, 14> {
 
   template <class T>
   static bool hasValue(const T* k, const T* ray) {
-    return ThinPrism::hasValue(k, ray);
+    if (!ThinPrism::hasValue(k, ray)) return false;
+    return detail::SensorTilt<T>(k + 12).hasValue(ThinPrism::warp(k, T(ray[0] / ray[2]), T(ray[1] / ray[2])));
   }
 
   template <class K, class T>

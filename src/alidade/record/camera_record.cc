@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "alidade/camera/image_domain.h"
 #include "alidade/core/error.h"
 
 namespace alidade {

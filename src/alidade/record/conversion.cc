@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "alidade/camera/image_domain.h"
 #include "alidade/camera/self_check.h"
 #include "alidade/core/size_groups.h"
 

@@ -6,6 +6,7 @@
 
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/calibrate/uncertainty/accuracy.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/compare/projection_difference.h"
 #include "alidade/core/mapped.h"
 

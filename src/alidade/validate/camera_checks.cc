@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "alidade/camera/image_domain.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/camera/pole.h"
 #include "alidade/core/degrees.h"

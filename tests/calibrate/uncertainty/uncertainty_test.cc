@@ -53,7 +53,7 @@ TEST(Uncertainty, IsTrueUnderNoise) {
 TEST(Uncertainty, IsTrueOfLargeModels) {
   constexpr std::size_t kNumOfModel = 30;
   constexpr int kNumViews = 30;
-  for (const char* const model : {"tilted", "fisheye624", "ocam"}) {
+  for (const auto& [model, num_params] : {std::pair("tilted", 18), {"fisheye624", 16}, {"ocam", 10}}) {
     std::vector<Judged> sets(kNumOfModel);
     parallelFor(sets.size(), 0, [&](std::size_t i) {
       const ChoiceSet drawn = drawChoiceSet(model, 55, i, kNumViews);
@@ -61,6 +61,7 @@ TEST(Uncertainty, IsTrueOfLargeModels) {
     });
     EXPECT_EQ(std::ranges::count_if(sets, &Judged::is_converged), static_cast<int>(kNumOfModel)) << model;
     const Coverage stated = coverageOf(sets, &Judged::Parameter::stated_std);
+    EXPECT_EQ(stated.count, static_cast<int>(kNumOfModel) * num_params) << model;
     // A set's parameters share their luck.
     EXPECT_NEAR(stated.covered, 0.95, 0.04) << model;
     for (const Place place : kAllPlaces) EXPECT_GE(coverageOf(sets, place).covered, 0.83) << model;

@@ -12,6 +12,7 @@
 
 #include "alidade/adjust/board/fit.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/camera/model_traits.h"
 
 namespace alidade {

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "alidade/adjust/noise/covariance.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/core/number_text.h"
 
 namespace alidade {

@@ -12,6 +12,7 @@
 #include "alidade/adjust/noise/robust_weighting.h"
 #include "alidade/camera/any_camera.h"
 #include "alidade/camera/camera_model.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/geometry/symmetric_eigen.h"
 
 namespace alidade {

@@ -24,6 +24,7 @@
 #include "alidade/calibrate/clean/view_fit.h"
 #include "alidade/calibrate/start/held_params.h"
 #include "alidade/calibrate/start/reports.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/camera/model_traits.h"
 #include "alidade/camera/same_lens.h"
 #include "alidade/core/diagnosis.h"
@@ -212,39 +213,22 @@ void addPerspective(Candidates& candidates, bool is_sideways, const PreparedView
   }
 }
 
-// Wide models with many more parameters than the lead also follow other lenses.
-bool isLargeWide(const ModelTraits& model) {
-  constexpr std::size_t kFewFurther = 2;
-  const ModelTraits& lead = leadTraits(LensFamily::kWide);
-  return model.family == lead.family &&
-         model.parameter_names.size() > lead.parameter_names.size() + kFewFurther;
-}
-
-// The wide models besides the lead, the smallest first. Large ones are fitted only if a glance at one that
-// extends the lead shows a gain over it; those that extend it, only for their own gain.
+// The wide models besides the lead, the smallest first. Those that extend it are fitted only if a glance
+// shows a gain over it.
 Candidates furtherWide(const Candidate& of_lead, const PreparedViews& given,
                        const CalibratorOptions& options) {
   const ModelTraits& lead = leadTraits(LensFamily::kWide);
+  const bool is_lead = of_lead.solution && isAllowed(lead.id, options);
   Candidates candidates;
-  Candidates large;
-  bool is_gain = !of_lead.solution;
+  Candidates not_fitted;
   for (const ModelTraits& model : allModelTraits()) {
     if (model.family != lead.family || model.id == lead.id || !isAllowed(model.id, options)) continue;
-    const bool is_large = isLargeWide(model);
-    Candidate& candidate = (is_large ? large : candidates).emplace_back(model.id);
-    if (!is_large || !of_lead.solution || !model.extends(lead.id)) continue;
-    if (dropAtAGlance(of_lead.solution->fit, candidate.id, options.cancel) > kNeededDrop) {
-      is_gain = true;
-    } else {
-      candidate = dismissed(std::move(candidate), lead.id);
-    }
-  }
-  Candidates not_fitted;
-  for (Candidate& candidate : large) {
-    if (candidate.verdict.empty() && is_gain) {
-      candidates.push_back(std::move(candidate));
-    } else {
+    Candidate candidate(model.id);
+    if (is_lead && model.extends(lead.id) &&
+        !(dropAtAGlance(of_lead.solution->fit, candidate.id, options.cancel) > kNeededDrop)) {
       not_fitted.push_back(dismissed(std::move(candidate), lead.id));
+    } else {
+      candidates.push_back(std::move(candidate));
     }
   }
   std::ranges::stable_sort(candidates, {}, &Candidate::num_params);
@@ -376,6 +360,14 @@ void evaluate(Candidate& candidate, const Fit& reference, const IsClose& isClose
     candidate.ruleOut(
         {.id = "no_holdout", .text = "some of the views alone leave its parameters undetermined"});
   }
+}
+
+// Wide models with many more parameters than the lead also follow other lenses.
+bool isLargeWide(const ModelTraits& model) {
+  constexpr std::size_t kFewFurther = 2;
+  const ModelTraits& lead = leadTraits(LensFamily::kWide);
+  return model.family == lead.family &&
+         model.parameter_names.size() > lead.parameter_names.size() + kFewFurther;
 }
 
 // A large wide model must not stand in for a perspective one that predicts as well, sound or not.

@@ -9,6 +9,7 @@
 #include "alidade/calibrate/start/reports.h"
 #include "alidade/calibrate/uncertainty/uncertainty.h"
 #include "alidade/camera/any_camera.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/core/diagnosis.h"
 
 namespace alidade::detail {

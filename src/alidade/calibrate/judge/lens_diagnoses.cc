@@ -14,6 +14,7 @@
 #include "alidade/adjust/board/lens_prior.h"
 #include "alidade/adjust/noise/model_soundness.h"
 #include "alidade/calibrate/judge/judge.h"
+#include "alidade/camera/image_domain.h"
 #include "alidade/camera/lens_shapes.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
