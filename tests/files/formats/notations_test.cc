@@ -55,6 +55,19 @@ std::string structOf(const std::string& name,
                          element(1, names) + values);
 }
 
+// Structs of one field each, in a 1xN array.
+std::string structArray(const std::string& name, const std::vector<std::string>& values) {
+  std::string field = "a";
+  field.resize(32, '\0');
+  std::string elements;
+  for (const std::string& value : values) elements += value;
+  return element(
+      14, element(6, bytesOf<std::uint32_t>(2) + bytesOf<std::uint32_t>(0)) +
+              element(5, bytesOf<std::int32_t>(1) + bytesOf(static_cast<std::int32_t>(values.size()))) +
+              element(1, name) + bytesOf<std::uint32_t>(5 | (4U << 16U)) + bytesOf<std::int32_t>(32) +
+              element(1, field) + elements);
+}
+
 std::string matFile(const std::string& elements) {
   std::string head = "MATLAB 5.0 MAT-file";
   head.resize(124, ' ');
@@ -98,6 +111,30 @@ TEST(Notations, OfMatlabAreReadAsItsJson) {
               testing::ElementsAre(500, 501, 320, 240, -0.1, 0.02, 0.001, 0.002, 0.03));
 }
 
+// All of an array of structs, text of any width, and much that is equal.
+TEST(Notations, OfMatlabAreReadWhole) {
+  const auto rootOf = [](const std::string& elements) {
+    return detail::CameraDocument(detail::binaryAsText(matFile(elements), "camera.mat"), "camera.mat").root();
+  };
+  const detail::YamlNode list =
+      rootOf(structArray("s", {matrix("", 1, 1, {1}), matrix("", 1, 1, {2}), matrix("", 1, 1, {3})}));
+  ASSERT_EQ(list.at("s").items().size(), 3U);
+  EXPECT_EQ(list.at("s").items()[2].at("a").number(), 3);
+  EXPECT_TRUE(rootOf(structArray("s", {}) + matrix("x", 1, 1, {1})).at("s").items().empty());
+  for (const auto& [type, size] : {std::pair(17U, 2U), std::pair(18U, 4U)}) {
+    std::string codes;
+    for (const char c : std::string("frame")) codes += c + std::string(size - 1, '\0');
+    EXPECT_EQ(rootOf(element(14, element(6, bytesOf<std::uint32_t>(4) + bytesOf<std::uint32_t>(0)) +
+                                     element(5, bytesOf<std::int32_t>(1) + bytesOf<std::int32_t>(5)) +
+                                     element(1, "t") + element(type, codes)))
+                  .at("t")
+                  .text(),
+              "frame");
+  }
+  const std::string zeros = compressed(matrix("z", 1000, 500, std::vector<double>(500000, 0)));
+  EXPECT_EQ(rootOf(compressed(matlabStruct()) + zeros).at("params").at("ImageSize").items().size(), 2U);
+}
+
 std::string colmapCamera(std::uint32_t id, std::uint32_t model, const std::vector<double>& parameters) {
   std::string bytes =
       bytesOf(id) + bytesOf(model) + bytesOf<std::uint64_t>(640) + bytesOf<std::uint64_t>(480);
@@ -133,7 +170,8 @@ TEST(Notations, KeepValuesAndLines) {
                                    {"<r>\n<a k='1'>\n<y>7 8</y>\n</a></r>\n", "y", "[7, 8]", 3},
                                    {"<r><a y='x y'/>\n</r>", "y", "x y", 1},
                                    {"{\"a\": {\"x\": 1}}\n\n{\"a\": {\"y\": 7}}\n", "y", "7", 3},
-                                   {"a: 1\ny: 1e0 2\n", "y", "[1e0, 2]", 2}};
+                                   {"a: 1\nP0: 1e0 2\n", "P0", "[1e0, 2]", 2},
+                                   {"a: 1\ny: 1e0 2\n", "y", "1e0 2", 2}};
   int num_found = 0;
   for (const Case& c : cases) {
     const detail::CameraDocument document(c.text, "file");
@@ -152,7 +190,7 @@ TEST(Notations, KeepValuesAndLines) {
     };
     search(document.root());
   }
-  EXPECT_EQ(num_found, 6);
+  EXPECT_EQ(num_found, 7);
 }
 
 TEST(Notations, ThatAreDamagedOrHostileEndWithAPlace) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "alidade/core/text.h"
+#include "alidade/files/formats/lens_numbers.h"
 #include "alidade/files/formats/notations.h"
 #include "alidade/files/text/file_text.h"
 
@@ -56,30 +57,6 @@ class Bytes {
   std::size_t at_ = 0;
 };
 
-// COLMAP's models in the order of their numbers, with their numbers of parameters (colmap/sensor/models.h).
-struct ColmapModel {
-  std::string_view name;
-  int num_parameters;
-};
-constexpr std::array<ColmapModel, 18> kColmapModels = {{{"SIMPLE_PINHOLE", 3},
-                                                        {"PINHOLE", 4},
-                                                        {"SIMPLE_RADIAL", 4},
-                                                        {"RADIAL", 5},
-                                                        {"OPENCV", 8},
-                                                        {"OPENCV_FISHEYE", 8},
-                                                        {"FULL_OPENCV", 12},
-                                                        {"FOV", 5},
-                                                        {"SIMPLE_RADIAL_FISHEYE", 4},
-                                                        {"RADIAL_FISHEYE", 5},
-                                                        {"THIN_PRISM_FISHEYE", 12},
-                                                        {"RAD_TAN_THIN_PRISM_FISHEYE", 16},
-                                                        {"SIMPLE_DIVISION", 4},
-                                                        {"DIVISION", 5},
-                                                        {"SIMPLE_FISHEYE", 3},
-                                                        {"FISHEYE", 4},
-                                                        {"EUCM", 6},
-                                                        {"EQUIRECTANGULAR", 2}}};
-
 // True if the bytes begin as a cameras.bin: a number of cameras, and a camera with a known model and size.
 bool startsAsColmap(std::string_view bytes) {
   constexpr std::uint64_t kMost = 1'000'000;
@@ -90,7 +67,7 @@ bool startsAsColmap(std::string_view bytes) {
   head.take(sizeof(std::uint32_t));
   const auto model = head.read<std::uint32_t>();
   const auto width = head.read<std::uint64_t>();
-  return count > 0 && count <= kMost && model < kColmapModels.size() && width > 0 && width <= kMost;
+  return count > 0 && count <= kMost && model < colmapLenses().size() && width > 0 && width <= kMost;
 }
 
 std::string colmapAsText(Bytes bytes) {
@@ -99,12 +76,12 @@ std::string colmapAsText(Bytes bytes) {
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto id = bytes.read<std::uint32_t>();
     const auto model = bytes.read<std::uint32_t>();
-    if (model >= kColmapModels.size()) throw bytes.error("camera model " + std::to_string(model), "0 to 17");
-    text += std::to_string(id) + " " + std::string(kColmapModels[model].name);
+    if (model >= colmapLenses().size()) throw bytes.error("camera model " + std::to_string(model), "0 to 17");
+    const LensLayout& lens = colmapLenses()[model];
+    text += std::to_string(id) + " " + std::string(lens.name);
     text += " " + std::to_string(bytes.read<std::uint64_t>());
     text += " " + std::to_string(bytes.read<std::uint64_t>());
-    for (int k = 0; k < kColmapModels[model].num_parameters; ++k)
-      text += " " + exactText(bytes.read<double>());
+    for (std::size_t k = 0; k < words(lens.order).size(); ++k) text += " " + exactText(bytes.read<double>());
     text += '\n';
   }
   if (!bytes.isAtEnd()) throw bytes.error("more bytes", "the end of " + std::to_string(count) + " cameras");
@@ -157,7 +134,7 @@ std::vector<double> numbersOf(std::string_view data) {
 
 std::vector<double> numbersOf(const Element& element, const Bytes& bytes) {
   using Reader = std::vector<double> (*)(std::string_view);
-  constexpr std::array<Reader, 17> kReaders = {nullptr,
+  constexpr std::array<Reader, 19> kReaders = {nullptr,
                                                numbersOf<std::int8_t>,
                                                numbersOf<std::uint8_t>,
                                                numbersOf<std::int16_t>,
@@ -173,13 +150,19 @@ std::vector<double> numbersOf(const Element& element, const Bytes& bytes) {
                                                numbersOf<std::uint64_t>,
                                                nullptr,
                                                nullptr,
-                                               numbersOf<std::uint8_t>};
+                                               numbersOf<std::uint8_t>,    // characters of UTF-8,
+                                               numbersOf<std::uint16_t>,   // UTF-16
+                                               numbersOf<std::uint32_t>};  // and UTF-32
   if (element.type >= kReaders.size() || kReaders[element.type] == nullptr)
     throw bytes.error("data of type " + std::to_string(element.type), "numbers");
   return kReaders[element.type](element.data);
 }
 
 std::string writeArray(const Element& element, const Bytes& file, std::string& out, int depth);
+
+void requireFewNumbers(const Bytes& bytes, const std::string& out) {
+  if (out.size() > kMaxText) throw bytes.error("more than 4 MB of numbers", "those of cameras");
+}
 
 std::string textOf(const Element& element, const Bytes& bytes) {
   std::string text;
@@ -188,20 +171,25 @@ std::string textOf(const Element& element, const Bytes& bytes) {
   return text;
 }
 
-// A struct; an array of several of them names no camera that could be told from the others.
-void writeStruct(Bytes& bytes, std::string& out, int depth) {
+// A struct, or a list of those of an array.
+void writeStruct(Bytes& bytes, double count, std::string& out, int depth) {
   const std::vector<double> length = numbersOf(nextElement(bytes), bytes);
   const Element names = nextElement(bytes);
   const auto step =
       length.empty() || length[0] < 1 ? names.data.size() + 1 : static_cast<std::size_t>(length[0]);
-  out += '{';
-  for (std::size_t at = 0; at + step <= names.data.size(); at += step) {
-    const std::string_view name = names.data.substr(at, step);
-    out += quotedYaml(name.substr(0, name.find('\0'))) + ": ";
-    writeArray(nextElement(bytes), bytes, out, depth + 1);
-    out += ", ";
+  out += count == 1 ? "" : "[";
+  for (double i = 0; i < count; ++i) {
+    out += '{';
+    for (std::size_t at = 0; at + step <= names.data.size(); at += step) {
+      const std::string_view name = names.data.substr(at, step);
+      out += quotedYaml(name.substr(0, name.find('\0'))) + ": ";
+      writeArray(nextElement(bytes), bytes, out, depth + 1);
+      out += ", ";
+    }
+    out += count == 1 ? "}" : "},\n";
+    requireFewNumbers(bytes, out);
   }
-  out += '}';
+  out += count == 1 ? "" : "]";
 }
 
 // MATLAB stores columns one after the other.
@@ -238,7 +226,9 @@ std::string writeArray(const Element& element, const Bytes& file, std::string& o
   const std::string name(nextElement(bytes).data);
   if (array_class == kStruct || array_class == kObject) {
     if (array_class == kObject) nextElement(bytes);  // the name of its class
-    writeStruct(bytes, out, depth);
+    double count = 1;
+    for (const double size : sizes) count *= size;
+    writeStruct(bytes, count, out, depth);
   } else if (array_class == kChar) {
     out += quotedYaml(textOf(nextElement(bytes), bytes));
   } else if (array_class >= kFirstNumeric && sizes.size() == 2) {
@@ -246,20 +236,26 @@ std::string writeArray(const Element& element, const Bytes& file, std::string& o
   } else {
     out += "null";
   }
-  if (out.size() > kMaxText) throw bytes.error("more than 4 MB of numbers", "those of cameras");
+  requireFewNumbers(bytes, out);
   return name;
 }
 
 std::string inflated(std::string_view data, const Bytes& bytes) {
-  std::string out(std::min(kMaxBytes, std::max<std::size_t>(64 * data.size(), 4096)), '\0');
   z_stream stream = {};
   if (inflateInit(&stream) != Z_OK) throw bytes.error("data that cannot be decompressed", "zlib data");
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(data.data()));
   stream.avail_in = static_cast<uInt>(data.size());
-  stream.next_out = reinterpret_cast<Bytef*>(out.data());
-  stream.avail_out = static_cast<uInt>(out.size());
-  const int status = inflate(&stream, Z_FINISH);
-  out.resize(stream.total_out);
+  std::string out;
+  int status = Z_OK;
+  while (status == Z_OK && out.size() < kMaxBytes) {
+    const std::size_t size = out.size();
+    out.resize(std::max<std::size_t>(2 * size, 1U << 16U));
+    stream.next_out = reinterpret_cast<Bytef*>(out.data() + size);
+    stream.avail_out = static_cast<uInt>(out.size() - size);
+    status = inflate(&stream, Z_NO_FLUSH);
+    out.resize(out.size() - stream.avail_out);
+    if (status == Z_OK && stream.avail_out > 0) break;  // the data ends early
+  }
   inflateEnd(&stream);
   if (status != Z_STREAM_END)
     throw bytes.error("compressed data that is damaged or larger than 16 MB", "zlib data");
@@ -294,7 +290,7 @@ std::string matAsYaml(Bytes bytes) {
     if (name.empty()) continue;  // an object, or what belongs to objects
     out += quotedYaml(name) + ": " + value + ",\n";
     last = std::move(value);
-    if (out.size() > kMaxText) throw bytes.error("more than 4 MB of numbers", "those of cameras");
+    requireFewNumbers(bytes, out);
     ++num_variables;
   }
   if (num_variables == 0) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// COLMAP's cameras.txt: one line per camera, ID MODEL WIDTH HEIGHT PARAMS (COLMAP's documentation, "Output
-// format"; names and orders of the parameters in colmap/sensor/models.h). COLMAP counts pixels from the
-// image's corner: the centre of the first one is (0.5, 0.5).
+// COLMAP's cameras.txt: one line per camera, ID MODEL WIDTH HEIGHT PARAMS (COLMAP's
+// documentation, "Output format"; names and orders of the parameters in colmap/sensor/models.h). COLMAP
+// counts pixels from the image's corner: the centre of the first one is (0.5, 0.5).
 //
 // The rig configuration of COLMAP 3.12 and newer (JSON): a list of rigs, each with cameras: image_prefix;
 // ref_sensor: true for the one at the origin, and cam_from_rig_rotation [w, x, y, z] and
@@ -31,25 +31,26 @@ using json = nlohmann::ordered_json;
 
 constexpr double kOrigin = 0.5;  // px, of the first pixel's centre
 
-// If several entries have the same model, the first one is written.
-constexpr std::array<LensLayout, 17> kLenses = {
-    {{"PINHOLE", "pinhole", "fx fy cx cy"},
-     {"OPENCV", "radtan", "fx fy cx cy k1 k2 p1 p2"},
-     {"FULL_OPENCV", "rational", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"},
-     {"OPENCV_FISHEYE", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"},
-     {"FOV", "fov", "fx fy cx cy w"},
-     {"EUCM", "eucm", "fx fy cx cy alpha beta"},
-     {"THIN_PRISM_FISHEYE", "thin_prism_fisheye", "fx fy cx cy k1 k2 p1 p2 k3 k4 s1 s2"},
-     {"RAD_TAN_THIN_PRISM_FISHEYE", "fisheye624", "fx fy cx cy k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3"},
-     {"DIVISION", "division", "fx fy cx cy k1"},
-     {"SIMPLE_DIVISION", "division", "f cx cy k1"},
-     {"SIMPLE_PINHOLE", "pinhole", "f cx cy"},
+constexpr std::array<LensLayout, 18> kNumbered = {
+    {{"SIMPLE_PINHOLE", "pinhole", "f cx cy"},
+     {"PINHOLE", "pinhole", "fx fy cx cy"},
      {"SIMPLE_RADIAL", "radtan", "f cx cy k1"},
      {"RADIAL", "radtan", "f cx cy k1 k2"},
+     {"OPENCV", "radtan", "fx fy cx cy k1 k2 p1 p2"},
+     {"OPENCV_FISHEYE", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4"},
+     {"FULL_OPENCV", "rational", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"},
+     {"FOV", "fov", "fx fy cx cy w"},
+     {"SIMPLE_RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1"},
+     {"RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1 k2"},
+     {"THIN_PRISM_FISHEYE", "thin_prism_fisheye", "fx fy cx cy k1 k2 p1 p2 k3 k4 s1 s2"},
+     {"RAD_TAN_THIN_PRISM_FISHEYE", "fisheye624", "fx fy cx cy k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3"},
+     {"SIMPLE_DIVISION", "division", "f cx cy k1"},
+     {"DIVISION", "division", "fx fy cx cy k1"},
      {"SIMPLE_FISHEYE", "kannala_brandt", "f cx cy"},
      {"FISHEYE", "kannala_brandt", "fx fy cx cy"},
-     {"SIMPLE_RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1"},
-     {"RADIAL_FISHEYE", "kannala_brandt", "f cx cy k1 k2"}}};
+     {"EUCM", "eucm", "fx fy cx cy alpha beta"},
+     {"EQUIRECTANGULAR", "", "cx cy"}}};
+constexpr std::span kLenses(kNumbered.data(), kNumbered.size() - 1);  // that are supported
 
 const std::vector<std::string_view> kModels = {"pinhole",   "radtan", "rational", "kannala_brandt",
                                                "fov",       "eucm",   "division", "thin_prism_fisheye",
@@ -340,3 +341,7 @@ const CameraFormat& colmapRig() {
 }
 
 }  // namespace alidade::detail::formats
+
+std::span<const alidade::detail::LensLayout> alidade::detail::colmapLenses() {
+  return formats::colmap_format::kNumbered;
+}

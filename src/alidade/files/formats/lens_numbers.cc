@@ -47,17 +47,6 @@ bool isZeroOrUnit(std::span<const StatedNumber> numbers) {
   return is_unit || areZero(numbers);
 }
 
-// True if the node states no information.
-bool saysNothing(const YamlNode& node) {
-  if (node.isNull()) return true;
-  try {
-    if (node.isSequence() || node.isMap()) return isZeroOrUnit(statedNumbers(node));
-    return statedNumber(node).value == 0;
-  } catch (const Error&) {
-    return false;  // no numbers, so it states something
-  }
-}
-
 // "cam.yaml:8: cam0.a, b (line 12) and 3 more": keys of a map, with the first one's line as the place.
 std::string keysText(const YamlNode& map, const std::vector<std::string>& keys) {
   constexpr std::size_t kMaxNamed = 8;
@@ -87,6 +76,16 @@ bool isSameStated(std::span<const StatedNumber> a, std::span<const StatedNumber>
 
 bool areZero(std::span<const StatedNumber> numbers) {
   return std::ranges::all_of(numbers, [](const StatedNumber& number) { return number.value == 0; });
+}
+
+bool saysNothing(const YamlNode& node) {
+  if (node.isNull()) return true;
+  try {
+    if (node.isSequence() || node.isMap()) return isZeroOrUnit(statedNumbers(node));
+    return statedNumber(node).value == 0;
+  } catch (const Error&) {
+    return false;  // no numbers, so it states something
+  }
 }
 
 StatedNumber statedNumber(const YamlNode& node) {
@@ -299,9 +298,11 @@ LensLayout layoutNamed(std::span<const LensLayout> layouts, const YamlNode& name
 }
 
 const LensLayout& layoutOf(std::span<const LensLayout> layouts, std::string_view model) {
-  const auto found = std::ranges::find(layouts, model, &LensLayout::model);
-  expect(found != layouts.end(), "the format has a layout for each of its models");
-  return *found;
+  const auto& found = *std::ranges::max_element(layouts, {}, [model](const LensLayout& layout) {
+    return layout.model == model ? layout.order.size() : 0;
+  });
+  expect(found.model == model, "the format has a layout for each of its models");
+  return found;
 }
 
 std::vector<StatedNumber> storageOrder(const LensLayout& layout, std::span<const StatedNumber> listed) {
@@ -335,6 +336,11 @@ StatedCamera stateCamera(const std::string& place, std::string_view model,
                          std::span<const StatedNumber> parameters, std::optional<ImageSize> image_size,
                          std::vector<Remark> remarks) {
   std::vector<double> values = mapped(parameters, &StatedNumber::value);
+  if (model == "inverse_brown" && !areZero(parameters.subspan(4))) {
+    remarks.push_back(
+        {"assumed", place + ": Inverse Brown Conrady is taken as the formula from pixels to rays, as in "
+                            "older versions of librealsense; current ones iterate the modified formula"});
+  }
   return {.camera = withPlace(place, [&] { return AnyCamera::make(model, values); }),
           .image_size = image_size,
           .remarks = std::move(remarks)};

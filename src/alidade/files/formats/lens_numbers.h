@@ -26,6 +26,8 @@ struct StatedNumber {
 [[nodiscard]] bool isSameStated(std::span<const StatedNumber> a, std::span<const StatedNumber> b);
 
 [[nodiscard]] bool areZero(std::span<const StatedNumber> numbers);
+/// True for nothing, zeros and unit matrices.
+[[nodiscard]] bool saysNothing(const YamlNode& node);
 
 /// @throws Error (kInput) if the node is not a finite number
 [[nodiscard]] StatedNumber statedNumber(const YamlNode& node);
@@ -99,7 +101,10 @@ struct LensLayout {
                                      const std::string& advice);
 [[nodiscard]] std::vector<std::string> layoutNames(std::span<const LensLayout> layouts);
 
-/// The first layout for a camera of this model; @pre there is one.
+/// COLMAP's, in the order of the numbers of its models.
+[[nodiscard]] std::span<const LensLayout> colmapLenses();
+
+/// The layout with the most parameters for a camera of this model, the first of them; @pre there is one.
 [[nodiscard]] const LensLayout& layoutOf(std::span<const LensLayout> layouts, std::string_view model);
 
 /// From the program's order to Alidade's; `listed` has a number for each name.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
@@ -115,7 +116,7 @@ std::vector<pugi::xml_node> elementsOf(const pugi::xml_node& parent) {
 
 // Of OpenCV's FileStorage: values separated by blanks are a list, and attributes say nothing.
 void writeElement(const pugi::xml_node& element, bool is_opencv, TreeWriter& out) {
-  std::vector<pugi::xml_node> rest = elementsOf(element);
+  const std::vector<pugi::xml_node> rest = elementsOf(element);
   if (is_opencv && rest.empty()) return out.values(valuesOf(element.text().get()));
   if (rest.empty() && !element.first_attribute()) return out.raw(numbersOrText(element.text().get()));
   const auto writeList = [&](auto begin, auto end) {
@@ -136,17 +137,20 @@ void writeElement(const pugi::xml_node& element, bool is_opencv, TreeWriter& out
     out.raw(numbersOrText(attribute.value()));
     out.raw(", ");
   }
-  while (!rest.empty()) {
-    const std::string name = rest.front().name();
-    const auto end = is_opencv ? rest.begin() + 1  // a second one is reported as a duplicate key
-                               : std::stable_partition(
-                                     rest.begin(), rest.end(),
-                                     [&name](const pugi::xml_node& other) { return name == other.name(); });
-    out.goToOffset(rest.front().offset_debug());
-    out.key(name);
-    end - rest.begin() > 1 ? writeList(rest.begin(), end) : writeElement(rest.front(), is_opencv, out);
+  // By name, in the order of the first of each.
+  std::vector<std::vector<pugi::xml_node>> groups;
+  std::map<std::string_view, std::size_t> group_of;
+  for (const pugi::xml_node& child : rest) {
+    const std::size_t group = group_of.try_emplace(child.name(), groups.size()).first->second;
+    // OpenCV has no such lists: a second one is reported as a duplicate key.
+    if (is_opencv || group == groups.size()) groups.emplace_back();
+    groups[is_opencv ? groups.size() - 1 : group].push_back(child);
+  }
+  for (const std::vector<pugi::xml_node>& group : groups) {
+    out.goToOffset(group.front().offset_debug());
+    out.key(group.front().name());
+    group.size() > 1 ? writeList(group.begin(), group.end()) : writeElement(group.front(), is_opencv, out);
     out.raw(", ");
-    rest.erase(rest.begin(), end);
   }
   out.close('}');
 }
@@ -344,12 +348,16 @@ std::optional<std::string> otherNotationAsYaml(const std::string& text, const st
 }
 
 std::string numberLinesAsLists(const std::string& text) {
+  static const std::vector<std::string> kStems = words(
+      "S_ K_ D_ R_ T_ P_ P S_rect_ R_rect_ P_rect_ R_rect R0_rect Tr Tr_velo_to_cam Tr_imu_to_velo "
+      "Tr_velo_cam Tr_cam_to_road");
   std::string lists;
   for (const std::string_view line : split(text, '\n')) {
-    const std::size_t colon = line.find(": ");
-    const bool is_entry = colon != std::string_view::npos && colon > 0 && line.front() != ' ';
-    const std::string value = is_entry ? numbersOrText(line.substr(colon + 1)) : "";
-    lists += value.starts_with('[') ? std::string(line.substr(0, colon + 2)) + value : std::string(line);
+    const std::string_view key = line.substr(0, line.find(": "));
+    const std::string_view stem = key.substr(0, key.find_last_not_of("0123456789") + 1);
+    const bool is_entry = key.size() < line.size() && std::ranges::find(kStems, stem) != kStems.end();
+    const std::string value = is_entry ? numbersOrText(line.substr(key.size() + 1)) : "";
+    lists += value.starts_with('[') ? std::string(key) + ": " + value : std::string(line);
     lists += '\n';
   }
   lists.pop_back();

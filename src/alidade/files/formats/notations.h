@@ -18,7 +18,7 @@ constexpr int kMaxDepth = 100;
 [[nodiscard]] std::optional<std::string> otherNotationAsYaml(const std::string& text,
                                                              const std::string& file);
 
-/// Rewrites lines of numbers ("P0: 718.9 0.0 607.2", as in KITTI) as lists.
+/// Rewrites KITTI's lines of numbers ("P0: 718.9 0.0 607.2") as lists.
 [[nodiscard]] std::string numberLinesAsLists(const std::string& text);
 
 /// DSO's camera.txt, which has neither keys nor structure: the map of dso_model, numbers and size, or nothing
