@@ -243,6 +243,11 @@ CameraSource parsedAsStated(const std::string& content, const std::string& name,
       takeSize(camera, options.image_size, name);
       refuseOtherModel(camera, options.model, name);
     }
+    if (options.applies_roi && !format->holds_part && !source.cameras.empty()) {
+      source.cameras.front().remarks.push_back(
+          {"assumed", name + ": --apply-roi changes nothing, because files of the format " +
+                          std::string(format->title) + " do not state a part of the image"});
+    }
     refuseSameNames(source);
     return source;
   }

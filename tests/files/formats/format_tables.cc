@@ -108,12 +108,13 @@ std::string formatRow(const CameraFormat& format) {
          : held->as != held->model ? " as `" + std::string(held->as) + "`"
                                    : ""));
   }
-  const bool is_any = format.max_cameras >= CameraFormat::kAnyNumber;
   return "| `" + std::string(format.id) + "` | " +
-         (num_plain == modelIds().size() ? "all" : join(texts, ", ")) + " | " +
-         (is_any ? "any number" : std::to_string(format.max_cameras)) + " | " +
-         (format.holdsPoses() ? "yes" : "-") + " | " + (format.write == nullptr ? "read" : "read, written") +
-         " |\n";
+         (num_plain == modelIds().size() ? "all" : join(texts, ", ")) + " | " + format.camerasText() + " | " +
+         (format.holdsPoses()       ? "yes"
+          : !format.reads_poses     ? "-"
+          : format.write == nullptr ? "yes"
+                                    : "read") +
+         " | " + (format.write == nullptr ? "read" : "read, written") + " |\n";
 }
 
 std::string formatTable() {

@@ -58,9 +58,12 @@ class FormatsCommand final : public Command {
     }
     const bool is_any = format.max_cameras >= CameraFormat::kAnyNumber;
     document["max_cameras"] = is_any ? json(nullptr) : json(format.max_cameras);
-    document["poses"] = format.holdsPoses();
-    return fmt::format("{}{}: {}", is_any ? "any number" : std::to_string(format.max_cameras),
-                       format.holdsPoses() ? " with poses" : "", join(names, ", "));
+    const bool is_any_read = std::max(format.max_cameras, format.max_read) >= CameraFormat::kAnyNumber;
+    document["max_cameras_read"] =
+        is_any_read ? json(nullptr) : json(std::max(format.max_cameras, format.max_read));
+    const bool has_poses = format.holdsPoses() || format.reads_poses;
+    document["poses"] = has_poses;
+    return fmt::format("{}{}: {}", format.camerasText(), has_poses ? " with poses" : "", join(names, ", "));
   }
 
   static std::string zeroText(const HeldModel& held) {

@@ -36,6 +36,7 @@ CameraFormat formatOf(const detail::SmallFormat& row) {
       if (std::ranges::find(format.models, model) == format.models.end()) format.models.push_back(model);
   }
   format.max_cameras = row.cameras == "." ? 1 : CameraFormat::kAnyNumber;
+  format.reads_poses = !row.pose.empty();
   format.holds_size = !row.size.empty() || row.is_size_named;
   format.recognises = [&row](const detail::CameraDocument& document) {
     return recognisesSmall(row, document);
@@ -47,6 +48,13 @@ CameraFormat formatOf(const detail::SmallFormat& row) {
 }
 
 }  // namespace
+
+std::string CameraFormat::camerasText() const {
+  const auto text = [](std::size_t count) {
+    return count >= kAnyNumber ? "any number" : std::to_string(count);
+  };
+  return text(max_cameras) + (max_read > max_cameras ? ", reads " + text(max_read) : "");
+}
 
 std::span<const CameraFormat* const> cameraFormats() {
   using namespace detail::formats;
@@ -217,12 +225,12 @@ std::vector<std::string_view> unrepresentableParameters(const CameraFormat& form
 namespace {
 
 void requireRoom(const CameraFormat& format, std::span<const NamedCamera> cameras) {
-  expect(!cameras.empty(), "a camera file has a camera");
   if (format.write == nullptr) {
     throw usageError({.where = "camera format",
                       .found = "'" + std::string(format.id) + "', which is only read",
                       .expected = "one of " + join(mapped(aliasedFormats(true), &AliasedName::name), ", ")});
   }
+  expect(!cameras.empty(), "a camera file has a camera");
   if (cameras.size() <= format.max_cameras) return;
   throw detail::errorAt(cameras.front().where, std::to_string(cameras.size()) + " cameras",
                         "at most " + std::to_string(format.max_cameras) + " in a file of the format " +
@@ -253,11 +261,6 @@ bool standEqually(const CameraFormat& format, std::span<const NamedCamera> camer
 
 std::string formatText(const CameraFormat& format, std::span<const NamedCamera> cameras,
                        const std::string& path) {
-  if (!format.write) {
-    throw usageError({.where = "camera format",
-                      .found = "'" + std::string(format.id) + "', which is only read",
-                      .expected = "one of " + join(mapped(aliasedFormats(), &AliasedName::name), ", ")});
-  }
   requireRoom(format, cameras);
   std::vector<NamedCamera> held(cameras.begin(), cameras.end());
   for (NamedCamera& named : held) named.camera = heldCamera(format, named);

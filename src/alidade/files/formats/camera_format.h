@@ -32,13 +32,16 @@ struct CameraFormat {
   std::vector<std::string_view> models;
   /// Parameters, each with its model, that the format lacks: they must be zero.
   std::vector<std::pair<std::string_view, std::string_view>> absent = {};
-  std::size_t max_cameras = 1;  ///< in a file
+  std::size_t max_cameras = 1;  ///< in a file that is written
   /// Poses that a file can state: none, the pose of each camera from the first, or camera_from_rig. read()
   /// may find more poses than are written.
   enum class Poses { kNone, kFromFirst, kFromRig };
   Poses poses = Poses::kNone;
   /// A file states how its camera is rectified. Two files state the poses of a pair.
   bool holds_rectification = false;
+  std::size_t max_read = 1;       ///< cameras in a file that is read, if these are more
+  bool reads_poses = false;       ///< files that are read may state poses, though none are written
+  bool holds_part = false;        ///< a file may state that images are a part of the whole one
   bool holds_size = true;         ///< the image size
   bool holds_pupil = false;       ///< an EntrancePupil that moves
   bool holds_correction = false;  ///< a CorrectionField
@@ -57,6 +60,8 @@ struct CameraFormat {
 
   /// True if files state poses: one file, or those of a pair together.
   [[nodiscard]] bool holdsPoses() const { return poses != Poses::kNone || holds_rectification; }
+  /// "1, reads 2", or "any number".
+  [[nodiscard]] std::string camerasText() const;
 };
 
 /// THE list of formats; the first one is this program's own. No file is recognised by two of them.

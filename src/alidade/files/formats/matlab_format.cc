@@ -210,6 +210,7 @@ const CameraFormat& matlab() {
       .id = "matlab",
       .title = "MATLAB camera parameters (JSON)",
       .models = {"radtan", "ocam"},
+      .max_read = 2,
       .marks = {"FocalLength", "PrincipalPoint", "RadialDistortion", "IntrinsicMatrix"},
       .recognises = recognises,
       .read = read,

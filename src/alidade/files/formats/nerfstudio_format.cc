@@ -323,6 +323,7 @@ const CameraFormat& nerfstudio() {
                                        .title = "nerfstudio transforms.json",
                                        .aliases = "nerf transforms_json instant-ngp",
                                        .models = {"pinhole", "radtan", "kannala_brandt"},
+                                       .max_read = CameraFormat::kAnyNumber,
                                        .marks = {"fl_x", "camera_angle_x"},
                                        .recognises = recognises,
                                        .read = read,

@@ -335,6 +335,8 @@ const CameraFormat& orbslam() {
                                        .title = "ORB-SLAM3 settings (YAML)",
                                        .aliases = "orb-slam2 orb-slam3",
                                        .models = {"pinhole", "radtan", "kannala_brandt"},
+                                       .max_read = 2,
+                                       .reads_poses = true,
                                        .marks = {"Camera.fx", "Camera1.fx", "Camera.type"},
                                        .recognises = recognises,
                                        .read = read,

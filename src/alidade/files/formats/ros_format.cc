@@ -350,6 +350,8 @@ const CameraFormat& ros() {
       .aliases = "ros2 camera_info ros_yaml",
       .models = {"pinhole", "radtan", "rational", "kannala_brandt"},
       .holds_rectification = true,
+      .max_read = CameraFormat::kAnyNumber,
+      .holds_part = true,
       .marks = {"camera_matrix", "distortion_model", "distortion_coefficients", "projection_matrix"},
       .recognises = recognises,
       .read = read,
