@@ -57,8 +57,6 @@ std::vector<FormatExample> ofRobotics() {
                kColor,
                {0.48 * 4096, 0.64 * 3072, 0.51 * 4096 - 0.5, 0.52 * 3072 - 0.5, 0.4, -2.6, 0.0009, -0.00004,
                 1.5, 0.28, -2.4, 1.43}}}),
-      ofFile("camera_infos", ".yaml",
-             {{"left", "radtan", kVga, kRadtan}, {"right", "kannala_brandt", kVga, kFisheye}}),
       ofFile("realsense", ".json",
              {{"color", "radtan", kVga, kRadtan},
               {"depth", "inverse_brown", kVga, {380, 380, 321, 241, 0, 0, 0, 0, 0}}}),

@@ -4,12 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/text/atomic_file.h"
+#include "files/formats/examples.h"
 #include "files/formats/reading.h"
 #include "support/source_tree.h"
 
@@ -145,8 +147,8 @@ std::vector<PixelCase> pixelCases() {
          const Vec2 d = brown(m, {0.4, -2.6, 0.0009, -0.00004, 1.5, 0.28, -2.4, 1.43});
          return Vec2(4096 * (0.48 * d.x() + 0.51) - 0.5, 3072 * (0.64 * d.y() + 0.52) - 0.5);
        }},
-      {"camera_infos.yaml", "left", plain},
-      {"camera_infos.yaml", "right", round},
+      {"messages of two cameras", "left", plain},
+      {"messages of two cameras", "right", round},
       {"realsense.json", "color", plain},
       {"realsense.json", "depth", [](const Vec2& m) { return pixel(m, 380, 380, 321, 241); }},
       {"dso.txt", "",
@@ -211,7 +213,9 @@ std::vector<PixelCase> pixelCases() {
 TEST(SmallFormats, ProjectAsTheirProgramsDo) {
   int num_points = 0;
   for (const PixelCase& c : pixelCases()) {
-    const CameraSource source = loadCameras(pathOf(c.file));
+    const auto example = std::ranges::find(formatExamples(), c.file, &FormatExample::name);
+    const CameraSource source =
+        example == formatExamples().end() ? loadCameras(pathOf(c.file)) : parseCameras(example->text, "file");
     const AnyCamera& camera = cameraOf(source, c.camera).camera;
     for (int i = -3; i <= 3; ++i) {
       for (int j = -3; j <= 3; ++j) {

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "alidade/core/mapped.h"
-#include "alidade/files/formats/lens_numbers.h"
 #include "alidade/files/text/file_text.h"
 #include "alidade/geometry/rotation_conversions.h"
 
@@ -50,6 +49,20 @@ SE3 readMotion(const YamlNode& node, std::vector<Remark>& remarks) {
   return {nearestRotation(matrix.topLeftCorner<3, 3>(), node, remarks), matrix.topRightCorner<3, 1>()};
 }
 
+Eigen::Vector3d translationOf(std::span<const StatedNumber> P) {
+  const double z = P[11].value;
+  return {(P[3].value - P[2].value * z) / P[0].value, (P[7].value - P[6].value * z) / P[5].value, z};
+}
+
+void remarkLongBaseline(const std::string& where, double length, std::vector<Remark>& remarks) {
+  constexpr double kLongBaseline = 5;  // m
+  if (!(length > kLongBaseline)) return;
+  remarks.push_back(
+      {"assumed", where + fmt::format(": taken as metres, a baseline of {:.4g} m; many programs write it in "
+                                      "the unit of the board's squares",
+                                      length)});
+}
+
 Eigen::Vector3d readVector(const YamlNode& node) {
   const std::vector<StatedNumber> numbers = statedNumbers(node, 3);
   return {numbers[0].value, numbers[1].value, numbers[2].value};
@@ -74,14 +87,7 @@ SE3 readPair(const YamlNode& root, std::vector<Remark>& remarks) {
   const bool is_vector = statedNumbers(rotation).size() == 3;
   const SE3 second_from_first{is_vector ? SO3::exp(readVector(rotation)) : readRotation(rotation, remarks),
                               readVector(translation)};
-  constexpr double kLongBaseline = 5;  // m
-  const double length = second_from_first.translation.norm();
-  if (length > kLongBaseline) {
-    remarks.push_back({"assumed", translation.where() +
-                                      fmt::format(": taken as metres, a baseline of {:.4g} m; OpenCV writes "
-                                                  "it in the unit of the board's squares",
-                                                  length)});
-  }
+  remarkLongBaseline(translation.where(), second_from_first.translation.norm(), remarks);
   return second_from_first;
 }
 
@@ -111,9 +117,7 @@ std::optional<SE3> readRectification(const YamlNode& root, const std::string& ro
                            : fmt::format("; {} of the other camera states the baseline", projection_key))});
     return std::nullopt;
   }
-  const double z = P[11].value;
-  const Eigen::Vector3d rectified_from_rig((P[3].value - P[2].value * z) / P[0].value,
-                                           (P[7].value - P[6].value * z) / P[5].value, z);
+  const Eigen::Vector3d rectified_from_rig = translationOf(P);
   const SO3 camera_from_rectified = readRotation(root.at(rotation_key), remarks).inverse();
   return SE3(camera_from_rectified, camera_from_rectified * rectified_from_rig);
 }

@@ -10,6 +10,7 @@
 
 #include "alidade/core/error.h"
 #include "alidade/files/formats/camera_document.h"
+#include "alidade/files/formats/lens_numbers.h"
 #include "alidade/files/formats/stated_camera.h"
 #include "alidade/files/text/yaml_node.h"
 #include "alidade/geometry/se3.h"
@@ -24,6 +25,12 @@ namespace alidade::detail {
 
 /// [R t; 0 0 0 1], 4x4 in the same notations.
 [[nodiscard]] SE3 readMotion(const YamlNode& node, std::vector<Remark>& remarks);
+
+/// t of a projection K [I t], 3x4 row by row.
+[[nodiscard]] Eigen::Vector3d translationOf(std::span<const StatedNumber> P);
+
+/// Adds a remark if cameras this far apart (m) are unusual: the unit may be another one.
+void remarkLongBaseline(const std::string& where, double length, std::vector<Remark>& remarks);
 
 /// Reads three numbers.
 [[nodiscard]] Eigen::Vector3d readVector(const YamlNode& node);

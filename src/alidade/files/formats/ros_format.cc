@@ -2,8 +2,9 @@
 // ROS camera_info as YAML: the file of the package camera_calibration_parsers, and the message itself (D, K,
 // R, P) as `rostopic echo` and `ros2 topic echo` print it. The models are those of sensor_msgs/CameraInfo:
 // plumb_bob (5), rational_polynomial (8), equidistant (4, also called fisheye). Pixel (0, 0) is a pixel's
-// centre. RealSense's driver uses its own names (realsense-ros, and librealsense's rs2_distortion_to_string):
-// None, and Inverse Brown Conrady, whose coefficients map image directions to those of the lens.
+// centre. A file may hold the messages of several cameras in a list or a map. RealSense's driver uses its own
+// names (realsense-ros, and librealsense's rs2_distortion_to_string): None, and Inverse Brown Conrady, whose
+// coefficients map image directions to those of the lens.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,6 +20,7 @@
 #include "alidade/files/formats/camera_format.h"
 #include "alidade/files/formats/lens_numbers.h"
 #include "alidade/files/formats/pose_numbers.h"
+#include "alidade/files/formats/small_format.h"
 
 namespace alidade::detail::formats {
 namespace ros_format {
@@ -49,22 +51,41 @@ constexpr std::array<LensLayout, 5> kDistortions = {
      {"fisheye", "kannala_brandt", "k1 k2 k3 k4"},
      {"Inverse Brown Conrady", "inverse_brown", "k1 k2 p1 p2 k3"}}};
 
-const Names* namesOf(const CameraDocument& document) {
+const Names* namesOf(const YamlNode& message) {
   for (const Names& names : kNames) {
-    if (document.has(names.matrix)) return &names;
+    if (message.has(names.matrix)) return &names;
   }
   return nullptr;
 }
 
+bool isMessage(const YamlNode& node) {
+  const Names* const names = namesOf(node);
+  // Old calibrators did not name the model.
+  return names != nullptr &&
+         (node.has("distortion_model") || (node.has(names->rectification) && node.has(names->projection)));
+}
+
+// The message that the file is, or those that it holds in a list or a map, or one level below.
+std::vector<SmallPlace> messagesOf(const YamlNode& root) {
+  if (isMessage(root)) return {{"", root}};
+  std::vector<SmallPlace> all =
+      placesOf({.id = "ros", .title = "", .marks = "", .cameras = "* *.*", .lenses = {}}, root);
+  std::erase_if(all, [&root](const SmallPlace& place) {
+    return root.has("intrinsics") || !place.map.has("distortion_model") || !isMessage(place.map);
+  });
+  return all;
+}
+
 bool recognises(const CameraDocument& document) {
   const std::string& text = document.text();
-  const Names* const names = namesOf(document);
-  // Old calibrators did not name the model.
-  const bool is_named =
-      names != nullptr && (document.has("distortion_model") ||
-                           (document.has(names->rectification) && document.has(names->projection)));
-  return is_named && text.find("opencv-matrix") == std::string::npos &&
-         text.find("opencv_storage") == std::string::npos;
+  if (!document.isTree() || text.find("opencv-matrix") != std::string::npos ||
+      text.find("opencv_storage") != std::string::npos)
+    return false;
+  try {
+    return !messagesOf(document.root()).empty();
+  } catch (const Error&) {
+    return false;  // too many, or a key that is no text
+  }
 }
 
 // Refuses a file of one kind with a key of another, because either may be meant.
@@ -281,9 +302,8 @@ std::string_view readDistortion(const YamlNode& root, const YamlNode& place,
                            "calibrate the camera again with alidade calibrate or ROS camera_calibration"));
 }
 
-CameraSource read(const CameraDocument& document, const ReadOptions& options) {
-  const YamlNode& root = document.root();
-  const Names* const stated = namesOf(document);
+StatedCamera readMessage(const YamlNode& root, const ReadOptions& options) {
+  const Names* const stated = namesOf(root);
   const Names& names = stated == nullptr ? kNames.front() : *stated;
   refuseMixedNames(root, names);
   const YamlNode matrix = root.at(names.matrix);
@@ -300,16 +320,36 @@ CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   const std::string_view model = takeSkew(matrix, distortion, skew, parameters);
   const ImageSize size = sizeOf(root, names, options, remarks);
   StatedCamera camera = stateCamera(place.where(), model, parameters, size, remarks);
-  if (const auto name = root.find("camera_name"); name && !name->isNull()) camera.name = name->text();
   remarkUnknownKeys(root, kKnown, camera);
   remarkProjection(root, names.projection, pinhole, camera);
   takeImagePart(root, options, camera);
-  CameraSource all{.cameras = {camera}};
-  statePoses(all, [&](std::vector<Remark>& told) {
-    const auto pose = readRectification(root, names.rectification, names.projection, told);
-    return pose ? std::vector<SE3>{*pose} : std::vector<SE3>();
-  });
-  if (!all.cameras[0].camera_from_rig) remarkNotCarried(root, {names.rectification}, all.cameras[0]);
+  return camera;
+}
+
+CameraSource read(const CameraDocument& document, const ReadOptions& options) {
+  std::vector<SmallPlace> messages = messagesOf(document.root());
+  if (messages.empty()) messages.push_back({"", document.root()});  // readMessage() says what it lacks
+  CameraSource all;
+  for (const SmallPlace& message : messages) {
+    const auto name = message.map.find("camera_name");
+    all.add(name && !name->isNull() ? name->text() : message.name,
+            [&] { return readMessage(message.map, options); });
+  }
+  for (StatedCamera& camera : all.cameras) {
+    const YamlNode& message = messages[camera.number].map;
+    const Names& names = *namesOf(message);
+    std::vector<std::string> left = {names.rectification};
+    // Several cameras may be those of several pairs, each with a rectified frame of its own.
+    if (messages.size() > 1) {
+      left.push_back(names.projection);
+    } else {
+      statePoses(all, [&](std::vector<Remark>& told) {
+        const auto pose = readRectification(message, names.rectification, names.projection, told);
+        return pose ? std::vector<SE3>{*pose} : std::vector<SE3>();
+      });
+    }
+    if (!camera.camera_from_rig) remarkNotCarried(message, left, camera);
+  }
   return all;
 }
 

@@ -19,12 +19,6 @@ namespace small_format {
 
 constexpr std::size_t kMaxPlaces = 1000;
 
-// A camera of a file: its name, and the map where its paths start.
-struct Place {
-  std::string name;
-  YamlNode map;
-};
-
 // The text that the pattern's '*' or '#' stands for ("" if it has none), or nothing if the key does not
 // match.
 std::optional<std::string> matchOf(std::string_view key, std::string_view pattern) {
@@ -39,37 +33,17 @@ std::optional<std::string> matchOf(std::string_view key, std::string_view patter
   return is_allowed ? std::optional<std::string>(match) : std::nullopt;
 }
 
-std::string named(std::string_view part, const std::string& name) {
+std::string named(std::string_view part, const SmallPlace& place) {
   std::string key(part);
-  if (const std::size_t at = key.find('*'); at != std::string::npos) key.replace(at, 1, name);
+  for (const auto& [sign, name] : {std::pair('~', place.first), std::pair('*', place.name)})
+    if (const std::size_t at = key.find(sign); at != std::string::npos) key.replace(at, 1, name);
   return key;
-}
-
-// The value of a key of which '~' at the end stands for any text.
-std::optional<YamlNode> findKey(const YamlNode& map, std::string key) {
-  if (!key.ends_with('~') || !map.isMap()) return map.find(key);
-  key.pop_back();
-  for (const std::string& other : map.keys())
-    if (other.starts_with(key)) return map.at(other);
-  return std::nullopt;
-}
-
-std::optional<YamlNode> findPath(const Place& place, const YamlNode& root, std::string_view path) {
-  for (std::string_view alternative : split(path, '|')) {
-    const bool is_at_root = alternative.starts_with('/');
-    std::optional<YamlNode> node = is_at_root ? root : place.map;
-    for (const std::string_view part : split(is_at_root ? alternative.substr(1) : alternative, '.')) {
-      if (node) node = findKey(*node, named(part, place.name));
-    }
-    if (node && !node->isNull()) return node;
-  }
-  return std::nullopt;
 }
 
 // A path without its prefix and '?'.
 struct Path {
   std::string_view keys;
-  std::string_view kind;  // "K=", "P=" or empty
+  std::string_view kind;  // "L=", "K=", "P=" or empty
 
   explicit Path(std::string_view text) : keys(text) {
     if (keys.ends_with('?')) keys.remove_suffix(1);
@@ -80,45 +54,22 @@ struct Path {
   }
 };
 
-// The value at a path, which only may be missing if it ends in '?'.
-std::optional<YamlNode> valueAt(const Place& place, const YamlNode& root, std::string_view path) {
-  const std::string_view keys = Path(path).keys;
-  auto node = findPath(place, root, keys);
-  if (node || path.ends_with('?')) return node;
-  const std::string key = "'" + named(keys.substr(0, keys.find('|')), place.name) + "'";
-  throw place.map.error("no key " + key, key + " in addition to " + join(place.map.keys(), ", "), "add it");
+std::vector<std::string> alternativesOf(std::string_view paths) {
+  std::vector<std::string> all;
+  for (const std::string& path : words(paths))
+    for (const std::string_view alternative : split(Path(path).keys, '|')) all.emplace_back(alternative);
+  return all;
 }
 
-bool isMarked(const SmallFormat& format, const Place& place, const YamlNode& root) {
-  return std::ranges::all_of(words(format.marks), [&](const std::string& mark) {
-    const bool is_absent = mark.starts_with('!');
-    return findPath(place, root, std::string_view(mark).substr(is_absent ? 1 : 0)).has_value() != is_absent;
-  });
-}
-
-// All places that the patterns match.
-std::vector<Place> placesOf(const SmallFormat& format, const YamlNode& root) {
-  std::vector<Place> all;
-  for (const std::string& pattern : words(format.cameras)) {
-    std::vector<Place> places = {{"", root}};
-    const std::string_view keys = pattern == "." ? std::string_view() : std::string_view(pattern);
-    for (const std::string_view part : split(keys, '.')) {
-      std::vector<Place> next;
-      for (const Place& place : places) {
-        if (place.map.isSequence() && (part == "*" || part == "0")) {
-          for (const YamlNode& item : place.map.items())
-            if (part == "*" || next.empty()) next.push_back({"", item});
-        } else if (place.map.isMap()) {
-          for (const std::string& key : place.map.keys())
-            if (const auto match = matchOf(key, part))
-              next.push_back({format.is_flat ? *match : key, place.map.at(key)});
-        }
-      }
-      if (next.size() + all.size() > kMaxPlaces)
-        throw root.error("more than " + std::to_string(kMaxPlaces) + " places for cameras", "fewer");
-      if (!part.empty()) places = std::move(next);
-    }
-    for (const Place& place : places) all.push_back({place.name, format.is_flat ? root : place.map});
+// The values of all alternatives that are there.
+std::vector<YamlNode> findAll(const SmallPlace& place, const YamlNode& root, std::string_view path) {
+  std::vector<YamlNode> all;
+  for (const std::string& alternative : alternativesOf(path)) {
+    const bool is_at_root = alternative.starts_with('/');
+    std::optional<YamlNode> node = is_at_root ? root : place.map;
+    for (const std::string_view part : split(std::string_view(alternative).substr(is_at_root ? 1 : 0), '.'))
+      if (node) node = node->find(named(part, place));
+    if (node && !node->isNull()) all.push_back(*node);
   }
   return all;
 }
@@ -132,13 +83,12 @@ std::vector<StatedNumber> pinholeOf(const YamlNode& projection) {
 }
 
 std::vector<StatedNumber> numbersAt(const YamlNode& node, std::string_view kind) {
+  if (kind.empty()) return {statedNumber(node)};
   if (kind == "K=") return readCameraMatrix(node);
   if (kind == "P=") return pinholeOf(node);
   if (!node.isScalar()) return statedNumbers(node);
-  const std::vector<std::string> texts = words(node.text());
-  if (texts.size() < 2) return {statedNumber(node)};
   std::vector<StatedNumber> numbers;
-  for (const std::string& text : texts) {
+  for (const std::string& text : words(node.text())) {
     const auto number = parseDouble(text);
     if (!number || !std::isfinite(*number)) throw node.error("'" + text + "'", "finite numbers");
     numbers.push_back({*number});
@@ -146,16 +96,93 @@ std::vector<StatedNumber> numbersAt(const YamlNode& node, std::string_view kind)
   return numbers;
 }
 
+bool areSame(const YamlNode& a, const YamlNode& b) {
+  if (a.isScalar() && b.isScalar() && a.text() == b.text()) return true;
+  try {
+    return isSameStated(numbersAt(a, "L="), numbersAt(b, "L="));
+  } catch (const Error&) {
+    return false;  // a text
+  }
+}
+
+[[noreturn]] void refuseOther(const YamlNode& first, const YamlNode& other) {
+  throw other.error("a value that differs from " + first.where(), "only one of them, or equal values",
+                    "remove the wrong one");
+}
+
+// The value at a path, whose alternatives must agree.
+std::optional<YamlNode> findPath(const SmallPlace& place, const YamlNode& root, std::string_view path) {
+  const std::vector<YamlNode> all = findAll(place, root, path);
+  if (all.empty()) return std::nullopt;
+  for (const YamlNode& other : std::span(all).subspan(1))
+    if (!areSame(all.front(), other)) refuseOther(all.front(), other);
+  return all.front();
+}
+
+// The same; it only may be missing if the path ends in '?'.
+std::optional<YamlNode> valueAt(const SmallPlace& place, const YamlNode& root, std::string_view path) {
+  auto node = findPath(place, root, path);
+  if (node || path.ends_with('?')) return node;
+  const std::string key = "'" + named(alternativesOf(path).front(), place) + "'";
+  throw place.map.error("no key " + key, key + " in addition to " + join(place.map.keys(), ", "), "add it");
+}
+
+bool isMarked(const SmallFormat& format, const SmallPlace& place, const YamlNode& root) {
+  return std::ranges::all_of(words(format.marks), [&](const std::string& mark) {
+    const bool is_absent = mark.starts_with('!');
+    return findAll(place, root, std::string_view(mark).substr(is_absent ? 1 : 0)).empty() == is_absent;
+  });
+}
+
+// Programs write zeros or nothing for a camera that is not calibrated.
+bool isCalibrated(const SmallFormat& format, const SmallPlace& place, const YamlNode& root) {
+  return std::ranges::none_of(words(format.lenses.front().paths), [&](const std::string& path) {
+    if (Path(path).kind != "K=") return false;
+    const auto matrix = findPath(place, root, path);
+    return matrix && (matrix->isMap() || matrix->isSequence()) && areZero(statedNumbers(*matrix));
+  });
+}
+
+// Adds the places below one that a part of a pattern matches.
+void addPlaces(const SmallFormat& format, const SmallPlace& place, std::string_view part,
+               std::vector<SmallPlace>& next) {
+  const auto add = [&](const std::string& name, const YamlNode& map) {
+    if (next.size() == kMaxPlaces)
+      throw map.error("more than " + std::to_string(kMaxPlaces) + " places for cameras", "fewer");
+    next.push_back({name, map});
+  };
+  if (place.map.isSequence() && (part == "*" || part == "0")) {
+    const std::vector<YamlNode> items = place.map.items(part == "0" ? 1 : kMaxPlaces + 1);
+    const bool is_named = part == "*" && !items.empty() && items.front().isScalar();
+    for (const YamlNode& item : items) add(is_named ? items.front().text() : "", item);
+  } else if (part.ends_with('+')) {
+    part.remove_suffix(1);
+    const auto value = place.map.find(std::string(part));
+    if (!value) return;
+    std::vector<YamlNode> items = {*value};
+    if (value->isSequence()) items = value->items(kMaxPlaces + 1);
+    const auto isOther = [preferred = words(format.preferred)](const YamlNode& item) {
+      const auto text = preferred.empty() ? std::nullopt : item.find(preferred[0]);
+      return !text || !text->isScalar() || text->text() != preferred[1];
+    };
+    if (!std::ranges::all_of(items, isOther)) std::erase_if(items, isOther);
+    for (const YamlNode& item : items) add(std::string(part), item);
+  } else if (place.map.isMap()) {
+    for (const std::string& key : place.map.keys())
+      if (const auto match = matchOf(key, part)) add(format.is_flat ? *match : key, place.map.at(key));
+  }
+}
+
 // The lens that the file names.
-const SmallLens& lensOf(const SmallFormat& format, const Place& place, const YamlNode& root) {
+const SmallLens& lensOf(const SmallFormat& format, const SmallPlace& place, const YamlNode& root) {
   if (format.model.empty()) return format.lenses.front();
   std::string name;
   std::optional<YamlNode> stated;
   for (const std::string& path : words(format.model)) {
     const auto node = findPath(place, root, path);
-    if (!name.empty() || stated) name += "+";
-    if (node) name += node->text();
-    if (node) stated = node;
+    if (!node) continue;
+    name += (stated ? "+" : "") + node->text();
+    stated = node;
   }
   std::vector<std::string> all;
   for (const SmallLens& lens : format.lenses) {
@@ -170,7 +197,7 @@ const SmallLens& lensOf(const SmallFormat& format, const Place& place, const Yam
                     didYouMean(name, all, "use one of these lenses in the program that wrote it")));
 }
 
-std::optional<ImageSize> sizeOf(const SmallFormat& format, const Place& place, const YamlNode& root) {
+std::optional<ImageSize> sizeOf(const SmallFormat& format, const SmallPlace& place, const YamlNode& root) {
   std::vector<YamlNode> sides;
   for (const std::string& path : words(format.size)) {
     const auto node = valueAt(place, root, path);
@@ -184,9 +211,13 @@ std::optional<ImageSize> sizeOf(const SmallFormat& format, const Place& place, c
 // Converts the focal lengths and the principal point to pixels.
 void takeUnit(const SmallFormat& format, const YamlNode& place, const std::optional<ImageSize>& size,
               std::span<StatedNumber> p) {
+  const bool is_open = format.unit == SmallUnit::kSidesIfBelow1;
   const bool is_below_1 = p[2].value < 1 && p[3].value < 1;
-  if (format.unit == SmallUnit::kPixels || (format.unit == SmallUnit::kSidesIfBelow1 && !is_below_1))
-    return takeOrigin(p, format.origin);
+  if (format.unit == SmallUnit::kPixels || (is_open && !is_below_1)) return takeOrigin(p, format.origin);
+  if (is_open && (p[2].value <= 0 || p[3].value <= 0)) {
+    throw place.error("the principal point " + exactText(p[2].value) + ", " + exactText(p[3].value),
+                      "one in pixels, or relative to the image size, which is above 0", "correct it");
+  }
   if (!size) {
     throw place.error("numbers relative to the image size, which the file does not state", "the image size",
                       "add --image-size WIDTHxHEIGHT");
@@ -221,25 +252,50 @@ std::vector<StatedNumber> parametersOf(const SmallLens& lens, const std::vector<
   return storageOrder({.name = lens.name, .model = lens.model, .order = lens.order}, listed);
 }
 
-StatedCamera readOne(const SmallFormat& format, const Place& place, const YamlNode& root,
+// Numbers that the lens does not have are not dropped in silence.
+void refuseOtherNumbers(const SmallFormat& format, const SmallLens& lens, const SmallPlace& place,
+                        const YamlNode& root) {
+  std::vector<std::string> own = alternativesOf(lens.paths);
+  std::ranges::copy(words(format.known), std::back_inserter(own));
+  std::vector<std::string> others = words(format.zero);
+  for (const SmallLens& other : format.lenses)
+    std::ranges::copy(alternativesOf(other.paths), std::back_inserter(others));
+  for (const std::string& path : others) {
+    const auto node = std::ranges::find(own, path) == own.end() ? findPath(place, root, path) : std::nullopt;
+    if (!node || saysNothing(*node)) continue;
+    const std::string name(split(lens.name, '|').front());
+    throw UnsupportedCamera(node->error(
+        node->isScalar() ? "'" + node->text() + "'" : "numbers",
+        name.empty() ? "0: such lenses are not supported" : "0, because the lens '" + name + "' has none",
+        name.empty() ? "calibrate again without this term" : "correct the name of the lens, or remove it"));
+  }
+}
+
+StatedCamera readOne(const SmallFormat& format, const SmallPlace& place, const YamlNode& root,
                      const ReadOptions& options) {
   const SmallLens& lens = lensOf(format, place, root);
-  const auto size = sizeOf(format, place, root);
   std::vector<StatedNumber> listed;
   std::optional<YamlNode> last;
+  std::size_t num_missing = 0;
+  std::string_view kind;
   for (const std::string& text : words(lens.paths)) {
+    kind = Path(text).kind;
     const auto node = valueAt(place, root, text);
-    if (node) {
-      append(listed, numbersAt(*node, Path(text).kind));
-      last = node;
-    } else if (!lens.model.starts_with("opencv") && !lens.paths.ends_with(text)) {
-      listed.push_back({});
-    }
+    num_missing += node ? 0 : 1;
+    if (!node) continue;
+    listed.resize(listed.size() + std::exchange(num_missing, 0));
+    append(listed, numbersAt(*node, kind));
+    last = node;
   }
+  refuseOtherNumbers(format, lens, place, root);
+  const auto size = sizeOf(format, place, root);
   const std::vector<std::string> order = words(lens.order);
   std::string model(lens.model);
   std::vector<StatedNumber> parameters;
   if (model.starts_with("opencv")) {
+    constexpr std::size_t kRadtan = 9;  // of which each has its key
+    if (kind.empty() && areZero(std::span(listed).subspan(std::min(listed.size(), kRadtan))))
+      listed.resize(kRadtan);
     if (listed.size() < order.size())
       throw last->error(std::to_string(listed.size()) + " numbers of the lens", join(order, " "));
     const auto end = listed.begin() + static_cast<std::ptrdiff_t>(order.size());
@@ -258,88 +314,108 @@ StatedCamera readOne(const SmallFormat& format, const Place& place, const YamlNo
   return stateCamera(last->where(), model, parameters, size);
 }
 
-SE3 poseAt(const SmallFormat& format, const std::vector<YamlNode>& nodes, std::vector<Remark>& remarks) {
+SO3 rotationAt(const YamlNode& node, std::vector<Remark>& remarks) {
+  const std::vector<StatedNumber> r = statedNumbers(node);
+  if (r.size() == 3) return SO3::exp(readVector(node));
+  if (r.size() != 4) return readRotation(node, remarks);
+  return withPlace(node.where(), [&r] {
+    return SO3::fromQuaternion({r[3].value, r[0].value, r[1].value, r[2].value});
+  });
+}
+
+// The pose, unless the file does not state it.
+std::optional<SE3> poseAt(const SmallFormat& format, const SmallPlace& place, const YamlNode& root,
+                          std::vector<Remark>& remarks) {
+  const std::vector<std::string> paths = words(format.pose);
+  const std::vector<YamlNode> first = findAll(place, root, paths.front());
+  const auto last = findPath(place, root, paths.back());
+  if (first.empty() || !last) return std::nullopt;
   SE3 pose;
   if (format.pose.starts_with("P=")) {
-    const std::vector<StatedNumber> P = statedNumbers(nodes[0], 12);
-    const double z = P[11].value;
-    pose.translation = {(P[3].value - P[2].value * z) / P[0].value,
-                        (P[7].value - P[6].value * z) / P[5].value, z};
-  } else if (nodes.size() == 1) {
-    pose = readMotion(nodes[0], remarks);
+    pose.translation = translationOf(statedNumbers(*last, 12));
+  } else if (paths.size() == 1) {
+    pose = readMotion(*last, remarks);
   } else {
-    const std::vector<StatedNumber> r = statedNumbers(nodes[0]);
-    const auto quaternion = [&] {
-      return withPlace(nodes[0].where(), [&r] {
-        return SO3::fromQuaternion({r[3].value, r[0].value, r[1].value, r[2].value});
-      });
-    };
-    pose = {r.size() == 3   ? SO3::exp(readVector(nodes[0]))
-            : r.size() == 4 ? quaternion()
-                            : readRotation(nodes[0], remarks),
-            readVector(nodes[1])};
+    pose = {rotationAt(first.front(), remarks), readVector(*last)};
+    constexpr double kFewDigits = 1e-3;
+    for (const YamlNode& other : std::span(first).subspan(1)) {
+      const SO3 turn = rotationAt(other, remarks).inverse() * pose.rotation;
+      if (!(turn.log().norm() < kFewDigits)) refuseOther(first.front(), other);
+    }
   }
   return format.is_rig_from_camera ? pose.inverse() : pose;
 }
 
 // The poses, or none if a camera has none.
-std::vector<SE3> posesOf(const SmallFormat& format, const std::vector<Place>& places, const YamlNode& root,
-                         std::vector<Remark>& remarks) {
+std::vector<SE3> posesOf(const SmallFormat& format, const std::vector<SmallPlace>& places,
+                         const YamlNode& root, std::vector<Remark>& remarks) {
   std::vector<SE3> poses;
-  for (const Place& place : places) {
-    std::vector<YamlNode> nodes;
-    for (const std::string& path : words(format.pose)) {
-      const auto node = findPath(place, root, Path(path).keys);
-      if (!node) return {};
-      nodes.push_back(*node);
-    }
-    poses.push_back(poseAt(format, nodes, remarks));
-    constexpr double kLongBaseline = 5;  // m
+  std::string missing;
+  for (const SmallPlace& place : places) {
+    const auto pose = poseAt(format, place, root, remarks);
+    if (!pose) missing = place.map.where() + ": camera '" + place.name + "' has no pose";
+    if (!pose) continue;
+    poses.push_back(*pose);
     const double length = (poses.back() * poses.front().inverse()).translation.norm();
-    if (length > kLongBaseline) {
-      remarks.push_back(
-          {"assumed", nodes.back().where() + ": taken as metres, " + numberText("%.4g", length) +
-                          " m from the first camera; many programs write the unit of their board"});
-    }
+    remarkLongBaseline(place.map.where(), length, remarks);
   }
-  return poses;
+  if (missing.empty() || poses.empty()) return poses;
+  remarks.push_back({"not_carried", missing + ", so the poses of the others are not read"});
+  return {};
 }
 
 // Adds remarks about keys of the map that no path or pattern begins with, and about others that are not read.
-void remarkKeys(const SmallFormat& format, const YamlNode& map, const std::vector<std::string>& paths,
-                StatedCamera& camera) {
-  std::vector<std::string> known = map.keys();
-  std::erase_if(known, [&paths](const std::string& key) {
-    return std::ranges::none_of(paths, [&key](const std::string& path) {
-      return std::ranges::any_of(split(Path(path).keys, '|'), [&key](std::string_view alternative) {
-        if (alternative.starts_with('/')) alternative.remove_prefix(1);
-        return matchOf(key, alternative.substr(0, alternative.find('.'))).has_value();
-      });
-    });
-  });
-  remarkUnknownKeys(map, known, camera);
-  remarkNotCarried(map, words(format.not_carried), camera);
-}
-
 void remarkOthers(const SmallFormat& format, const YamlNode& root, const YamlNode& map,
                   StatedCamera& camera) {
   std::vector<std::string> paths;
+  const auto add = [&paths](std::string_view more) {
+    std::ranges::copy(alternativesOf(more), std::back_inserter(paths));
+  };
   for (const std::string_view more :
-       {format.size, format.model, format.pose, format.name, format.known, format.not_carried})
-    for (std::string& path : words(more)) paths.push_back(std::move(path));
-  for (const SmallLens& lens : format.lenses)
-    for (std::string& path : words(lens.paths)) paths.push_back(std::move(path));
-  remarkKeys(format, map, paths, camera);
+       {format.size, format.model, format.pose, format.name, format.known, format.zero, format.not_carried})
+    add(more);
+  for (const SmallLens& lens : format.lenses) add(lens.paths);
+  const auto remark = [&](const YamlNode& place) {
+    std::vector<std::string> known = place.keys();
+    std::erase_if(known, [&paths](const std::string& key) {
+      return std::ranges::none_of(paths, [&key](std::string_view path) {
+        if (path.starts_with('/')) path.remove_prefix(1);
+        return matchOf(key, path.substr(0, path.find_first_of(".+"))).has_value();
+      });
+    });
+    remarkUnknownKeys(place, known, camera);
+    remarkNotCarried(place, words(format.not_carried), camera);
+  };
+  remark(map);
   if (camera.number != 0 || !root.isMap() || map.node().is(root.node())) return;
-  for (std::string& pattern : words(format.cameras)) paths.push_back(std::move(pattern));
-  remarkKeys(format, root, paths, camera);
+  add(format.cameras);
+  remark(root);
 }
 
 }  // namespace small_format
 
+std::vector<SmallPlace> placesOf(const SmallFormat& format, const YamlNode& root) {
+  std::vector<SmallPlace> all;
+  for (const std::string& pattern : words(format.cameras)) {
+    std::vector<SmallPlace> places = {{"", root}};
+    for (const std::string_view part : split(pattern, '.')) {
+      if (pattern == ".") break;
+      std::vector<SmallPlace> next;
+      for (const SmallPlace& place : places) small_format::addPlaces(format, place, part, next);
+      places = std::move(next);
+    }
+    for (const SmallPlace& place : places) all.push_back({place.name, format.is_flat ? root : place.map});
+  }
+  return all;
+}
+
 std::vector<std::string_view> modelsOf(const SmallLens& lens) {
   if (!lens.model.starts_with("opencv")) return {lens.model};
-  return {openCvModels().begin(), openCvModels().end()};
+  std::vector<std::string_view> models(openCvModels().begin(), openCvModels().end());
+  const std::size_t num_keys = words(lens.paths).size();
+  if (lens.paths.find("L=") == std::string_view::npos)  // a list has any number of them
+    std::erase_if(models, [&](std::string_view model) { return parameterNames(model).size() > num_keys; });
+  return models;
 }
 
 bool recognisesSmall(const SmallFormat& format, const CameraDocument& document) {
@@ -347,7 +423,7 @@ bool recognisesSmall(const SmallFormat& format, const CameraDocument& document) 
   if (!document.isTree()) return false;
   try {
     const YamlNode& root = document.root();
-    return std::ranges::any_of(placesOf(format, root), [&](const Place& place) {
+    return std::ranges::any_of(placesOf(format, root), [&](const SmallPlace& place) {
       return place.map.isMap() && isMarked(format, place, root);
     });
   } catch (const Error&) {
@@ -359,25 +435,37 @@ CameraSource readSmall(const SmallFormat& format, const CameraDocument& document
                        const ReadOptions& options) {
   using namespace small_format;
   const YamlNode& root = document.root();
-  std::vector<Place> places = placesOf(format, root);
-  std::vector<Place> others;
-  std::erase_if(places, [&](const Place& place) {
+  std::vector<SmallPlace> places = placesOf(format, root);
+  std::vector<SmallPlace> others;
+  std::erase_if(places, [&](const SmallPlace& place) {
     const bool is_camera = place.map.isMap() && isMarked(format, place, root);
     if (!is_camera) others.push_back(place);
     return !is_camera;
   });
+  const auto isUsable = [&](const SmallPlace& place) { return isCalibrated(format, place, root); };
+  if (const auto rest = std::stable_partition(places.begin(), places.end(), isUsable);
+      rest != places.begin()) {
+    others.insert(others.end(), rest, places.end());
+    places.erase(rest, places.end());
+  }
+  for (SmallPlace& place : places) place.first = places.front().name;
   CameraSource all;
-  for (const Place& place : places) {
+  for (const SmallPlace& place : places) {
     const auto named = format.name.empty() ? std::nullopt : findPath(place, root, format.name);
     all.add(named ? named->text() : place.name, [&] { return readOne(format, place, root, options); });
   }
-  for (StatedCamera& camera : all.cameras) remarkOthers(format, root, places[camera.number].map, camera);
+  for (StatedCamera& camera : all.cameras) {
+    // Cameras of a flat file share its map, whose keys are told once.
+    if (!format.is_flat || &camera == &all.cameras.front())
+      remarkOthers(format, root, places[camera.number].map, camera);
+  }
   const std::vector<std::string> patterns = words(format.cameras);
   const bool is_any_map = std::ranges::find(patterns, "*") != patterns.end();
-  for (const Place& other : others) {
+  for (const SmallPlace& other : others) {
     if (!all.cameras.empty() && !is_any_map && other.map.isMap())
       all.cameras.front().remarks.push_back(
-          {"not_carried", other.map.where() + ": not a calibrated camera, so it is ignored"});
+          {"not_carried", other.map.where() + (format.is_flat ? ": " + other.name : "") +
+                              ": not a calibrated camera, so it is ignored"});
   }
   if (!format.pose.empty())
     statePoses(all, [&](std::vector<Remark>& remarks) { return posesOf(format, places, root, remarks); });

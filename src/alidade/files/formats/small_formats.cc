@@ -19,30 +19,40 @@ constexpr std::string_view kRadtan = "fx fy cx cy k1 k2 p1 p2 k3";
 constexpr std::string_view kRadtan4 = "fx fy cx cy k1 k2 p1 p2";
 constexpr std::string_view kFisheye = "fx fy cx cy k1 k2 k3 k4";
 
+void tell(CameraSource& all, const char* id, const std::string& text) {
+  if (!all.cameras.empty()) all.cameras.front().remarks.push_back({id, text});
+}
+
+template <class Rename>
+void renameAll(CameraSource& all, const Rename& rename) {
+  for (StatedCamera& camera : all.cameras) rename(camera.name);
+  for (RefusedCamera& camera : all.refused) rename(camera.name);
+}
+
 // PhotonVision (photon-core, CameraCalibrationCoefficients.java); older files call the coefficients
 // cameraExtrinsics.
 constexpr std::array<SmallLens, 1> kPhotonVision = {
     {{"|LENSMODEL_OPENCV|LENSMODEL_OPENCV4|LENSMODEL_OPENCV5|LENSMODEL_OPENCV8", "opencv", kPinhole,
-      "K=cameraIntrinsics distCoeffs|cameraExtrinsics"}}};
+      "K=cameraIntrinsics L=distCoeffs|cameraExtrinsics"}}};
 
 // Autoware's calibration_publisher. Its pose is that of the camera in the frame of the lidar.
 constexpr std::array<SmallLens, 2> kAutoware = {
-    {{"|plumb_bob|rational_polynomial", "opencv", kPinhole, "K=CameraMat DistCoeff"},
-     {"equidistant|fisheye", "kannala_brandt", kFisheye, "K=CameraMat DistCoeff"}}};
+    {{"|plumb_bob|rational_polynomial", "opencv", kPinhole, "K=CameraMat L=DistCoeff"},
+     {"equidistant|fisheye", "kannala_brandt", kFisheye, "K=CameraMat L=DistCoeff"}}};
 
 // MC-Calib (src/McCalib.cpp, saveCamerasParams): distortion_type 0 is Brown's lens, 1 Kannala's. Poses are
 // those of the cameras in the frame of the first one, in the unit of the board.
 constexpr std::array<SmallLens, 2> kMcCalib = {
-    {{"0", "opencv", kPinhole, "K=camera_matrix distortion_vector"},
-     {"1", "kannala_brandt", kFisheye, "K=camera_matrix distortion_vector"}}};
+    {{"0", "opencv", kPinhole, "K=camera_matrix L=distortion_vector"},
+     {"1", "kannala_brandt", kFisheye, "K=camera_matrix L=distortion_vector"}}};
 
 // multical (multical/io/export_calib.py). "b_to_a" is the motion that maps points of camera a to camera b,
 // because the poses are those of the board in each camera divided by those in camera a.
 constexpr std::array<SmallLens, 1> kMultical = {
-    {{"standard|rational|thin_prism|tilted", "opencv", kPinhole, "K=K dist"}}};
+    {{"standard|rational|thin_prism|tilted", "opencv", kPinhole, "K=K L=dist"}}};
 
 // EasyMocap's intri.yml (easymocap/mytools/camera_utils.py), perhaps with the poses of its extri.yml.
-constexpr std::array<SmallLens, 1> kEasyMocap = {{{"", "opencv", kPinhole, "K=K_* dist_*|D_*"}}};
+constexpr std::array<SmallLens, 1> kEasyMocap = {{{"", "opencv", kPinhole, "K=K_* L=dist_*|D_*"}}};
 
 // OpenSfM (opensfm/io.py, opensfm/features.py: normalized_image_coordinates).
 constexpr std::array<SmallLens, 6> kOpenSfm = {
@@ -58,17 +68,17 @@ constexpr std::array<SmallLens, 3> kBoofCv = {
     {{"pinhole", "pinhole", "fx fy 0 cx cy", "pinhole.fx pinhole.fy pinhole.skew pinhole.cx pinhole.cy"},
      {"pinhole_radial_tangential", "radtan", "fx fy 0 cx cy p1 p2 k1 k2 k3",
       "pinhole.fx pinhole.fy pinhole.skew pinhole.cx pinhole.cy radial_tangential.t1 radial_tangential.t2 "
-      "radial_tangential.radial?"},
+      "L=radial_tangential.radial?"},
      {"omnidirectional_universal", "omni", "fx fy 0 cx cy xi p1 p2 k1 k2",
       "pinhole.fx pinhole.fy pinhole.skew pinhole.cx pinhole.cy mirror_offset radial_tangential.t1 "
-      "radial_tangential.t2 radial_tangential.radial?"}}};
+      "radial_tangential.t2 L=radial_tangential.radial?"}}};
 
 // Gyroflow's lens profiles (src/core/lens_profile.rs, stabilization/distortion_models).
 constexpr std::array<SmallLens, 2> kGyroflow = {
     {{"|opencv_fisheye", "kannala_brandt", kFisheye,
-      "K=fisheye_params.camera_matrix fisheye_params.distortion_coeffs"},
+      "K=fisheye_params.camera_matrix L=fisheye_params.distortion_coeffs"},
      {"opencv_standard", "opencv", kPinhole,
-      "K=fisheye_params.camera_matrix fisheye_params.distortion_coeffs"}}};
+      "K=fisheye_params.camera_matrix L=fisheye_params.distortion_coeffs"}}};
 
 // A digital lens bends the image once more; without "asymmetrical" Gyroflow ignores the stated centre.
 void finishGyroflow(const YamlNode& root, const ReadOptions&, CameraSource& all) {
@@ -86,24 +96,25 @@ void finishGyroflow(const YamlNode& root, const ReadOptions&, CameraSource& all)
   for (const char* key : {"input_horizontal_stretch", "input_vertical_stretch"}) {
     const auto factor = root.find(key);
     if (!factor || factor->isNull() || factor->number() == 0 || factor->number() == 1) continue;
-    all.cameras.front().remarks.push_back(
-        {"not_carried",
-         root.whereKey(key) + ": the camera belongs to images that were stretched by this factor"});
+    tell(all, "not_carried",
+         root.whereKey(key) + ": the camera belongs to images that were stretched by this factor");
   }
   const auto flag = root.find("asymmetrical");
   if (flag && flag->text() == "true") return;
-  all.cameras.front().remarks.push_back(
-      {"assumed", root.whereKey("fisheye_params") +
-                      ": the stated principal point is used; Gyroflow itself takes "
-                      "the image centre, because the profile is not asymmetrical"});
+  tell(all, "assumed",
+       root.whereKey("fisheye_params") +
+           ": the stated principal point is used; Gyroflow itself takes "
+           "the image centre, because the profile is not asymmetrical");
 }
 
 // Caliscope (cameras/camera_array.py) and aniposelib (cameras.py).
-constexpr std::array<SmallLens, 2> kToml = {{{"|false", "opencv", kPinhole, "K=matrix distortions"},
-                                             {"true", "kannala_brandt", kFisheye, "K=matrix distortions"}}};
+constexpr std::array<SmallLens, 2> kToml = {{{"|false", "opencv", kPinhole, "K=matrix L=distortions"},
+                                             {"true", "kannala_brandt", kFisheye, "K=matrix L=distortions"}}};
 
-// SN*.conf of Stereolabs' cameras (zed-open-capture, examples/include/calibration.hpp).
-constexpr std::array<SmallLens, 1> kZed = {{{"", "radtan", kRadtan, "fx fy cx cy k1 k2 p1? p2? k3?"}}};
+// SN*.conf of Stereolabs' cameras (zed-open-capture, examples/include/calibration.hpp; k4 to k6 as in
+// CalibrationParameters::disto of the ZED SDK).
+constexpr std::array<SmallLens, 1> kZed = {
+    {{"", "opencv", kPinhole, "fx fy cx cy k1 k2 p1? p2? k3? k4? k5? k6?"}}};
 
 struct ZedMode {
   std::string_view end;  // of a section's name
@@ -141,27 +152,27 @@ constexpr std::array<SmallLens, 3> kVikit = {
 
 void finishVikit(const YamlNode& root, const ReadOptions&, CameraSource& all) {
   const auto scale = root.find("scale");
-  if (!scale || all.cameras.empty() || scale->number() == 1) return;
-  all.cameras.front().remarks.push_back(
-      {"not_carried", root.whereKey("scale") +
-                          ": the camera that was read is that of the stated size; the program "
-                          "reduces its images by this factor"});
+  if (!scale || scale->number() == 1) return;
+  tell(all, "not_carried",
+       root.whereKey("scale") +
+           ": the camera that was read is that of the stated size; the program "
+           "reduces its images by this factor");
 }
 
 // ncamera files of SVO Pro, maplab and aslam_cv2 (aslam_cv_cameras/src/camera.cc).
-constexpr std::string_view kAslamPaths = "camera.intrinsics camera.distortion.parameters";
+constexpr std::string_view kAslamPaths = "L=camera.intrinsics L=camera.distortion.parameters";
 constexpr std::array<SmallLens, 6> kAslam = {
     {{"pinhole+radial-tangential", "radtan", kRadtan4, kAslamPaths},
      {"pinhole+equidistant", "kannala_brandt", kFisheye, kAslamPaths},
      {"pinhole+fisheye", "fov", "fx fy cx cy w", kAslamPaths},
-     {"pinhole+none|pinhole+", "pinhole", kPinhole, "camera.intrinsics"},
+     {"pinhole+none|pinhole", "pinhole", kPinhole, "L=camera.intrinsics"},
      {"unified-projection+radial-tangential", "omni", "xi fx fy cx cy k1 k2 p1 p2", kAslamPaths},
-     {"unified-projection+none|unified-projection+", "omni", "xi fx fy cx cy", "camera.intrinsics"}}};
+     {"unified-projection+none|unified-projection", "omni", "xi fx fy cx cy", "L=camera.intrinsics"}}};
 
 // KITTI's calib_cam_to_cam.txt and the calib.txt of its odometry (devkit, readme.txt; Geiger et al. 2013,
 // section IV). The first has the cameras of the original images; P of the second projects from the frame of
 // camera 0.
-constexpr std::array<SmallLens, 1> kKitti = {{{"", "opencv", kPinhole, "K=K_* D_*"}}};
+constexpr std::array<SmallLens, 1> kKitti = {{{"", "opencv", kPinhole, "K=K_* L=D_*"}}};
 constexpr std::array<SmallLens, 1> kKittiOdometry = {{{"", "pinhole", kPinhole, "P=P*"}}};
 
 // Azure Kinect's raw calibration (k4a, src/transformation/mode_specific_calibration.c: numbers relative to
@@ -169,22 +180,18 @@ constexpr std::array<SmallLens, 1> kKittiOdometry = {{{"", "pinhole", kPinhole, 
 // centre of distortion is not used by this lens.
 constexpr std::array<SmallLens, 1> kAzureKinect = {
     {{"CALIBRATION_LensDistortionModelBrownConrady", "rational", "cx cy fx fy k1 k2 k3 k4 k5 k6 0 0 p2 p1",
-      "Intrinsics.ModelParameters"}}};
+      "L=Intrinsics.ModelParameters"}}};
 
 // "D0" and "PV0" instead of CALIBRATION_CameraLocationD0.
 void finishAzureKinect(const YamlNode&, const ReadOptions&, CameraSource& all) {
-  constexpr std::string_view kStart = "CALIBRATION_CameraLocation";
-  const auto shorten = [&](auto& camera) {
-    if (camera.name.starts_with(kStart)) camera.name.erase(0, kStart.size());
-  };
-  std::ranges::for_each(all.cameras, shorten);
-  std::ranges::for_each(all.refused, shorten);
+  renameAll(all, [start = std::string_view("CALIBRATION_CameraLocation")](std::string& name) {
+    if (name.starts_with(start)) name.erase(0, start.size());
+  });
 }
 
 // Intrinsics of RealSense cameras as pyrealsense2 names them (librealsense, src/rs.cpp,
-// rs2_project_point_to_pixel). The modified lens equals a pinhole if all
-// coefficients are zero.
-constexpr std::string_view kRealSensePaths = "fx fy ppx ppy coeffs";
+// rs2_project_point_to_pixel). The modified lens equals a pinhole if all coefficients are zero.
+constexpr std::string_view kRealSensePaths = "fx fy ppx ppy L=coeffs";
 constexpr std::array<SmallLens, 6> kRealSense = {
     {{"distortion.none|none|None", "pinhole", "fx fy cx cy 0 0 0 0 0", kRealSensePaths},
      {"distortion.inverse_brown_conrady|inverse_brown_conrady|Inverse Brown Conrady", "inverse_brown",
@@ -198,10 +205,10 @@ constexpr std::array<SmallLens, 6> kRealSense = {
 
 // DSO's camera.txt, also of the TUM monoVO dataset (src/util/Undistort.cpp); see notations.h.
 constexpr std::array<SmallLens, 4> kDso = {
-    {{"RadTan", "radtan", kRadtan4, "numbers"},
-     {"KannalaBrandt|EquiDistant", "kannala_brandt", kFisheye, "numbers"},
-     {"FOV", "fov", "fx fy cx cy w", "numbers"},
-     {"Pinhole", "pinhole", "fx fy cx cy 0", "numbers"}}};
+    {{"RadTan", "radtan", kRadtan4, "L=numbers"},
+     {"KannalaBrandt|EquiDistant", "kannala_brandt", kFisheye, "L=numbers"},
+     {"FOV", "fov", "fx fy cx cy w", "L=numbers"},
+     {"Pinhole", "pinhole", "fx fy cx cy 0", "L=numbers"}}};
 
 // Metashape (its user manual, "Camera models"; also the sensors in its cameras.xml): f, b1, b2, cx, cy from
 // the image's centre, k1 to k4, and p1 and p2, which are p2 and p1 here. The centre of the first pixel is
@@ -221,15 +228,20 @@ constexpr std::array<SmallLens, 2> kMetashape = {
      {"fisheye", "thin_prism_fisheye", "fx fy cx cy k1 k2 k3 k4 p2 p1 0", kMetashapePaths,
       convertMetashape}}};
 
-// The usual models where they are the same lens.
-void finishMetashape(const YamlNode&, const ReadOptions&, CameraSource& all) {
+// The usual models where they are the same lens. Cameras are named after the class of their calibration.
+void finishMetashape(const YamlNode& root, const ReadOptions&, CameraSource& all) {
   for (StatedCamera& camera : all.cameras) {
-    camera.name.clear();  // "calibration"
+    if (camera.name == "initial") {
+      camera.remarks.push_back({"assumed", root.where() + ": calibration " + std::to_string(camera.number) +
+                                               " is of class 'initial': its numbers are those before the "
+                                               "adjustment of the photographs"});
+    }
     for (const char* usual : {"radtan", "kannala_brandt"}) {
       if (const auto same = sameLensParameters(camera.camera, usual))
         camera.camera = AnyCamera::make(usual, *same);
     }
   }
+  renameAll(all, [](std::string& name) { name.clear(); });
 }
 
 // WoodScape (its scripts/calibration/projection.py): r = k1 theta + ... + k4 theta^4 in pixels, stretched in
@@ -261,77 +273,75 @@ void convertDriveWorks(std::vector<StatedNumber>& listed, bool is_to_angle) {
 }
 constexpr std::string_view kDriveWorksOrder = "fx fy cx cy 0 0 0 k1 k2 k3 k4 k5";
 constexpr std::array<SmallLens, 2> kDriveWorks = {
-    {{"ftheta+|ftheta+pixeldistance-to-angle", "ftheta_inverse", kDriveWorksOrder,
+    {{"ftheta|ftheta+pixeldistance-to-angle", "ftheta_inverse", kDriveWorksOrder,
       "properties.cx properties.cy properties.linear-c? properties.linear-d? properties.linear-e? "
-      "properties.polynomial|properties.bw-poly",
+      "L=properties.polynomial|properties.bw-poly",
       [](std::vector<StatedNumber>& listed) { convertDriveWorks(listed, true); }},
      {"ftheta+angle-to-pixeldistance", "ftheta", kDriveWorksOrder,
       "properties.cx properties.cy properties.linear-c? properties.linear-d? properties.linear-e? "
-      "properties.polynomial|properties.fw-poly",
+      "L=properties.polynomial|properties.fw-poly",
       [](std::vector<StatedNumber>& listed) { convertDriveWorks(listed, false); }}}};
 
 void finishDriveWorks(const YamlNode& root, const ReadOptions&, CameraSource& all) {
-  if (all.cameras.empty()) return;
-  all.cameras.front().remarks.push_back(
-      {"assumed", root.whereKey("rig") + ": pixel (0, 0) is taken as the centre of the first pixel"});
+  tell(all, "assumed", root.whereKey("rig") + ": pixel (0, 0) is taken as the centre of the first pixel");
 }
 
 // Project Aria's online_calibration.jsonl, an estimate a line, and its device calibration (projectaria_tools,
 // core/calibration). Sizes are not stated.
 constexpr std::array<SmallLens, 3> kAria = {
     {{"FisheyeRadTanThinPrism", "fisheye624", "f cx cy k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3",
-      "Projection.Params"},
-     {"KannalaBrandtK3", "kannala_brandt", kFisheye, "Projection.Params"},
-     {"Linear", "pinhole", kPinhole, "Projection.Params"}}};
+      "L=Projection.Params"},
+     {"KannalaBrandtK3", "kannala_brandt", kFisheye, "L=Projection.Params"},
+     {"Linear", "pinhole", kPinhole, "L=Projection.Params"}}};
 
 void finishAria(const YamlNode& root, const ReadOptions&, CameraSource& all) {
-  if (!root.isSequence() || all.cameras.empty()) return;
-  all.cameras.front().remarks.push_back(
-      {"assumed",
-       root.where() + ": the first of " + std::to_string(root.items().size()) + " estimates was read"});
+  if (root.isSequence())
+    tell(all, "assumed",
+         root.where() + ": the first of " + std::to_string(root.node().size()) + " estimates was read");
 }
 
 // The EEPROM of Luxonis' OAK cameras (depthai-shared, CameraInfo and CameraModel; eepromToJsonFile()): pairs
 // of a socket and its camera.
 constexpr std::array<SmallLens, 2> kOak = {
-    {{"0", "opencv", kPinhole, "K=intrinsicMatrix distortionCoeff"},
+    {{"0", "opencv", kPinhole, "K=intrinsicMatrix L=distortionCoeff"},
      {"1", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4 0 0 0 0 0 0 0 0 0 0",
-      "K=intrinsicMatrix distortionCoeff?"}}};
+      "K=intrinsicMatrix L=distortionCoeff",
+      [](std::vector<StatedNumber>& listed) {  // a list of at least four
+        if (listed.size() >= 8) listed.resize(std::max<std::size_t>(listed.size(), 18));
+      }}}};
 
-void finishOak(const YamlNode& root, const ReadOptions&, CameraSource& all) {
-  const std::vector<YamlNode> pairs = root.at("cameraData").items();
-  const auto rename = [&](auto& camera) {
-    if (camera.number >= pairs.size() || !pairs[camera.number].isSequence()) return;
-    const std::vector<YamlNode> pair = pairs[camera.number].items();
-    const auto socket = pair.front().isScalar() ? parseInt(pair.front().text()) : std::nullopt;
-    if (socket && *socket >= 0 && *socket < 26)
-      camera.name = std::string("CAM_") + static_cast<char>('A' + *socket);
-  };
-  std::ranges::for_each(all.cameras, rename);
-  std::ranges::for_each(all.refused, rename);
+// "CAM_A" instead of the number of its socket.
+void finishOak(const YamlNode&, const ReadOptions&, CameraSource& all) {
+  renameAll(all, [](std::string& name) {
+    const auto socket = parseInt(name);
+    if (socket && *socket >= 0 && *socket < 26) name = std::string("CAM_") + static_cast<char>('A' + *socket);
+  });
 }
 
 // Bouguet's Calibration Toolbox for MATLAB (Calib_Results.mat; its parameters' page): 0 is the centre of the
 // first pixel, kc has k1 k2 p1 p2 k3.
 constexpr std::array<SmallLens, 1> kBouguet = {
-    {{"", "radtan", "fx fy cx cy 0 k1 k2 p1 p2 k3", "fc cc alpha_c? kc"}}};
+    {{"", "radtan", "fx fy cx cy 0 k1 k2 p1 p2 k3", "L=fc L=cc alpha_c? L=kc"}}};
 
 // A camera as people write it down for cv::projectPoints, without a program that defines it.
 constexpr std::string_view kListed =
-    "fx fy cx cy dist|distortion|dist_coeff|dist_coeffs|distortion_coeffs|distCoeffs|distortion_coefficients|coeffs|D|d";
-constexpr std::array<SmallLens, 3> kFlat = {
-    {{"|pinhole|perspective", "opencv?", kPinhole, kListed},
-     {"opencv|OPENCV|radtan|plumb_bob|brown_conrady|rational_polynomial", "opencv", kPinhole, kListed},
-     {"fisheye|opencv_fisheye|OPENCV_FISHEYE|equidistant|kannala_brandt|kb4", "kannala_brandt", kFisheye,
-      kListed}}};
-constexpr std::array<SmallLens, 1> kFlatKeys = {{{"", "radtan", kRadtan, "fx fy cx cy k1 k2 p1 p2 k3?"}}};
-
-// Messages of sensor_msgs/CameraInfo in a list or a map, as drivers of several cameras and Isaac write them.
-constexpr std::string_view kInfoPaths = "K=K|k|camera_matrix D|d|distortion_coefficients";
-constexpr std::array<SmallLens, 2> kCameraInfos = {
-    {{"plumb_bob|rational_polynomial", "opencv", kPinhole, kInfoPaths},
-     {"equidistant|fisheye", "kannala_brandt", kFisheye, kInfoPaths}}};
+    "fx fy cx cy L=dist|distortion|dist_coeff|dist_coeffs|distortion_coeffs|distCoeffs|distortion_coefficients|coeffs|D|d";
+constexpr std::string_view kBareNames = "|pinhole|perspective";
+constexpr std::string_view kOrdinaryNames =
+    "opencv|OPENCV|radtan|plumb_bob|brown_conrady|rational_polynomial|pinhole+opencv|pinhole+radtan|"
+    "pinhole+plumb_bob|pinhole+brown_conrady|pinhole+rational_polynomial";
+constexpr std::string_view kFisheyeNames =
+    "fisheye|opencv_fisheye|OPENCV_FISHEYE|equidistant|kannala_brandt|kb4|pinhole+fisheye|pinhole+equidistant";
+constexpr std::array<SmallLens, 3> kFlat = {{{kBareNames, "opencv?", kPinhole, kListed},
+                                             {kOrdinaryNames, "opencv", kPinhole, kListed},
+                                             {kFisheyeNames, "kannala_brandt", kFisheye, kListed}}};
+constexpr std::string_view kKeys = "fx fy cx cy k1 k2 p1 p2 k3? k4? k5? k6?";
+constexpr std::array<SmallLens, 3> kFlatKeys = {
+    {{kBareNames, "opencv", kPinhole, kKeys},
+     {kOrdinaryNames, "opencv", kPinhole, kKeys},
+     {kFisheyeNames, "kannala_brandt", kFisheye, "fx fy cx cy k1 k2 k3 k4"}}};
 constexpr std::string_view kFlatSize = "width|image_width|w? height|image_height|h?";
+constexpr std::string_view kFlatModel = "model|camera_model distortion_model";
 
 const std::array kRows = {
     SmallFormat{.id = "photonvision",
@@ -498,13 +508,15 @@ const std::array kRows = {
     SmallFormat{.id = "metashape",
                 .title = "Agisoft Metashape calibration (XML)",
                 .marks = "f projection|type width|resolution.width",
-                .cameras = "calibration calibration.* document.chunk.sensors.sensor.calibration "
-                           "document.chunk.sensors.sensor.*.calibration",
+                .cameras = "calibration+ document.chunk+.sensors.sensor+.calibration+",
+                .preferred = "class adjusted",
+                .name = "class",
                 .size = "width|resolution.width height|resolution.height",
                 .model = "projection|type",
                 .lenses = kMetashape,
                 .unit = SmallUnit::kFromCentre,
-                .known = "date class covariance p3 p4 document",
+                .zero = "p3 p4",
+                .known = "date covariance document",
                 .finish = finishMetashape},
     SmallFormat{.id = "woodscape",
                 .title = "WoodScape calibration (JSON)",
@@ -524,7 +536,7 @@ const std::array kRows = {
                 .size = "properties.width properties.height",
                 .model = "properties.Model|properties.model properties.polynomial-type",
                 .lenses = kDriveWorks,
-                .known = "protocol parameter properties",
+                .known = "protocol parameter properties.fw-poly properties.bw-poly",
                 .not_carried = "nominalSensor2Rig_FLU correction_sensor_R_FLU correction_rig_T",
                 .finish = finishDriveWorks},
     SmallFormat{.id = "aria",
@@ -559,18 +571,6 @@ const std::array kRows = {
                 .lenses = kBouguet,
                 .known = "*"},
     SmallFormat{
-        .id = "camera_infos",
-        .title = "ROS camera_info of several cameras",
-        .marks =
-            "K|k|camera_matrix D|d|distortion_coefficients distortion_model !/intrinsics !/distortion_model",
-        .cameras = "* *.*",
-        .name = "camera_name|name",
-        .size = "width|image_width height|image_height",
-        .model = "distortion_model",
-        .lenses = kCameraInfos,
-        .known = "header binning_x binning_y roi",
-        .not_carried = "R r P p rectification_matrix projection_matrix"},
-    SmallFormat{
         .id = "flat",
         .title = "fx, fy, cx, cy and a list of coefficients",
         .marks =
@@ -579,14 +579,17 @@ const std::array kRows = {
         .cameras = ". * cameras.*",
         .name = "name",
         .size = kFlatSize,
-        .model = "model|camera_model|distortion_model",
-        .lenses = kFlat},
+        .model = kFlatModel,
+        .lenses = kFlat,
+        .zero = "skew xi k1 k2 k3 k4 k5 k6 p1 p2"},
     SmallFormat{.id = "flat_keys",
-                .title = "fx, fy, cx, cy, k1, k2, p1, p2 and perhaps k3",
-                .marks = "fx fy cx cy k1 k2 p1 p2 !k4 !/alidade_camera",
+                .title = "fx, fy, cx, cy, k1, k2, p1, p2 and perhaps k3 to k6",
+                .marks = "fx fy cx cy k1 k2 p1 p2 !/alidade_camera",
                 .name = "name",
                 .size = kFlatSize,
-                .lenses = kFlatKeys}};
+                .model = kFlatModel,
+                .lenses = kFlatKeys,
+                .zero = "skew xi"}};
 
 }  // namespace small_formats
 

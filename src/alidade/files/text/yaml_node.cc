@@ -151,10 +151,10 @@ int YamlNode::lineOfKey(const std::string& key) const {
   return 0;
 }
 
-std::vector<YamlNode> YamlNode::items() const {
+std::vector<YamlNode> YamlNode::items(std::size_t most) const {
   if (!node_.IsSequence()) throw error(describe(), "a list");
   std::vector<YamlNode> all;
-  for (std::size_t i = 0; i < node_.size(); ++i) {
+  for (std::size_t i = 0; i < std::min(most, node_.size()); ++i) {
     const YAML::Node& node = node_;
     all.push_back({node[i], file_, path_ + "[" + std::to_string(i) + "]"});
   }

@@ -62,7 +62,8 @@ class YamlNode {
   [[nodiscard]] std::vector<std::string> keys() const;
   /// The line of a key itself, from 1, as its value may begin further down; 0 = unknown.
   [[nodiscard]] int lineOfKey(const std::string& key) const;
-  [[nodiscard]] std::vector<YamlNode> items() const;
+  /// The first `most` items of this list.
+  [[nodiscard]] std::vector<YamlNode> items(std::size_t most = kMaxBytes) const;
 
   [[nodiscard]] std::string text() const;
   /// A scalar, or a list of scalars.
