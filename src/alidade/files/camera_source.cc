@@ -128,7 +128,7 @@ bool isFreeText(const std::string& file) {
 // The text with every whole word `key` replaced; of "Cam1.fx" for "Camera1.fx", the prefix of all keys.
 std::string renamed(const std::string& text, std::string key, std::string meant) {
   const std::size_t dot = key.rfind('.');
-  const bool is_prefix = dot != std::string::npos && meant.ends_with(key.substr(dot));
+  const bool is_prefix = dot != std::string::npos && dot > 0 && meant.ends_with(key.substr(dot));
   if (is_prefix) meant.resize(meant.rfind('.'));
   if (is_prefix) key.resize(dot);
   const auto isOfWord = [](char c) {

@@ -90,6 +90,7 @@ TEST(FormatMutations, OfExplodingTextsEnd) {
       "\"transform_matrix\": " + std::string(1000000, '['),
       std::string(1000000, '['),
       std::string(5000000, ' ') + "fl_x: 1",
+      "{.fx\": 500.0, \"fy\": 501.0, \"cx\": 320.0, \"cy\": 240.0}",
   };
   int num_refused = 0;
   for (const std::string& text : texts) {
@@ -102,7 +103,7 @@ TEST(FormatMutations, OfExplodingTextsEnd) {
       ++num_refused;
     }
   }
-  EXPECT_EQ(num_refused, 10);
+  EXPECT_EQ(num_refused, 11);
 }
 
 // A scene of thousands of images is a camera with many poses, which are not read.
