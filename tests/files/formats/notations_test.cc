@@ -117,9 +117,26 @@ TEST(Notations, OfMatlabAreReadWhole) {
     return detail::CameraDocument(detail::binaryAsText(matFile(elements), "camera.mat"), "camera.mat").root();
   };
   const detail::YamlNode list =
-      rootOf(structArray("s", {matrix("", 1, 1, {1}), matrix("", 1, 1, {2}), matrix("", 1, 1, {3})}));
+      rootOf(matrix("x", 1, 1, {0}) +
+             structArray("s", {matrix("", 1, 1, {1}), matrix("", 1, 1, {2}), matrix("", 1, 1, {3})}));
   ASSERT_EQ(list.at("s").items().size(), 3U);
   EXPECT_EQ(list.at("s").items()[2].at("a").number(), 3);
+  // Of one variable, the array stands for the file: several cameras.
+  std::string fields;
+  for (const char* key : {"IntrinsicMatrix", "RadialDistortion"})
+    fields += std::string(key).append(32 - std::strlen(key), '\0');
+  std::string two;
+  for (const double f : {500.0, 600.0})
+    two += matrix("", 3, 3, {f, 0, 321, 0, f, 241, 0, 0, 1}) + matrix("", 1, 2, {-0.1, 0.02});
+  const CameraSource cameras =
+      parseCameras(matFile(element(14, element(6, bytesOf<std::uint32_t>(2) + bytesOf<std::uint32_t>(0)) +
+                                           element(5, bytesOf<std::int32_t>(1) + bytesOf<std::int32_t>(2)) +
+                                           element(1, "params") + bytesOf<std::uint32_t>(5 | (4U << 16U)) +
+                                           bytesOf<std::int32_t>(32) + element(1, fields) + two)),
+                   "camera.mat");
+  EXPECT_EQ(cameras.format, "matlab");
+  ASSERT_EQ(cameras.cameras.size(), 2U);
+  EXPECT_EQ(cameras.cameras[1].camera.parameters()[0], 600);
   EXPECT_TRUE(rootOf(structArray("s", {}) + matrix("x", 1, 1, {1})).at("s").items().empty());
   for (const auto& [type, size] : {std::pair(17U, 2U), std::pair(18U, 4U)}) {
     std::string codes;

@@ -93,6 +93,9 @@ TEST(StrictReading, UsesWhatFlatFilesState) {
             "kannala_brandt");
   EXPECT_EQ(modelOf(kFlat + "camera_model: pinhole\ndistortion_model: radtan\nD: [0.1, 0, 0, 0]\n"),
             "radtan");
+  EXPECT_EQ(modelOf(kFlat + "camera_model: pinhole\ndistortion_model: none\nD: []\n"), "pinhole");
+  EXPECT_THAT(complaintAbout(kFlat + "distortion_model: none\nD: [0, 0.1, 0, 0]\n"),
+              HasSubstr("0.1 as number 6"));
   EXPECT_THAT(complaintAbout(kFlat + "model: radtan\ndistortion_model: fisheye\nD: [0.1, 0, 0, 0]\n"),
               HasSubstr("'radtan+fisheye'"));
   EXPECT_EQ(modelOf(changedExample("zed.conf", "k3=-.001\n", "k3=-.001\nk4=0.1\nk5=0\nk6=0.1\n")),

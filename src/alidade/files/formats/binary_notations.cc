@@ -132,27 +132,20 @@ std::vector<double> numbersOf(std::string_view data) {
   return numbers;
 }
 
+using Reader = std::vector<double> (*)(std::string_view);
+template <class T>
+constexpr Reader kReader = numbersOf<T>;
+template <>
+constexpr Reader kReader<void> = nullptr;
+template <class... T>
+constexpr std::array<Reader, sizeof...(T)> kReadersOf = {kReader<T>...};
+
+// By types of data elements; the last three are characters of UTF-8, UTF-16 and UTF-32.
 std::vector<double> numbersOf(const Element& element, const Bytes& bytes) {
-  using Reader = std::vector<double> (*)(std::string_view);
-  constexpr std::array<Reader, 19> kReaders = {nullptr,
-                                               numbersOf<std::int8_t>,
-                                               numbersOf<std::uint8_t>,
-                                               numbersOf<std::int16_t>,
-                                               numbersOf<std::uint16_t>,
-                                               numbersOf<std::int32_t>,
-                                               numbersOf<std::uint32_t>,
-                                               numbersOf<float>,
-                                               nullptr,
-                                               numbersOf<double>,
-                                               nullptr,
-                                               nullptr,
-                                               numbersOf<std::int64_t>,
-                                               numbersOf<std::uint64_t>,
-                                               nullptr,
-                                               nullptr,
-                                               numbersOf<std::uint8_t>,    // characters of UTF-8,
-                                               numbersOf<std::uint16_t>,   // UTF-16
-                                               numbersOf<std::uint32_t>};  // and UTF-32
+  constexpr auto& kReaders =
+      kReadersOf<void, std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t, std::uint32_t,
+                 float, void, double, void, void, std::int64_t, std::uint64_t, void, void, std::uint8_t,
+                 std::uint16_t, std::uint32_t>;
   if (element.type >= kReaders.size() || kReaders[element.type] == nullptr)
     throw bytes.error("data of type " + std::to_string(element.type), "numbers");
   return kReaders[element.type](element.data);
@@ -297,7 +290,7 @@ std::string matAsYaml(Bytes bytes) {
     throw bytes.error("a .mat file without structs and numbers; objects are readable in MATLAB only",
                       "a struct", "in MATLAB: params = toStruct(cameraParams); save('camera.mat', 'params')");
   }
-  const bool is_struct = num_variables == 1 && last.starts_with('{');
+  const bool is_struct = num_variables == 1 && (last.starts_with('{') || last.starts_with("[{"));
   return is_struct ? last : out + "}";
 }
 

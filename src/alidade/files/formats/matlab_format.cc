@@ -21,7 +21,8 @@
 namespace alidade::detail::formats {
 namespace matlab_format {
 
-constexpr double kOrigin = 1;  // px, of the first pixel's centre
+constexpr std::size_t kMostCameras = 1000;  // aliases could stand for very many
+constexpr double kOrigin = 1;               // px, of the first pixel's centre
 constexpr LensLayout kLens = {"cameraIntrinsics", "radtan", "fx fy cx cy k1 k2 k3 p1 p2"};
 
 // Each of these identifies a camera; the last one a fisheye.
@@ -47,9 +48,11 @@ YamlNode cameraIn(const YamlNode& node) {
   return inner && inner->isMap() ? *inner : node;
 }
 
+// An array of structs is a list of cameras.
 bool recognises(const CameraDocument& document) {
-  if (!document.isMap()) return false;
+  if (!document.isTree()) return false;
   const YamlNode& root = document.root();
+  if (root.isSequence()) return root.node().size() > 0 && isCamera(cameraIn(root.items(1).front()));
   if (isCamera(cameraIn(root))) return true;
   return std::any_of(kStereo.begin(), kStereo.end(),
                      [&root](const char* key) { return root.has(key) && isCamera(cameraIn(root.at(key))); });
@@ -166,6 +169,11 @@ CameraSource read(const CameraDocument& document, const ReadOptions&) {
   const YamlNode& root = document.root();
   if (isCamera(cameraIn(root))) return {.cameras = {readOne(root)}};
   CameraSource all;
+  if (root.isSequence()) {
+    if (root.node().size() > kMostCameras) throw root.error("more than 1000 cameras", "fewer");
+    for (const YamlNode& item : root.items()) all.add("", [&item] { return readOne(item); });
+    return all;
+  }
   for (const char* key : kStereo) {
     const YamlNode node = root.at(key);
     all.add(key, [&] { return readOne(node); });
@@ -210,7 +218,7 @@ const CameraFormat& matlab() {
       .id = "matlab",
       .title = "MATLAB camera parameters (JSON)",
       .models = {"radtan", "ocam"},
-      .max_read = 2,
+      .max_read = CameraFormat::kAnyNumber,
       .marks = {"FocalLength", "PrincipalPoint", "RadialDistortion", "IntrinsicMatrix"},
       .recognises = recognises,
       .read = read,

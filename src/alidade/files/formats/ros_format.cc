@@ -338,17 +338,16 @@ CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   for (StatedCamera& camera : all.cameras) {
     const YamlNode& message = messages[camera.number].map;
     const Names& names = *namesOf(message);
-    std::vector<std::string> left = {names.rectification};
     // Several cameras may be those of several pairs, each with a rectified frame of its own.
-    if (messages.size() > 1) {
-      left.push_back(names.projection);
-    } else {
+    const bool is_alone = messages.size() == 1;
+    if (is_alone) {
       statePoses(all, [&](std::vector<Remark>& told) {
         const auto pose = readRectification(message, names.rectification, names.projection, told);
         return pose ? std::vector<SE3>{*pose} : std::vector<SE3>();
       });
     }
-    if (!camera.camera_from_rig) remarkNotCarried(message, left, camera);
+    if (!camera.camera_from_rig)
+      remarkNotCarried(message, {names.rectification, is_alone ? "" : names.projection}, camera);
   }
   return all;
 }

@@ -96,15 +96,6 @@ std::vector<StatedNumber> numbersAt(const YamlNode& node, std::string_view kind)
   return numbers;
 }
 
-bool areSame(const YamlNode& a, const YamlNode& b) {
-  if (a.isScalar() && b.isScalar() && a.text() == b.text()) return true;
-  try {
-    return isSameStated(numbersAt(a, "L="), numbersAt(b, "L="));
-  } catch (const Error&) {
-    return false;  // a text
-  }
-}
-
 [[noreturn]] void refuseOther(const YamlNode& first, const YamlNode& other) {
   throw other.error("a value that differs from " + first.where(), "only one of them, or equal values",
                     "remove the wrong one");
@@ -114,8 +105,16 @@ bool areSame(const YamlNode& a, const YamlNode& b) {
 std::optional<YamlNode> findPath(const SmallPlace& place, const YamlNode& root, std::string_view path) {
   const std::vector<YamlNode> all = findAll(place, root, path);
   if (all.empty()) return std::nullopt;
+  const auto isSame = [&first = all.front()](const YamlNode& other) {
+    if (first.isScalar() && other.isScalar() && first.text() == other.text()) return true;
+    try {
+      return isSameStated(numbersAt(first, "L="), numbersAt(other, "L="));
+    } catch (const Error&) {
+      return false;  // a text
+    }
+  };
   for (const YamlNode& other : std::span(all).subspan(1))
-    if (!areSame(all.front(), other)) refuseOther(all.front(), other);
+    if (!isSame(other)) refuseOther(all.front(), other);
   return all.front();
 }
 
@@ -137,9 +136,8 @@ bool isMarked(const SmallFormat& format, const SmallPlace& place, const YamlNode
 // Programs write zeros or nothing for a camera that is not calibrated.
 bool isCalibrated(const SmallFormat& format, const SmallPlace& place, const YamlNode& root) {
   return std::ranges::none_of(words(format.lenses.front().paths), [&](const std::string& path) {
-    if (Path(path).kind != "K=") return false;
-    const auto matrix = findPath(place, root, path);
-    return matrix && (matrix->isMap() || matrix->isSequence()) && areZero(statedNumbers(*matrix));
+    const auto matrix = Path(path).kind == "K=" ? findPath(place, root, path) : std::nullopt;
+    return matrix && saysNothing(*matrix);
   });
 }
 
@@ -234,8 +232,10 @@ void takeUnit(const SmallFormat& format, const YamlNode& place, const std::optio
 }
 
 // The parameters that the file lists, in Alidade's order.
-std::vector<StatedNumber> parametersOf(const SmallLens& lens, const std::vector<std::string>& order,
-                                       std::vector<StatedNumber> listed, const YamlNode& last) {
+std::vector<StatedNumber> parametersOf(const SmallLens& lens, std::vector<StatedNumber> listed,
+                                       const YamlNode& last) {
+  std::vector<std::string> order = words(lens.order);
+  if (order.back() == "0") order.resize(std::max(order.size() - 1, listed.size()), "0");
   const bool may_end_early = lens.paths.ends_with('?');
   if (listed.size() > order.size() || (listed.size() < order.size() && !may_end_early)) {
     throw last.error(std::to_string(listed.size()) + " numbers of the lens",
@@ -289,26 +289,21 @@ StatedCamera readOne(const SmallFormat& format, const SmallPlace& place, const Y
   }
   refuseOtherNumbers(format, lens, place, root);
   const auto size = sizeOf(format, place, root);
-  const std::vector<std::string> order = words(lens.order);
   std::string model(lens.model);
   std::vector<StatedNumber> parameters;
   if (model.starts_with("opencv")) {
     constexpr std::size_t kRadtan = 9;  // of which each has its key
     if (kind.empty() && areZero(std::span(listed).subspan(std::min(listed.size(), kRadtan))))
       listed.resize(kRadtan);
-    if (listed.size() < order.size())
-      throw last->error(std::to_string(listed.size()) + " numbers of the lens", join(order, " "));
-    const auto end = listed.begin() + static_cast<std::ptrdiff_t>(order.size());
-    std::vector<StatedNumber> coefficients(end, listed.end());
-    const std::string stated = model == "opencv" ? "radtan" : options.model;
-    listed.erase(end, listed.end());
-    parameters = parametersOf({.name = "", .model = "pinhole", .order = lens.order, .paths = ""}, order,
-                              listed, *last);
-    model = openCvModel(*last, parameters, coefficients, stated);
+    if (listed.size() < 4)
+      throw last->error(std::to_string(listed.size()) + " numbers of the lens", std::string(lens.order));
+    std::vector<StatedNumber> coefficients(listed.begin() + 4, listed.end());
+    parameters.assign(listed.begin(), listed.begin() + 4);
+    model = openCvModel(*last, parameters, coefficients, model == "opencv" ? "radtan" : options.model);
     append(parameters, coefficients);
   } else {
     if (lens.convert != nullptr) lens.convert(listed);
-    parameters = parametersOf(lens, order, std::move(listed), *last);
+    parameters = parametersOf(lens, std::move(listed), *last);
   }
   takeUnit(format, *last, size ? size : options.image_size, parameters);
   return stateCamera(last->where(), model, parameters, size);

@@ -26,8 +26,8 @@ struct SmallLens {
   /// "opencv?" where four of them may also be those of a fisheye.
   std::string_view model;
   /// What the numbers are, by Alidade's names of parameters, in the order of the paths; "f" is both fx and
-  /// fy, "0" must be zero, and parameters that are not listed are zero. Coefficients of "opencv" follow
-  /// unlisted.
+  /// fy, "0" must be zero (at the end, any number of them), and parameters that are not listed are zero.
+  /// Coefficients of "opencv" follow unlisted.
   std::string_view order;
   /// Of a number each, or after "L=" of a list of numbers, after "K=" of a camera matrix (fx fy cx cy), after
   /// "P=" of a projection matrix (the same). Numbers of missing paths are zero. Those of the row's other

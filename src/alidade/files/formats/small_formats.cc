@@ -193,15 +193,15 @@ void finishAzureKinect(const YamlNode&, const ReadOptions&, CameraSource& all) {
 // rs2_project_point_to_pixel). The modified lens equals a pinhole if all coefficients are zero.
 constexpr std::string_view kRealSensePaths = "fx fy ppx ppy L=coeffs";
 constexpr std::array<SmallLens, 6> kRealSense = {
-    {{"distortion.none|none|None", "pinhole", "fx fy cx cy 0 0 0 0 0", kRealSensePaths},
+    {{"distortion.none|none|None", "pinhole", "fx fy cx cy 0", kRealSensePaths},
      {"distortion.inverse_brown_conrady|inverse_brown_conrady|Inverse Brown Conrady", "inverse_brown",
       kRadtan, kRealSensePaths},
      {"distortion.modified_brown_conrady|modified_brown_conrady|Modified Brown Conrady", "pinhole",
-      "fx fy cx cy 0 0 0 0 0", kRealSensePaths},
+      "fx fy cx cy 0", kRealSensePaths},
      {"distortion.brown_conrady|brown_conrady|Brown Conrady", "radtan", kRadtan, kRealSensePaths},
      {"distortion.kannala_brandt4|kannala_brandt4|Kannala Brandt4", "kannala_brandt",
       "fx fy cx cy k1 k2 k3 k4 0", kRealSensePaths},
-     {"distortion.ftheta|ftheta|F-Theta", "fov", "fx fy cx cy w 0 0 0 0", kRealSensePaths}}};
+     {"distortion.ftheta|ftheta|F-Theta", "fov", "fx fy cx cy w 0", kRealSensePaths}}};
 
 // DSO's camera.txt, also of the TUM monoVO dataset (src/util/Undistort.cpp); see notations.h.
 constexpr std::array<SmallLens, 4> kDso = {
@@ -304,11 +304,7 @@ void finishAria(const YamlNode& root, const ReadOptions&, CameraSource& all) {
 // of a socket and its camera.
 constexpr std::array<SmallLens, 2> kOak = {
     {{"0", "opencv", kPinhole, "K=intrinsicMatrix L=distortionCoeff"},
-     {"1", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4 0 0 0 0 0 0 0 0 0 0",
-      "K=intrinsicMatrix L=distortionCoeff",
-      [](std::vector<StatedNumber>& listed) {  // a list of at least four
-        if (listed.size() >= 8) listed.resize(std::max<std::size_t>(listed.size(), 18));
-      }}}};
+     {"1", "kannala_brandt", "fx fy cx cy k1 k2 k3 k4 0", "K=intrinsicMatrix L=distortionCoeff"}}};
 
 // "CAM_A" instead of the number of its socket.
 void finishOak(const YamlNode&, const ReadOptions&, CameraSource& all) {
@@ -332,7 +328,8 @@ constexpr std::string_view kOrdinaryNames =
     "pinhole+plumb_bob|pinhole+brown_conrady|pinhole+rational_polynomial";
 constexpr std::string_view kFisheyeNames =
     "fisheye|opencv_fisheye|OPENCV_FISHEYE|equidistant|kannala_brandt|kb4|pinhole+fisheye|pinhole+equidistant";
-constexpr std::array<SmallLens, 3> kFlat = {{{kBareNames, "opencv?", kPinhole, kListed},
+constexpr std::array<SmallLens, 4> kFlat = {{{kBareNames, "opencv?", kPinhole, kListed},
+                                             {"none|pinhole+none", "pinhole", "fx fy cx cy 0", kListed},
                                              {kOrdinaryNames, "opencv", kPinhole, kListed},
                                              {kFisheyeNames, "kannala_brandt", kFisheye, kListed}}};
 constexpr std::string_view kKeys = "fx fy cx cy k1 k2 p1 p2 k3? k4? k5? k6?";
