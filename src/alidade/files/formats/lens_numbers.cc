@@ -198,8 +198,8 @@ std::string differenceOfReadings(std::span<const StatedNumber> pinhole, std::spa
 
 }  // namespace
 
-std::string openCvModel(const YamlNode& node, std::span<const StatedNumber> pinhole,
-                        std::vector<StatedNumber>& coefficients, const std::string& stated) {
+std::string_view openCvModel(const YamlNode& node, std::span<const StatedNumber> pinhole,
+                             std::vector<StatedNumber>& coefficients, const std::string& stated) {
   const std::size_t count = coefficients.size();
   if (count == 4 && stated.empty()) {
     throw node.error(
@@ -209,8 +209,8 @@ std::string openCvModel(const YamlNode& node, std::span<const StatedNumber> pinh
         "a key that states which: 'fisheye_model: 1' or 'fisheye_model: 0'",
         "add --read-as radtan or --read-as kannala_brandt");
   }
-  if (stated != "kannala_brandt") return std::string(modelOfCoefficients(node, coefficients));
-  if (count == 4) return stated;
+  if (stated != "kannala_brandt") return modelOfCoefficients(node, coefficients);
+  if (count == 4) return "kannala_brandt";
   throw node.error(std::to_string(count) + " distortion coefficients", "4 for a fisheye");
 }
 

@@ -54,8 +54,9 @@ struct StatedNumber {
 /// @param stated   radtan, kannala_brandt, or empty if unknown
 /// @throws Error (kInput) for four coefficients of an unknown lens, with the difference of the two readings,
 /// and for other numbers of them
-[[nodiscard]] std::string openCvModel(const YamlNode& node, std::span<const StatedNumber> pinhole,
-                                      std::vector<StatedNumber>& coefficients, const std::string& stated);
+[[nodiscard]] std::string_view openCvModel(const YamlNode& node, std::span<const StatedNumber> pinhole,
+                                           std::vector<StatedNumber>& coefficients,
+                                           const std::string& stated);
 /// The models of cv::projectPoints, by number of coefficients; theirs are in its order.
 [[nodiscard]] std::span<const std::string_view> openCvModels();
 /// The model that cv::projectPoints applies to this many coefficients k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4

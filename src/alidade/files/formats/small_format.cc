@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -289,7 +290,7 @@ StatedCamera readOne(const SmallFormat& format, const SmallPlace& place, const Y
   }
   refuseOtherNumbers(format, lens, place, root);
   const auto size = sizeOf(format, place, root);
-  std::string model(lens.model);
+  std::string_view model = lens.model;
   std::vector<StatedNumber> parameters;
   if (model.starts_with("opencv")) {
     constexpr std::size_t kRadtan = 9;  // of which each has its key
