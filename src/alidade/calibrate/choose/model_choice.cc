@@ -499,26 +499,34 @@ ModelSolution chosenAmong(bool are_all_lenses, const PreparedViews& given, const
   const Candidate* best = bestOf(candidates);
   // If no model is sound, report the findings on the best-fitting one.
   const Candidate* smallest = best != nullptr ? &smallestAsGoodAs(*best, candidates) : &reference;
-  smallest = &soundInstead(*smallest, candidates, isClose);
-  const Candidate& chosen = *smallest;
-  std::vector<AnyCamera> rivals;
-  if (best != nullptr) {
-    choice.best = best->id;
-    rivals = rivalsOf(chosen, *best, candidates, choice.is_wide);
-  }
-  for (Candidate& c : candidates) {
-    conclude(c, candidates, best, chosen);
-    choice.candidates.push_back(c);
-  }
-  Candidate& winner = candidates[static_cast<std::size_t>(&chosen - candidates.data())];
-  if (&winner == &reference) {
-    winner.solution->holdout = winner.holdout;
-  } else {
+  const auto settle = [&](const Candidate& chosen) -> Candidate& {
+    Candidate& winner = candidates[static_cast<std::size_t>(&chosen - candidates.data())];
+    if (&winner == &reference) {
+      winner.solution->holdout = winner.holdout;
+      return winner;
+    }
     const CalibratorOptions own = withModel(winner.id, options);
     if (!winner.solution) winner.solution = fittedPlainly(given, own);
     winner.solution = withDataSettled(*std::move(winner.solution), given, own);
+    return winner;
+  };
+  Candidate* winner = &settle(soundInstead(*smallest, candidates, isClose));
+  // With the corners that the reference leaves out, a large model may fold after all.
+  while (winner->verdict.empty() && foldsInsideImage(winner->solution->fit)) {
+    winner->ruleOut({.id = "folds_in_image", .text = "it folds over inside the image", .folds = true});
+    const Candidate& sound = soundInstead(*winner, candidates, isClose);
+    if (&sound != winner) winner = &settle(sound);
   }
-  ModelSolution solution = *std::move(winner.solution);
+  std::vector<AnyCamera> rivals;
+  if (best != nullptr) {
+    choice.best = best->id;
+    rivals = rivalsOf(*winner, *best, candidates, choice.is_wide);
+  }
+  for (Candidate& c : candidates) {
+    conclude(c, candidates, best, *winner);
+    choice.candidates.push_back(c);
+  }
+  ModelSolution solution = *std::move(winner->solution);
   solution.rivals = std::move(rivals);
   solution.choice.model = std::move(choice);
   return solution;
