@@ -10,6 +10,7 @@
 #include "alidade/files/camera_source.h"
 #include "alidade/files/formats/camera_document.h"
 #include "alidade/files/formats/camera_format.h"
+#include "alidade/files/hand_eye_file.h"
 #include "files/formats/reading.h"
 #include "support/grid_difference.h"
 #include "support/model_fixture.h"
@@ -305,6 +306,26 @@ last:7
   EXPECT_EQ(root.lineOfKey("last"), 6);
   // YAML without OpenCV's header is left as it is.
   EXPECT_FALSE(detail::CameraDocument("a:[1]\n", "file").isMap());
+}
+
+TEST(OpencvFiles, OfHandEyeTransformsAreReadByOpencv) {
+  const HandEyeRecord record{
+      .mount_from_camera = SE3::exp((SE3::Tangent() << 1, 2e-5, 3, 0.4, 0.5, 0.6).finished()),
+      .world_from_boards = {},
+      .boards = {},
+      .camera_name = "",
+      .findings = {},
+      .created_by = ""};
+  cv::FileStorage file(handEyeText(record, "opencv"), cv::FileStorage::READ | cv::FileStorage::MEMORY);
+  const cv::Mat rotation = file["R_cam2gripper"].mat();
+  const cv::Mat translation = file["t_cam2gripper"].mat();
+  ASSERT_EQ(rotation.size(), cv::Size(3, 3));
+  ASSERT_EQ(translation.size(), cv::Size(1, 3));
+  const SE3& pose = record.mount_from_camera;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(translation.at<double>(i), pose.translation[i]);
+    for (int j = 0; j < 3; ++j) EXPECT_EQ(rotation.at<double>(i, j), pose.rotation.matrix()(i, j));
+  }
 }
 
 }  // namespace

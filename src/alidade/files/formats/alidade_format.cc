@@ -96,12 +96,6 @@ CorrectionField readCorrection(const YamlNode& node) {
   });
 }
 
-void checkVersion(const YamlNode& version) {
-  if (version.integer() == 1) return;
-  throw version.error("format version " + version.text(), "1",
-                      "the file may come from a newer release of Alidade; update the program");
-}
-
 void checkConventions(const YamlNode& node) {
   node.allowKeys({"pixel_origin", "length_unit", "pose"});
   for (const auto& [key, expected] :
@@ -128,12 +122,6 @@ std::vector<SelfCheckPoint> readSelfCheck(const YamlNode& node) {
     points.push_back({{point[0], point[1], point[2]}, {pixel[0], pixel[1]}});
   }
   return points;
-}
-
-int readCount(const YamlNode& node) {
-  const int count = node.integer();
-  if (count < 0) throw node.error(std::to_string(count), "a count");
-  return count;
 }
 
 WarpRecord readWarp(const YamlNode& node) {
@@ -253,28 +241,6 @@ std::string userKeys(const YAML::Node& root) {
   return documentText(out);
 }
 
-Verdict readVerdict(const YamlNode& node) {
-  const auto verdict = verdictOf(node.text());
-  if (!verdict)
-    throw node.error("'" + node.text() + "'", "'trustworthy', 'usable_with_reservations' or 'rejected'");
-  return *verdict;
-}
-
-// The lower triangle of a symmetric matrix, one row per item.
-std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows) {
-  const std::vector<YamlNode> items = node.items();
-  if (items.size() != num_rows) {
-    throw node.error(std::to_string(items.size()) + " rows",
-                     std::to_string(num_rows) + " rows, one for each parameter");
-  }
-  std::vector<double> triangle;
-  for (std::size_t i = 0; i < num_rows; ++i) {
-    const std::vector<double> row = items[i].numbers(i + 1);
-    triangle.insert(triangle.end(), row.begin(), row.end());
-  }
-  return triangle;
-}
-
 void readPoseStd(const YamlNode& entry, RigCameraRecord& record) {
   const auto std = entry.find("camera_from_rig_std");
   if (!std) return;
@@ -333,6 +299,39 @@ CalibrationRecord readCalibration(const YamlNode& node, std::string_view model) 
 }
 
 }  // namespace
+
+void checkVersion(const YamlNode& version) {
+  if (version.integer() == 1) return;
+  throw version.error("format version " + version.text(), "1",
+                      "the file may come from a newer release of Alidade; update the program");
+}
+
+int readCount(const YamlNode& node) {
+  const int count = node.integer();
+  if (count < 0) throw node.error(std::to_string(count), "a count");
+  return count;
+}
+
+Verdict readVerdict(const YamlNode& node) {
+  const auto verdict = verdictOf(node.text());
+  if (!verdict)
+    throw node.error("'" + node.text() + "'", "'trustworthy', 'usable_with_reservations' or 'rejected'");
+  return *verdict;
+}
+
+std::vector<double> readTriangle(const YamlNode& node, std::size_t num_rows) {
+  const std::vector<YamlNode> items = node.items();
+  if (items.size() != num_rows) {
+    throw node.error(std::to_string(items.size()) + " rows",
+                     std::to_string(num_rows) + " rows, one for each parameter");
+  }
+  std::vector<double> triangle;
+  for (std::size_t i = 0; i < num_rows; ++i) {
+    const std::vector<double> row = items[i].numbers(i + 1);
+    triangle.insert(triangle.end(), row.begin(), row.end());
+  }
+  return triangle;
+}
 
 ImageSize readImageSize(const YamlNode& node) {
   node.allowKeys({"width", "height"});

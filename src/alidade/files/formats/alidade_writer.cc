@@ -17,6 +17,7 @@ namespace {
 
 using detail::flowMap;
 using detail::listOf;
+using detail::quoted;
 using detail::writeEntries;
 using detail::writeValue;
 
@@ -26,11 +27,6 @@ auto byName(std::span<const std::string_view> names, std::span<const double> val
     for (std::size_t i = 0; i < names.size(); ++i) writeEntries(out, names[i], values[i]);
     out << YAML::EndMap;
   };
-}
-
-// Text of the user, in quotes: a serial number must not become a number. It must outlive the result.
-auto quoted(const std::string& text) {
-  return [&text](YAML::Emitter& to) { to << YAML::DoubleQuoted << text; };
 }
 
 // One board as a SPEC and the map of its bend; several as lists.

@@ -61,6 +61,11 @@ template <class... Entries>
   };
 }
 
+/// Text of the user, in quotes: a serial number must not become a number. @pre it lives until it is written
+[[nodiscard]] inline auto quoted(const std::string& text) {
+  return [&text](YAML::Emitter& out) { out << YAML::DoubleQuoted << text; };
+}
+
 /// A list of the values that `valueOf` makes of the items, one item per line.
 template <class Items, class ValueOf>
 [[nodiscard]] auto listOf(const Items& items, const ValueOf& valueOf) {
