@@ -11,7 +11,6 @@
 
 #include "alidade/core/error.h"
 #include "alidade/core/parallel.h"
-#include "alidade/geometry/rotation_conversions.h"
 
 namespace alidade::python {
 namespace {
@@ -101,7 +100,7 @@ void eachRun(std::size_t num_rows, int jobs, const std::function<void(std::size_
               [&](std::size_t run) { work(run * kRun, std::min(kRun, num_rows - run * kRun)); });
 }
 
-std::optional<SE3> poseOf(const py::handle& value, const std::string& what) {
+std::optional<SE3> poseOf(const py::handle& value, const std::string& what, double tolerance) {
   if (value.is_none()) return std::nullopt;
   const py::array array = realArray(value, what);
   const bool is_matrix =
@@ -115,7 +114,7 @@ std::optional<SE3> poseOf(const py::handle& value, const std::string& what) {
   const auto* const numbers = static_cast<const double*>(array.data());
   for (py::ssize_t i = 0; i < array.size(); ++i) matrix(i / 4, i % 4) = numbers[i];
   try {
-    return motionFromMatrix(matrix);
+    return motionFromMatrix(matrix, tolerance);
   } catch (const Error& error) {
     throw usageError({.where = what, .found = error.what()});
   }

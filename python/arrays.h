@@ -14,6 +14,7 @@
 
 #include "alidade/core/image.h"
 #include "alidade/geometry/dense_matrix.h"
+#include "alidade/geometry/rotation_conversions.h"
 #include "alidade/geometry/se3.h"
 
 // Conversions of NumPy arrays and of small values (sizes, poses, paths) from Python and back.
@@ -55,7 +56,8 @@ struct RowOutputs {
 void eachRun(std::size_t num_rows, int jobs, const std::function<void(std::size_t, std::size_t)>& work);
 
 /// A 3x4 or 4x4 matrix as a pose; nothing for None. @throws Error for anything else, naming `what`
-[[nodiscard]] std::optional<SE3> poseOf(const py::handle& value, const std::string& what);
+[[nodiscard]] std::optional<SE3> poseOf(const py::handle& value, const std::string& what,
+                                        double tolerance = kRotationTolerance);
 [[nodiscard]] py::array_t<double> poseArray(const SE3& pose);
 
 /// (width, height). @throws Error (kUsage) for anything else

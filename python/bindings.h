@@ -19,6 +19,7 @@ void bindDetection(pybind11::module_& module);
 void bindCalibration(pybind11::module_& module);
 void bindPoses(pybind11::module_& module);
 void bindRig(pybind11::module_& module);
+void bindHandEye(pybind11::module_& module);
 void bindChecks(pybind11::module_& module);
 void bindDifference(pybind11::module_& module);
 

@@ -31,6 +31,7 @@ PYBIND11_MODULE(_core, module) {
   bindCalibration(module);
   bindPoses(module);
   bindRig(module);
+  bindHandEye(module);
   bindDifference(module);
   bindChecks(module);
 }

@@ -12,7 +12,8 @@ import random
 
 PROGRAM_COMMANDS = ["calibrate", "detect", "rig calibrate", "rig validate", "rig rectify", "rig triangulate", "project",
                     "unproject", "pose", "undistort", "validate", "diff", "fleet", "convert", "formats", "report",
-                    "track", "board", "simulate", "help"]
+                    "track", "board", "simulate", "handeye calibrate",
+                    "handeye validate", "help"]
 MODELS = ["pinhole", "radtan", "rational", "thin_prism", "kannala_brandt", "fov", "ucm", "omni", "eucm", "double_sphere"]
 FORMATS = ["alidade", "opencv", "ros", "kalibr", "colmap", "colmap_rig", "mrcal", "basalt", "nerfstudio", "camodocal",
            "orbslam", "matlab"]
@@ -222,6 +223,12 @@ def opencv_jobs(quick):
         Job("rendered", [
             "detect testdata/checkerboard/images --board checkerboard:9x6:25mm -o corners.csv --debug drawn",
             "calibrate testdata/checkerboard/corners.csv -o camera.yaml --report page.html --json",
+            "handeye calibrate testdata/checkerboard/corners.csv --poses testdata/checkerboard/robot.csv -o handeye.yaml --verbose",
+            "handeye calibrate testdata/checkerboard/corners.csv --poses testdata/checkerboard/robot.csv --camera camera.yaml --json "
+            "--camera-on hand --tolerance 0.5mm -o handeye.urdf --to urdf",
+            "handeye calibrate testdata/checkerboard/corners.csv --poses testdata/checkerboard/robot.csv --pose-form kuka --model pinhole "
+            "--keep-untrustworthy --quiet -o other.yaml",
+            "handeye validate handeye.yaml testdata/checkerboard/corners.csv --poses testdata/checkerboard/robot.csv --json",
             "validate testdata/camera_files testdata/checkerboard/camera.yaml --verbose", "validate testdata --json",
             "simulate config/scene.yaml -o scene --corners-only --json", "simulate config/footage.yaml -o footage --truth-only",
             "simulate config/scene.yaml -o scene --corners-only --overwrite"]),

@@ -61,6 +61,8 @@ extern const CommandEntry kRigCalibrateCommand;
 extern const CommandEntry kRigValidateCommand;
 extern const CommandEntry kRigRectifyCommand;
 extern const CommandEntry kRigTriangulateCommand;
+extern const CommandEntry kHandEyeCalibrateCommand;
+extern const CommandEntry kHandEyeValidateCommand;
 extern const CommandEntry kProjectCommand;
 extern const CommandEntry kUnprojectCommand;
 extern const CommandEntry kPoseCommand;

@@ -25,15 +25,34 @@
 namespace alidade {
 namespace {
 
-constexpr const char* kRigSummary = "Several cameras that are fixed to each other";
+// Of the groups of commands.
+const std::map<std::string, const char*> kGroupSummaries = {
+    {"rig", "Several cameras that are fixed to each other"},
+    {"handeye", "A camera on a robot's hand, or beside a robot"}};
 
 // In the order of the help text.
-const std::array<const CommandEntry*, 20> kCommands = {
-    &kCalibrateCommand,  &kDetectCommand,         &kRigCalibrateCommand, &kRigValidateCommand,
-    &kRigRectifyCommand, &kRigTriangulateCommand, &kProjectCommand,      &kUnprojectCommand,
-    &kPoseCommand,       &kUndistortCommand,      &kValidateCommand,     &kDiffCommand,
-    &kFleetCommand,      &kConvertCommand,        &kFormatsCommand,      &kReportCommand,
-    &kTrackCommand,      &kBoardCommand,          &kSimulateCommand,     &kHelpCommand};
+const std::array<const CommandEntry*, 22> kCommands = {&kCalibrateCommand,
+                                                       &kDetectCommand,
+                                                       &kRigCalibrateCommand,
+                                                       &kRigValidateCommand,
+                                                       &kRigRectifyCommand,
+                                                       &kRigTriangulateCommand,
+                                                       &kHandEyeCalibrateCommand,
+                                                       &kHandEyeValidateCommand,
+                                                       &kProjectCommand,
+                                                       &kUnprojectCommand,
+                                                       &kPoseCommand,
+                                                       &kUndistortCommand,
+                                                       &kValidateCommand,
+                                                       &kDiffCommand,
+                                                       &kFleetCommand,
+                                                       &kConvertCommand,
+                                                       &kFormatsCommand,
+                                                       &kReportCommand,
+                                                       &kTrackCommand,
+                                                       &kBoardCommand,
+                                                       &kSimulateCommand,
+                                                       &kHelpCommand};
 
 // The command that shell completion calls, hidden from users.
 constexpr std::string_view kCompleteCommand = "complete";
@@ -89,7 +108,8 @@ CLI::App* addParser(CLI::App& app, const CommandEntry& entry) {
   const std::string group_name(name.substr(0, space));
   const auto groups =
       app.get_subcommands([&](const CLI::App* other) { return other->get_name() == group_name; });
-  CLI::App* group = groups.empty() ? app.add_subcommand(group_name, kRigSummary) : groups.front();
+  CLI::App* group =
+      groups.empty() ? app.add_subcommand(group_name, kGroupSummaries.at(group_name)) : groups.front();
   group->require_subcommand(1);
   return group->add_subcommand(std::string(name.substr(space + 1)), entry.summary);
 }

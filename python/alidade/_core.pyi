@@ -460,6 +460,99 @@ def calibrate_rig(views: Mapping[str, Any], board: Union[Board, str, Sequence[Un
     The other arguments and the errors are those of calibrate(). InputError: cameras that nothing links.
     """
 
+class HandEye:
+    """Where a camera is on a robot's hand or beside the robot: the content of a hand-eye file. Metres, radians."""
+    @property
+    def camera_on(self) -> str:
+        """"hand", or "base" if the camera stands beside the robot and the gripper carries the boards."""
+    @property
+    def mount_from_camera(self) -> _Floats:
+        """gripper_from_camera, or base_from_camera, as a 4x4 matrix."""
+    @property
+    def covariance(self) -> Optional[_Floats]:
+        """Of the tangent [translation, rotation] of mount_from_camera, (6, 6), a right perturbation; None if unknown."""
+    @property
+    def world_from_boards(self) -> list[_Floats]:
+        """base_from_board, or gripper_from_board, of each board as a 4x4 matrix."""
+    @property
+    def boards(self) -> list[str]:
+        """The SPECs of the boards."""
+    @property
+    def robot_noise(self) -> dict[str, float]:
+        """Standard deviations of the robot's errors about and along each axis: rotation_rad, translation_m."""
+    @property
+    def num_poses(self) -> int:
+        """Robot poses in use."""
+    @property
+    def error_m(self) -> float:
+        """The 95 % error of a point at the boards' distance, in the frame of the gripper or base."""
+    @property
+    def rms_px(self) -> float:
+        """The reprojection error: sqrt(mean of dx^2 + dy^2) over the corners."""
+    @property
+    def verdict(self) -> str:
+        """"trustworthy", "usable_with_reservations" or "rejected"."""
+    @property
+    def finding_ids(self) -> list[str]:
+        """The ids of the findings behind the verdict."""
+    def save(self, path: _Path, format: str = "alidade") -> None:
+        """Writes the file: "alidade", or only the transform as "ros", "urdf" or "opencv". UsageError: an unknown format."""
+
+class HandEyeFrame:
+    """An image and the robot pose that belongs to it."""
+    @property
+    def image(self) -> str:
+        """The name of the image."""
+    @property
+    def base_from_gripper(self) -> _Floats:
+        """The pose that the robot stated, after mending, as a 4x4 matrix."""
+    @property
+    def deviation(self) -> _Floats:
+        """The gripper was at base_from_gripper @ exp(deviation): [translation, rotation], metres and radians, (6,)."""
+    @property
+    def sigmas(self) -> float:
+        """The size of the deviation in its standard deviations; about 1."""
+    @property
+    def rms_px(self) -> float:
+        """The reprojection error of the corners."""
+    @property
+    def reason(self) -> str:
+        """Why it is left out; empty if it is in use."""
+
+class HandEyeCalibration(HandEye):
+    """A calibrated hand-eye transform and what is known about it."""
+    @property
+    def is_usable(self) -> bool:
+        """False for a rejected transform, which must not be used."""
+    @property
+    def findings(self) -> list[Finding]:
+        """What was found, failures first; also what was mended in the poses."""
+    @property
+    def warnings(self) -> list[Finding]:
+        """The findings that are warnings or failures."""
+    @property
+    def frames(self) -> list[HandEyeFrame]:
+        """The images and their robot poses, by name of the image."""
+    def save(self, path: _Path, format: str = "alidade", *, keep_untrustworthy: bool = False) -> None:
+        """Writes the file as HandEye.save(). Error: the transform is rejected, unless keep_untrustworthy."""
+
+def calibrate_hand_eye(views: Any, poses: Union[_Path, Mapping[Any, ArrayLike], Sequence[tuple[Any, ArrayLike]]], board: Union[Board, str, Sequence[Union[Board, str]], None] = None, *, pose_form: str = "", camera_on: Optional[str] = None, camera: Optional[Camera] = None, model: Optional[str] = None, tolerance: str = "1mm", image_size: Optional[_Size] = None, names: Optional[Sequence[str]] = None, sigma_px: Optional[ArrayLike] = None, color: str = "bgr", num_frames: int = 100, cache: Optional[_Path] = None, jobs: int = 0, progress: _Progress = None) -> HandEyeCalibration:
+    """Finds where a camera is on a robot's hand, or beside a robot that carries the board.
+
+    views, board, image_size, names, sigma_px, color, num_frames, cache, jobs, progress: as for calibrate().
+    poses: base_from_gripper of each image, metres: {name: 4x4 matrix}, a list of (name, matrix), or the path of a table
+    (docs/handeye.md). A name is that of the image, or its number or time.
+    pose_form: what the numbers of a table without a header mean. camera_on: "hand", "base" or None: found from the poses.
+    camera: a Camera whose lens is kept; None: calibrated in the same fit, with the model given or the one that fits best.
+    tolerance: the error of a point at the boards' distance (95 %) that you accept.
+
+    A poor result does not raise, nor does a mistake in the poses that was mended: see HandEyeCalibration.findings.
+    InputError: as calibrate(), and poses that match no images or fewer than 3, or a table that cannot be read.
+    """
+
+def load_hand_eye(path: _Path) -> HandEye:
+    """Reads a hand-eye file. InputError: a file that cannot be read or states something else than it should."""
+
 class Check:
     """A question that was asked of a camera file, and the answer."""
     @property

@@ -7,7 +7,10 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/LU>
+
 #include "alidade/files.h"
+#include "alidade/files/hand_eye_file.h"
 #include "apps/command_line.h"
 #include "support/grid_difference.h"
 #include "support/scratch_test.h"
@@ -101,6 +104,19 @@ TEST_F(BasesTest, CamerasFromPhotographsDifferByLessThanAHundredthOfTheirStandar
   }
   if (num_compared == 0) GTEST_SKIP() << "no photographs; scripts/setup photos installs some";
   EXPECT_GE(num_compared, 2);
+}
+
+TEST_F(BasesTest, HandEyeTransformDiffersByLessThanAHundredthOfItsStandardDeviations) {
+  EXPECT_THAT(runAlidade({"handeye", "calibrate", dataPath("images"), "--board", kBoardSpec, "--poses",
+                          dataPath("robot.csv"), "-o", path("handeye.yaml")}),
+              EndsWith(0));
+  const HandEyeRecord now = readHandEye(path("handeye.yaml"));
+  const HandEyeRecord then = readHandEye(basePath("handeye"));
+  const SE3::Tangent moved = (then.mount_from_camera.inverse() * now.mount_from_camera).log();
+  EXPECT_LT(std::sqrt(moved.dot(then.covariance.inverse() * moved)), 0.01);
+  EXPECT_NEAR(now.error_m / then.error_m, 1, 0.01);
+  EXPECT_NEAR(now.robot_noise.rotation_rad / then.robot_noise.rotation_rad, 1, 0.01);
+  EXPECT_NEAR(now.robot_noise.translation_m / then.robot_noise.translation_m, 1, 0.01);
 }
 
 }  // namespace

@@ -290,6 +290,36 @@ TABLE = {
         ("rig.yaml seen.csv -o seen.csv", 2, "choose another name"),
         ("rig.yaml seen.csv -o closed/found.csv", 1, CLOSED),
     ],
+    "handeye calibrate": [
+        ("", 2, "no input | folders, images or a corners file"),
+        ("photos", 2, "no --poses | --poses poses.csv"),
+        ("photos --poses poses.csv", 2, "no --board | --board checkerboard:9x6:SQUARE"),
+        ("photos --poses poses.csv --board checkerboard:9x6:25", 2, BARE_NUMBER),
+        (f"photos --poses none.csv --board {SPEC}", 1, EXISTS),
+        (f"photos --poses photos --board {SPEC}", 1, "this is a folder | give the path of a file in it"),
+        (f"photos --poses empty.yaml --board {SPEC}", 1, "empty.yaml"),
+        (f"photos --poses poses.csv --board {SPEC} --pose-form kuca", 2, "expected abb, fanuc, franka, kuka"),
+        (f"photos --poses poses.csv --board {SPEC} --camera-on arm", 2, "expected one of hand, base"),
+        (f"photos --poses poses.csv --board {SPEC} --to kalibr", 2, "expected one of alidade, ros, urdf, opencv"),
+        (f"photos --poses poses.csv --board {SPEC} --tolerance 1px", 2, "--tolerance"),
+        (f"photos --poses poses.csv --board {SPEC} --camera none.yaml", 1, EXISTS),
+        (f"photos --pose poses.csv --board {SPEC}", 2, "did you mean '--poses'?"),
+        (f"empty --poses poses.csv --board {SPEC}", 1, HAS_NO_IMAGE),
+        (f"photos --poses poses.csv --board {SPEC} -o poses.csv", 2, "choose another name"),
+        (f"photos --poses poses.csv --board {SPEC} -o closed/handeye.yaml", 1, CLOSED),
+    ],
+    "handeye validate": [
+        ("", 2, "no input | a hand-eye file, then new images"),
+        ("none.yaml photos", 1, EXISTS),
+        (f"camera.yaml photos --poses poses.csv --board {SPEC}", 1, "camera.yaml"),
+        (f"none.yaml photos --pose poses.csv --board {SPEC}", 2, "did you mean '--poses'?"),
+        (f"camera.yaml photos --board {SPEC}", 1, "camera.yaml"),
+        ("camera.yaml", 2, "no input | a hand-eye file, then new images"),
+        (f"empty.yaml photos --poses poses.csv --board {SPEC}", 1, "empty.yaml"),
+        (f"photos photos --poses poses.csv --board {SPEC}", 1, "this is a folder | give the path of a file in it"),
+        (f"none.yaml photos --poses poses.csv --board {SPEC} --camera-on arm", 2, "expected one of hand, base"),
+        ("none.yaml other.yaml", 1, EXISTS),
+    ],
 }
 
 CAMERA = "{alidade_camera: 1, model: pinhole, image_size: {width: 640, height: 480}, parameters: {fx: 500, fy: 500, cx: 320, cy: 240}}"
@@ -315,6 +345,7 @@ def lay_out():
     write("rig.yaml", "alidade_rig: 1\ncameras:\n" + "".join(cameras))
     write("points.csv", "0.1,-0.05,1\n")
     write("pixels.csv", "320,240\n")
+    write("poses.csv", "".join(f"{image},{0.1 * i},0,0,0,0,0,1\n" for i, image in enumerate(images)))
     write("seen.csv", "id,camera,u,v\n1,left,320,240\n1,right,270,240\n")
     write("lens.xml", "<lensdatabase version=\"2\"><lens><model>a lens</model></lens></lensdatabase>\n")
     write("empty.yaml", "")

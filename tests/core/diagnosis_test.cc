@@ -40,8 +40,22 @@ TEST(DiagnosisKinds, AreDescribedInTheDocumentation) {
   std::map<std::string, std::string> of_camera = rowsOf(pageText("verdict.md"));
   for (const char* verdict : {"trustworthy", "usable_with_reservations", "rejected"})
     of_camera.erase(verdict);
+  std::map<std::string, std::string> of_hand_eye = rowsOf(pageText("handeye.md"));
+  std::erase_if(of_hand_eye, [](const auto& row) {
+    return !row.first.starts_with("robot_") && !row.first.starts_with("hand_eye_") &&
+           !row.first.starts_with("camera_on_f");
+  });
   const std::string of_rig = pageText("rigs.md");
   for (const DiagnosisKind& kind : kDiagnosisKinds) {
+    if (kind.subject == Subject::kRobot) {
+      const auto row = of_hand_eye.find(std::string(kind.id));
+      ASSERT_TRUE(row != of_hand_eye.end()) << kind.id;
+      const std::string severity =
+          kind.severity ? "| " + std::string(severityName(*kind.severity)) + " |" : ", failure |";
+      EXPECT_THAT(row->second, testing::HasSubstr(severity)) << kind.id;
+      of_hand_eye.erase(row);
+      continue;
+    }
     if (kind.subject > Subject::kRig) continue;
     const auto row = of_camera.find(std::string(kind.id));
     if (row == of_camera.end()) {
@@ -54,6 +68,7 @@ TEST(DiagnosisKinds, AreDescribedInTheDocumentation) {
     of_camera.erase(row);
   }
   EXPECT_THAT(of_camera, testing::IsEmpty()) << "a row of docs/verdict.md is of no diagnosis";
+  EXPECT_THAT(of_hand_eye, testing::IsEmpty()) << "a row of docs/handeye.md is of no diagnosis";
 }
 
 TEST(DiagnosisKinds, HaveDifferentIds) {

@@ -98,7 +98,7 @@ def samples_folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("name, count", [("README.md", 2), ("docs/python.md", 6)])
+@pytest.mark.parametrize("name, count", [("README.md", 2), ("docs/python.md", 7)])
 def test_samples_run(samples_folder, name, count):
     code = blocks(ROOT / name)
     assert len(code) == count

@@ -17,7 +17,7 @@ from help_text import all_helps
 
 FILES, FOLDERS = ["camera.yaml", "notes.txt"], ["photos", "rigs"]
 # Lines with fixed answers, lists of commands, the flags of each command, and the values of flags that have a list.
-NUM_CASES = 14 + 3 + 22 + 50
+NUM_CASES = 14 + 3 + 25 + 57
 
 # bash completes files and folders itself, when the function asks for it.
 BASH = """

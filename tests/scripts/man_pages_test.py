@@ -17,7 +17,7 @@ import tempfile
 
 from help_text import all_helps
 
-NUM_PAGES = 22
+NUM_PAGES = 25
 SECTIONS = ["NAME", "SYNOPSIS", "DESCRIPTION", "OPTIONS", "EXIT STATUS", "SEE ALSO"]
 
 

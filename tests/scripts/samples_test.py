@@ -15,7 +15,7 @@ import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PHOTOS = "/usr/share/doc/opencv-doc/examples/data"
-NUM_SAMPLES = 12
+NUM_SAMPLES = 13
 
 
 def samples(path):

@@ -32,6 +32,7 @@ enum class Subject {
   kFile,      ///< the numbers of a camera file
   kTest,      ///< a camera tested on images or footage, or against another camera
   kFleet,     ///< many camera files of one kind
+  kRobot,     ///< poses of a robot, and what follows from them
 };
 
 /// Order in which to read equally severe diagnoses.
@@ -54,9 +55,9 @@ inline constexpr std::optional<Severity> kByRule;
 inline constexpr bool kNeedsFocal = true;
 }  // namespace detail
 
-/// All diagnoses. docs/verdict.md describes those of one camera, docs/rigs.md those of a rig; a test checks
-/// that none is missing. Diagnoses of one camera with equal severity and rank are listed in the order of
-/// these rows.
+/// All diagnoses. docs/verdict.md, docs/rigs.md and docs/handeye.md describe those of one camera, a rig and a
+/// robot; a test checks that none is missing. Diagnoses of one camera with equal severity and rank are
+/// listed in the order of these rows.
 inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"not_converged", Subject::kFit, Severity::kFailure},
     {"not_settled", Subject::kViews, Severity::kFailure},
@@ -126,6 +127,20 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"pose_untested", Subject::kRig, Severity::kWarning},
     {"lens_contradicted", Subject::kRig},
     {"lengths_contradicted", Subject::kRig, detail::kByRule},
+
+    {"robot_contradicts", Subject::kRobot, Severity::kFailure, Rank::kCause},
+    {"robot_motion_poor", Subject::kRobot, Severity::kFailure, Rank::kCause},
+    {"robot_poses_misread", Subject::kRobot, Severity::kWarning, Rank::kCause},
+    {"robot_poses_inverted", Subject::kRobot, Severity::kWarning, Rank::kCause},
+    {"robot_mirrored", Subject::kRobot, Severity::kFailure, Rank::kCause},
+    {"robot_poses_shifted", Subject::kRobot, Severity::kWarning, Rank::kCause},
+    {"robot_poses_swapped", Subject::kRobot, Severity::kWarning, Rank::kCause},
+    {"robot_board_moved", Subject::kRobot, Severity::kWarning, Rank::kCause},
+    {"robot_poses_left_out", Subject::kRobot, Severity::kWarning},
+    {"robot_scale", Subject::kRobot, detail::kByRule, Rank::kCause},
+    {"hand_eye_inaccurate", Subject::kRobot, detail::kByRule, Rank::kConsequence},
+    {"camera_on_found", Subject::kRobot, detail::kByRule},
+    {"robot_poses_by_order", Subject::kRobot, Severity::kNote},
 
     {"several_sizes", Subject::kImage, Severity::kNote},
     {"blurred_images", Subject::kImage, Severity::kNote},

@@ -66,7 +66,7 @@ double meanSlope(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss los
 }
 
 double coordinateVariance(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss,
-                          int num_free_params) {
+                          double num_free_params) {
   double sum_psi2 = 0;
   for (const Eigen::Vector2d& error : weighted_errors) {
     const double s = error.squaredNorm();

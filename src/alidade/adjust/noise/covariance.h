@@ -47,6 +47,6 @@ struct IntrinsicsInformation : ScaledInverse {
 /// Without outliers it is the sum of squares over the degrees of freedom, counted per coordinate.
 /// @param weighted_errors  reprojection errors times the square root of the corners' weights, px
 [[nodiscard]] double coordinateVariance(std::span<const Eigen::Vector2d> weighted_errors, HuberLoss loss,
-                                        int num_free_params);
+                                        double num_free_params);
 
 }  // namespace alidade
