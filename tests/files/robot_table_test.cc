@@ -477,5 +477,12 @@ TEST(RobotTable, DamageNeverSurprises) {
   EXPECT_GT(num_read, 500);
 }
 
+TEST(RobotTable, RefusesAFormThatTheHeaderContradicts) {
+  const std::string rows = "image,x_m,y_m,z_m,qx,qy,qz,qw\n0,1,2,3,0,0,0,1\n";
+  EXPECT_THAT([&] { static_cast<void>(parseRobotTable(rows, "poses.csv", {.form = "quaternion_wxyz"})); },
+              testing::ThrowsMessage<Error>(testing::HasSubstr("which name the order quaternion_xyzw")));
+  EXPECT_EQ(parseRobotTable(rows, "poses.csv", {.form = "quaternion_xyzw"}).poses.size(), 1U);
+}
+
 }  // namespace
 }  // namespace alidade

@@ -118,3 +118,16 @@ def test_says_what_is_wrong(tmp_path):
         rejected.save(tmp_path / "rejected.yaml")
     rejected.save(tmp_path / "rejected.yaml", keep_untrustworthy=True)
     assert alidade.load_hand_eye(tmp_path / "rejected.yaml").verdict == "rejected"
+
+
+def test_has_no_transform_where_poses_contradict_the_images(tmp_path):
+    _, poses = recorded("hand")
+    rng = np.random.default_rng(9)
+    others = [(SE3.from_rotation_vector(rng.uniform(-1, 1, 3), rng.uniform(-0.3, 0.3, 3))).matrix for _ in poses]
+    result = calibrated("hand", list(enumerate(others)), camera_on="hand")
+    assert result.verdict == "rejected" and not result.is_usable and result.finding_ids[0] == "robot_contradicts"
+    assert np.isnan(result.mount_from_camera[:3, 3]).all() and np.isnan(result.error_m) and result.covariance is None
+    assert len(result.world_from_boards) == 0 and result.num_poses == 0
+    with pytest.raises(alidade.Error, match="must not be used"):
+        result.save(tmp_path / "handeye.yaml")
+    assert not list(tmp_path.iterdir())

@@ -191,6 +191,12 @@ std::span<const HandEyeFormat> handEyeFormats() {
 }
 
 std::string handEyeText(const HandEyeRecord& record, std::string_view format) {
+  if (!record.mount_from_camera.translation.allFinite()) {
+    throw inputError(
+        {.where = "hand-eye calibration",
+         .found = "no transform" + (record.findings.empty() ? "" : " (" + record.findings.front() + ")"),
+         .expected = "a solution to write"});
+  }
   const auto found = std::ranges::find(kHandEyeFormats, format, &HandEyeFormat::id);
   if (found != kHandEyeFormats.end()) return found->write(record);
   const auto known = mapped(kHandEyeFormats, [](const HandEyeFormat& each) { return std::string(each.id); });

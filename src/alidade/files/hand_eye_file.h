@@ -19,7 +19,7 @@ struct HandEyeFormat {
 [[nodiscard]] std::span<const HandEyeFormat> handEyeFormats();
 
 /// Text of a hand-eye file. Numbers have the fewest digits that read back as the same ones.
-/// @throws Error (kUsage) for an unknown format
+/// @throws Error (kUsage) for an unknown format; (kInput) for a calibration without a solution
 [[nodiscard]] std::string handEyeText(const HandEyeRecord& record, std::string_view format = "alidade");
 
 /// Reads a hand-eye file of Alidade (docs/handeye.md). Quaternions are normalised, which may change their

@@ -125,8 +125,9 @@ FoundColumns findTranslation(const std::vector<std::string>& header) {
 // Reads the lines of a table.
 class RobotLines {
  public:
-  RobotLines(const std::string& name, const RobotTableOptions& options) : lines_(name) {
-    if (!options.form.empty()) form_ = meaningOf(options.form);
+  RobotLines(const std::string& name, const RobotTableOptions& options)
+      : lines_(name), stated_(options.form) {
+    if (!stated_.empty()) form_ = meaningOf(stated_);
   }
 
   void line(std::string_view text) {
@@ -176,7 +177,15 @@ class RobotLines {
                          "those of the stated form, " + std::to_string(meaning_.numNumbers()) + " numbers",
                          "state no form, or another one");
     }
-    if (rotation.names == "qx qy qz qw") meaning_.form = "quaternion_xyzw";
+    // A maker's form tells the unit, too; one of a quaternion, nothing but the order.
+    constexpr std::string_view kNamedOrder = "quaternion_xyzw";
+    const bool are_ordered = rotation.names == "qx qy qz qw";
+    if (are_ordered && stated_ == meaning_.form && stated_ != kNamedOrder) {
+      throw lines_.error(
+          "the columns " + rotation.names + ", which name the order " + std::string(kNamedOrder),
+          "those of the stated form, " + stated_, "state no form, or correct the header");
+    }
+    if (are_ordered) meaning_.form = kNamedOrder;
     if (!translation.unit.empty()) meaning_.units_per_m = translation.unit == "mm" ? kMmPerM : 1;
     if (!rotation.unit.empty() && rotation.at.size() == 3)
       meaning_.form.replace(meaning_.form.size() - 3, 3, rotation.unit);
@@ -225,6 +234,7 @@ class RobotLines {
   }
 
   TableLines lines_;
+  std::string stated_;              // the form's name
   std::optional<RowMeaning> form_;  // as stated
   RowMeaning meaning_;
   std::vector<std::size_t> columns_;  // of the numbers; empty: not known yet

@@ -95,7 +95,7 @@ std::vector<Tried> tryAll(std::span<const MatchedView> views, std::size_t num_bo
 }
 
 std::string misfitText(const ClosedForm& form) {
-  return fmt::format("{:.2g} degrees and {:.2g} % of the distance", form.median_rad * kDegPerRad,
+  return fmt::format("{:.3g} degrees and {:.3g} % of the distance", form.median_rad * kDegPerRad,
                      100 * form.median_share);
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <set>
 #include <utility>
@@ -374,19 +375,27 @@ void keepLens(const CameraRecord& record, CalibratorOptions& options) {
 }
 
 HandEyeRecord recordOf(const HandEyeCalibration& calibration, std::string created_by) {
-  HandEyeRecord record{.camera_on = calibration.camera_on,
-                       .mount_from_camera = calibration.mount_from_camera,
-                       .covariance = calibration.covariance.topLeftCorner<6, 6>(),
-                       .world_from_boards = calibration.world_from_boards,
-                       .robot_noise = calibration.robot_noise,
-                       .error_m = calibration.error_m,
-                       .rms_px = rms(calibration.fit),
-                       .verdict = calibration.verdict(),
-                       .created_by = std::move(created_by)};
-  for (const FitBoard& board : calibration.fit.boards) record.boards.push_back(board.target.spec());
-  for (const HandEyeFrame& frame : calibration.frames) record.num_poses += frame.reason.empty() ? 1 : 0;
+  HandEyeRecord record;
+  record.created_by = std::move(created_by);
+  record.verdict = calibration.verdict();
   for (const Diagnosis& diagnosis : calibration.diagnoses)
     if (diagnosis.severity >= Severity::kWarning) record.findings.emplace_back(diagnosis.id);
+  if (!calibration.isSolved()) {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    record.mount_from_camera.translation.setConstant(kNaN);
+    record.robot_noise = {.rotation_rad = kNaN, .translation_m = kNaN};
+    record.error_m = record.rms_px = kNaN;
+    return record;
+  }
+  record.camera_on = calibration.camera_on;
+  record.mount_from_camera = calibration.mount_from_camera;
+  record.covariance = calibration.covariance.topLeftCorner<6, 6>();
+  record.world_from_boards = calibration.world_from_boards;
+  for (const FitBoard& board : calibration.fit.boards) record.boards.push_back(board.target.spec());
+  record.robot_noise = calibration.robot_noise;
+  record.num_poses = static_cast<int>(std::ranges::count(calibration.frames, "", &HandEyeFrame::reason));
+  record.error_m = calibration.error_m;
+  record.rms_px = rms(calibration.fit);
   return record;
 }
 

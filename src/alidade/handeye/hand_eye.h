@@ -26,7 +26,7 @@ namespace alidade {
 /// @throws Error (kInput) for a camera of corrected images
 void keepLens(const CameraRecord& record, CalibratorOptions& options);
 
-/// All that a hand-eye file holds of it. @pre it is solved
+/// All that a hand-eye file holds of it. Without a solution, numbers are NaN, and it cannot be written.
 [[nodiscard]] HandEyeRecord recordOf(const HandEyeCalibration& calibration, std::string created_by);
 
 }  // namespace alidade

@@ -155,7 +155,7 @@ class HandEyeCalibrateCommand final : public Command {
     common_.cancel = catchInterrupts();
     const HandEyeCalibration result = inputs_.calibrate(common_);
     const bool is_kept = result.isUsable() || (keep_ && result.isSolved());
-    HandEyeRecord record = result.isSolved() ? recordOf(result, programName()) : HandEyeRecord();
+    HandEyeRecord record = recordOf(result, programName());
     record.date = dateText(date_);
     record.camera_name = inputs_.camera;
     const bool is_on_stdout = output_ == "-" && !common_.json;
