@@ -53,7 +53,7 @@ class Solver {
     constexpr double kAtRest = 1e-14;  // of the cost
     Point at;
     at.params = fit.cameras.front().params;
-    for (const FitView& view : fit.views) at.poses.push_back(fit.placements[view.placement].rig_from_board);
+    for (const FitView& view : fit.views) at.poses.push_back(fit.placements[view.placement].rig_from_body);
     if (!evaluate(at)) return false;
     bool is_at_rest = false;
     for (int i = 0; i < kMaxSteps && !is_at_rest; ++i) {
@@ -81,7 +81,7 @@ class Solver {
     }
     fit.cameras.front().params = at.params;
     for (std::size_t v = 0; v < at.poses.size(); ++v)
-      fit.placements[fit.views[v].placement].rig_from_board = at.poses[v];
+      fit.placements[fit.views[v].placement].rig_from_body = at.poses[v];
     return is_at_rest;
   }
 

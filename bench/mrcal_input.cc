@@ -29,7 +29,7 @@ bool solveByMrcal(const Fit& fit, int num_repetitions) {
     for (const double p : camera.params) std::fprintf(script, "%.17g ", p);
     printPose(script, camera.camera_from_rig);
   }
-  for (const FitPlacement& placement : fit.placements) printPose(script, placement.rig_from_board);
+  for (const FitPlacement& placement : fit.placements) printPose(script, placement.rig_from_body);
   for (const FitView& view : fit.views) {
     std::fprintf(script, "%zu %zu", view.placement, view.camera);
     std::vector<const Observation*> of_id(static_cast<std::size_t>(board.numCorners()));

@@ -77,7 +77,7 @@ Problem makeProblem(int num_cameras, int num_frames) {
     const std::size_t frame = problem.start.placements.size();
     const SE3 off{SO3::exp(0.01 * Eigen::Vector3d(random.normal(), random.normal(), random.normal())),
                   0.003 * Eigen::Vector3d(random.normal(), random.normal(), random.normal())};
-    problem.start.placements.push_back({.frame = frame, .board = 0, .rig_from_board = pose * off});
+    problem.start.placements.push_back({.frame = frame, .rig_from_body = pose * off});
     for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
       View view =
           exactView(rig.cameras[c], kSize, kBoard, rig.camera_from_rig[c] * pose, std::to_string(frame));

@@ -156,7 +156,7 @@ Outcome runCeres(const Problem& problem) {
     ceres::Solve(options, &plain, &summary);
     requireConverged(summary.termination_type == ceres::CONVERGENCE, summary.message);
     for (std::size_t v = 0; v < poses.size(); ++v)
-      fit.placements[fit.views[v].placement].rig_from_board = fromBlock(poses[v].data());
+      fit.placements[fit.views[v].placement].rig_from_body = fromBlock(poses[v].data());
   });
 }
 

@@ -66,28 +66,32 @@ TYPED_TEST(SolveOf, CostAndGradientOfAViewEqualThoseOfItsCornersUnderCeresLoss) 
     EXPECT_NEAR(gradient[i], plain_gradient[i], 1e-9 * (1 + std::abs(plain_gradient[i]))) << i;
 }
 
-// By all unknowns that a view may have: intrinsics, placement, the camera's place in a rig, the board's
-// shape.
+// By all unknowns that a view may have: intrinsics, placement, the places of the camera in a rig and of the
+// board in a body, the board's shape.
 TYPED_TEST(SolveOf, JacobianOfAViewIsThatOfItsCost) {
   using M = TypeParam;
   Fit fit = bundleSet<M>(1, kSolveOutlierPx, kSolveLoss);
   fit.cameras.front().is_rig_pose_fixed = false;
   fit.cameras.front().camera_from_rig =
       SE3::exp((SE3::Vec6() << 0.01, -0.02, 0.03, 0.1, -0.2, 0.05).finished());
-  fit.placements.front().rig_from_board =
-      fit.cameras.front().camera_from_rig.inverse() * fit.placements.front().rig_from_board;
+  fit.boards.front().body_from_board = SE3::exp((SE3::Vec6() << 0.3, 0.2, -0.1, -0.5, 0.4, 0.7).finished());
+  fit.placements.front().rig_from_body = fit.cameras.front().camera_from_rig.inverse() *
+                                         fit.placements.front().rig_from_body *
+                                         fit.boards.front().body_from_board->inverse();
   fit.boards.front().is_shape_fixed = false;
   std::vector<double> params = fit.cameras.front().params;
-  PoseBlock placement = toBlock(fit.placements.front().rig_from_board);
+  PoseBlock placement = toBlock(fit.placements.front().rig_from_body);
   PoseBlock rig_pose = toBlock(fit.cameras.front().camera_from_rig);
+  PoseBlock body_pose = toBlock(*fit.boards.front().body_from_board);
   std::array<double, 2> shape = {2e-4, -3e-4};
   ceres::Problem problem;
   problem.AddResidualBlock(new ViewBlock(fit, fit.views.front()), nullptr, params.data(), placement.data(),
-                           rig_pose.data(), shape.data());
+                           rig_pose.data(), body_pose.data(), shape.data());
+  problem.SetManifold(body_pose.data(), new SE3Manifold);
   problem.SetManifold(placement.data(), new SE3Manifold);
   problem.SetManifold(rig_pose.data(), new SE3Manifold);
   ceres::Problem::EvaluateOptions order;
-  order.parameter_blocks = {params.data(), placement.data(), rig_pose.data(), shape.data()};
+  order.parameter_blocks = {params.data(), placement.data(), rig_pose.data(), body_pose.data(), shape.data()};
   std::vector<double> gradient;
   ceres::CRSMatrix jacobian;
   double cost = 0;
@@ -103,19 +107,19 @@ TYPED_TEST(SolveOf, JacobianOfAViewIsThatOfItsCost) {
   // Moves one unknown, of a pose along its tangent.
   const auto costAt = [&](std::size_t i, double step) {
     const auto n = static_cast<std::size_t>(kNumParams<M>);
-    const auto before = std::tuple(params, placement, rig_pose, shape);
+    const auto before = std::tuple(params, placement, rig_pose, body_pose, shape);
     if (i < n) {
       params[i] += step;
-    } else if (i < n + 12) {
-      PoseBlock& pose = i < n + 6 ? placement : rig_pose;
+    } else if (i < n + 18) {
+      PoseBlock& pose = i < n + 6 ? placement : i < n + 12 ? rig_pose : body_pose;
       SE3::Vec6 xi = SE3::Vec6::Zero();
       xi(static_cast<Eigen::Index>((i - n) % 6)) = step;
       pose = toBlock(fromBlock(pose.data()) * SE3::exp(xi));
     } else {
-      shape[i - n - 12] += step;
+      shape[i - n - 18] += step;
     }
     const double now = costNow();
-    std::tie(params, placement, rig_pose, shape) = before;
+    std::tie(params, placement, rig_pose, body_pose, shape) = before;
     return now;
   };
   int num_checked = 0;
@@ -125,7 +129,7 @@ TYPED_TEST(SolveOf, JacobianOfAViewIsThatOfItsCost) {
         << i;
     ++num_checked;
   }
-  EXPECT_EQ(num_checked, kNumParams<M> + 6 + 6 + 2);
+  EXPECT_EQ(num_checked, kNumParams<M> + 6 + 6 + 6 + 2);
 }
 
 // Where both end, as the root mean square of a corner and in standard deviations of the parameters.
@@ -242,7 +246,7 @@ TEST(Solve, GivesTheSameBytesWhereverItsBlocksLieInMemory) {
 
 TEST(Solve, FailsFromBehindTheCamera) {
   Fit fit = bundleSet<Radtan>(4, 0, kSolveLoss);
-  fit.placements[2].rig_from_board.translation.z() = -1;
+  fit.placements[2].rig_from_body.translation.z() = -1;
   testing::internal::CaptureStderr();
   const SolveSummary summary = solve(fit).summary;
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/handeye/closed_form.h"
+#include "alidade/geometry/hand_eye_form.h"
 
 #include <gtest/gtest.h>
 

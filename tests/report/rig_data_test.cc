@@ -173,7 +173,7 @@ nlohmann::json documentOf(const ReportedRig& rig) {
                                    {"alone_rms_px", 0.1},
                                    {"transfer_px", 0.2}});
   }
-  for (const FitPlacement& placement : rig.placements)
+  for (const ReportedPlacement& placement : rig.placements)
     document["placements"].push_back(
         {{"frame", placement.frame}, {"board", 0}, {"rig_from_board", pose(placement.rig_from_board)}});
   for (const ReportedView& view : rig.views) {

@@ -24,11 +24,6 @@ RigCalibration calibrated(const RigScene& scene) {
   return calibrate(std::span(&kCharuco, 1), scene.views, optionsFor(scene));
 }
 
-auto hasDiagnosis(const char* id) {
-  return Field(&RigCalibration::diagnoses,
-               Contains(Field(&Diagnosis::id, testing::Eq(std::string_view(id)))));
-}
-
 // Equal cameras side by side.
 RigScene rowOf(int num_cameras, double step_m, int num_frames, std::uint64_t seed) {
   const std::vector<double> pinhole = {600, 600, 320, 240};

@@ -5,7 +5,10 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include <gmock/gmock.h>
 
 #include "alidade/rig/rig_calibrator.h"
 #include "alidade/simulate/observe.h"
@@ -85,6 +88,11 @@ inline Eigen::Matrix<double, 6, 1> poseError(const RigScene& scene, const RigCal
                                              std::size_t camera) {
   const SE3 truth = scene.cameras[camera].camera_from_rig * scene.cameras.front().camera_from_rig.inverse();
   return (truth.inverse() * rig.fit.cameras[camera].camera_from_rig).log();
+}
+
+inline auto hasDiagnosis(const char* id) {
+  return testing::Field(&RigCalibration::diagnoses,
+                        testing::Contains(testing::Field(&Diagnosis::id, testing::Eq(std::string_view(id)))));
 }
 
 }  // namespace alidade

@@ -23,7 +23,7 @@ template <class M>
       corner.sigma_px = std::numeric_limits<double>::quiet_NaN();
       corner.weight = random.uniform(0.2, 3.0);
     }
-    fit.placements[view.placement].rig_from_board.translation.z() *= 1.03;
+    fit.placements[view.placement].rig_from_body.translation.z() *= 1.03;
   }
   fit.cameras.front().params[0] *= 1.02;
   fit.cameras.front().params[2] += 3;

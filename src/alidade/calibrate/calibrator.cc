@@ -52,7 +52,7 @@ Calibration calibrationOf(ModelSolution solution, const PreparedViews& given,
   Choice& choice = solution.choice;
   Uncertainty uncertainty = uncertaintyOf(solution, options);
   Dropped dropped = droppedFrom(fit, given, options.cancel);
-  for (FitPlacement& placement : fit.placements) placement.rig_from_board = settled(placement.rig_from_board);
+  for (FitPlacement& placement : fit.placements) placement.rig_from_body = settled(placement.rig_from_body);
   if (!choice.model) choice.better_model = neededModel(fit, options.cancel);
   // Restore the caller's view indices.
   for (FitView& view : fit.views) view.source = given.sources[view.source];
@@ -483,9 +483,8 @@ std::vector<ViewSummary> viewSummaries(const Calibration& calibration) {
   std::vector<ViewSummary> summaries;
   auto outlier = calibration.dropped.outliers.begin();
   for (const FitView& view : calibration.fit.views) {
-    ViewSummary summary{.image = view.image,
-                        .board = boardIndex(calibration.fit, view),
-                        .num_corners = static_cast<int>(view.errors.size())};
+    ViewSummary summary{
+        .image = view.image, .board = view.board, .num_corners = static_cast<int>(view.errors.size())};
     double sum = 0;
     for (const Eigen::Vector2d& error : view.errors) {
       sum += error.squaredNorm();

@@ -115,6 +115,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"frames_disagree", Subject::kRig, Severity::kWarning},
     {"weak_link", Subject::kRig, detail::kByRule, Rank::kConsequence},
     {"unchecked_link", Subject::kRig, Severity::kWarning},
+    {"linked_by_motion", Subject::kRig, Severity::kNote},
     {"no_holdout", Subject::kRig, Severity::kNote},
     {"holdout_error", Subject::kRig},
     {"same_images", Subject::kMatching, Severity::kFailure, Rank::kCause},

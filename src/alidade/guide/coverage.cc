@@ -264,7 +264,7 @@ CoverageReport coverageOf(const Calibration& calibration, std::span<const View> 
     const FitView& view = fit.views[v];
     report.views.push_back(
         {.image = view.image,
-         .board = boardIndex(fit, view),
+         .board = view.board,
          .sighting = sightBoard(camera, boardOf(fit, view).target, cameraFromBoard(fit, view)),
          .fill = fillOf(box, calibration.imageSize())});
     const BoardTilt& tilt = report.views.back().sighting.tilt;

@@ -249,7 +249,7 @@ std::size_t mostSeenBoard(const Fit& fit) {
 // True if the board's columns run along the image's height in most of its views.
 bool isHeldUpright(const Fit& fit, std::size_t board) {
   const auto num_upright = std::count_if(fit.views.begin(), fit.views.end(), [&](const FitView& view) {
-    if (boardIndex(fit, view) != board) return false;
+    if (view.board != board) return false;
     const Eigen::Vector3d along_columns = cameraFromBoard(fit, view).rotation * Eigen::Vector3d::UnitX();
     return std::abs(along_columns.y()) > std::abs(along_columns.x());
   });

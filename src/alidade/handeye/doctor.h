@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "alidade/core/diagnosis.h"
+#include "alidade/geometry/hand_eye_form.h"
 #include "alidade/geometry/se3.h"
-#include "alidade/handeye/closed_form.h"
 #include "alidade/record/hand_eye_record.h"
 #include "alidade/record/robot_poses.h"
 

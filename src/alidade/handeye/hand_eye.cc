@@ -116,7 +116,7 @@ Fit withMovedBoards(Fit fit, const std::vector<bool>& is_after) {
   const std::size_t num_boards = fit.boards.size();
   for (std::size_t b = 0; b < num_boards; ++b) fit.boards.push_back(fit.boards[b]);
   for (std::size_t v = 0; v < fit.views.size(); ++v)
-    if (is_after[v]) fit.placements[fit.views[v].placement].board += num_boards;
+    if (is_after[v]) fit.views[v].board += num_boards;
   return fit;
 }
 
@@ -172,8 +172,8 @@ void dropUnseenBoards(RobotFit& fit) {
   for (std::size_t b = 0; b < fit.fit.boards.size(); ++b) {
     if (numViews(fit.fit, b) > 0) kept.push_back(b);
   }
-  for (FitPlacement& placement : fit.fit.placements)
-    placement.board = static_cast<std::size_t>(std::ranges::find(kept, placement.board) - kept.begin());
+  for (FitView& view : fit.fit.views)
+    view.board = static_cast<std::size_t>(std::ranges::find(kept, view.board) - kept.begin());
   const auto first = static_cast<Eigen::Index>(fit.numParams()) + 6;
   const Eigen::MatrixXd all = fit.covariance;
   Eigen::MatrixXd selection = Eigen::MatrixXd::Zero(all.rows(), first + 6 * std::ssize(kept));
@@ -204,8 +204,7 @@ class HandEye {
     for (std::size_t f = 0; f < frames_.images.size(); ++f) {
       if (!frames_.poses[f]) continue;
       for (const std::size_t v : frames_.views[f]) {
-        matches.push_back(
-            {*frames_.poses[f], boardIndex(fit_, fit_.views[v]), cameraFromBoard(fit_, fit_.views[v])});
+        matches.push_back({*frames_.poses[f], fit_.views[v].board, cameraFromBoard(fit_, fit_.views[v])});
         frame_of.push_back(f);
       }
     }
@@ -245,8 +244,7 @@ class HandEye {
     for (std::size_t f = 0; f < frames_.images.size(); ++f) {
       const SE3 pose = stated_[f].value_or(SE3());
       const FitView& view = fit_.views[frames_.views[f].front()];
-      seen_.push_back(
-          {motionOf(reading_.camera_on, pose), cameraFromBoard(fit_, view), boardIndex(fit_, view)});
+      seen_.push_back({motionOf(reading_.camera_on, pose), cameraFromBoard(fit_, view), view.board});
       start.frames.push_back({.base_from_gripper = pose, .views = frames_.views[f]});
       result_.frames.push_back({.image = frames_.images[f],
                                 .base_from_gripper = pose,

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "alidade/handeye/closed_form.h"
+#include "alidade/geometry/hand_eye_form.h"
 #include "alidade/handeye/hand_eye_calibration.h"
 #include "alidade/handeye/joint_fit.h"
 

@@ -54,7 +54,7 @@ void placeViews(RobotFit& fit) {
     const SE3 motion = camera_from_mount * motionOf(fit.camera_on, gripperOf(frame));
     for (const std::size_t v : frame.views) {
       const FitView& view = fit.fit.views[v];
-      setCameraFromBoard(fit.fit, view, motion * fit.world_from_boards[boardIndex(fit.fit, view)]);
+      setCameraFromBoard(fit.fit, view, motion * fit.world_from_boards[view.board]);
     }
   }
 }
@@ -107,7 +107,7 @@ class Equations {
     const auto factor = viewFactor(kernel_, onlyCamera(fit.fit).params, camera_from_board, groups_[v],
                                    fit.fit.loss, Unseen::kLeaveOut);
     expect(factor.has_value(), "a view of a solved fit");
-    const std::size_t board = boardIndex(fit.fit, view);
+    const std::size_t board = view.board;
     const Eigen::Index num_params = kernel_.numParams();
     const Eigen::Index at_mount = kPose + directions_.cols();
     Matrix J = Matrix::Zero(factor->cols(), kPose + num_shared_ + 1);

@@ -16,7 +16,7 @@ namespace {
 constexpr int kPose = 6;
 constexpr std::size_t kFewest = 3;  // views on each side of a motion
 
-// A view of a board that a second camera saw at the same time.
+// A view of a body that a second camera saw at the same time.
 struct CommonView {
   std::size_t view = 0;
   std::size_t frame = 0;
@@ -26,12 +26,12 @@ struct CommonView {
 
 // The common views of each camera, in the order of frames.
 std::vector<std::vector<CommonView>> commonViews(const JointViews& views, const JointFit& joint) {
-  std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> of_board;  // by frame and board
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> of_body;  // by frame and body
   for (std::size_t v = 0; v < views.poses.size(); ++v)
-    of_board[{views.poses[v].frame, views.poses[v].board}].push_back(v);
+    of_body[{views.poses[v].frame, views.body_of[views.poses[v].board]}].push_back(v);
   const auto isLinked = [&](std::size_t v) { return !std::ranges::binary_search(joint.unlinked, v); };
   std::vector<std::vector<CommonView>> common(views.sigma_px.size());
-  for (const auto& [place, of_place] : of_board) {
+  for (const auto& [place, of_place] : of_body) {
     for (const std::size_t v : of_place) {
       // Prefer a view that agrees with the rig and has many corners.
       std::optional<std::size_t> other;
@@ -46,7 +46,7 @@ std::vector<std::vector<CommonView>> commonViews(const JointViews& views, const 
           {.view = v,
            .frame = place.first,
            .is_linked = isLinked(v),
-           .rig_from_rig = joint.rig_from_board[v] * joint.rig_from_board[*other].inverse()});
+           .rig_from_rig = joint.rig_from_body[v] * joint.rig_from_body[*other].inverse()});
     }
   }
   return common;
@@ -61,10 +61,11 @@ double effectOf(const SE3& rig_from_rig, const JointFit& joint, std::size_t came
   std::vector<double> distances;
   for (const std::size_t v : of_camera) {
     const FitView& view = joint.fit.views[v];
-    const Eigen::Vector3d middle = boardOf(joint.fit, view).target.middle();
-    const Projection before = lens.projectPoint(of.camera_from_rig * joint.rig_from_board[v] * middle);
+    const Eigen::Vector3d p_body =
+        boardOf(joint.fit, view).poseOf({}) * boardOf(joint.fit, view).target.middle();
+    const Projection before = lens.projectPoint(of.camera_from_rig * joint.rig_from_body[v] * p_body);
     const Projection after =
-        lens.projectPoint(of.camera_from_rig * rig_from_rig * joint.rig_from_board[v] * middle);
+        lens.projectPoint(of.camera_from_rig * rig_from_rig * joint.rig_from_body[v] * p_body);
     const bool are_seen = before.ok() && after.ok();
     distances.push_back(are_seen ? (after.pixel - before.pixel).norm()
                                  : std::hypot(of.size.width, of.size.height));

@@ -16,7 +16,7 @@
 namespace alidade {
 namespace {
 
-// A board's motion where it is in one placement, as tangents of rig_from_board per interval between frames.
+// A body's motion where it is in one placement, as tangents of rig_from_body per interval between frames.
 struct Motion {
   Vector6d velocity = Vector6d::Zero();
   Vector6d acceleration = Vector6d::Zero();
@@ -25,13 +25,13 @@ struct Motion {
 
 using Placements = std::vector<std::vector<std::size_t>>;
 
-// The placements of each board by their time in intervals: that of the frame, plus the delay of a camera that
-// sees the board alone. Where views of a frame contradict each other, those that agree count.
+// The placements of each body by their time in intervals: that of the frame, plus the delay of a camera that
+// sees the body alone. Where views of a frame contradict each other, those that agree count.
 std::vector<std::map<double, std::size_t>> pathsOf(const Fit& fit, const Placements& views,
                                                    std::span<const double> times) {
   std::vector<std::map<std::size_t, std::vector<std::size_t>>> frames(fit.boards.size());
   for (std::size_t p = 0; p < views.size(); ++p)
-    frames[fit.placements[p].board][fit.placements[p].frame].push_back(p);
+    frames[fit.placements[p].body][fit.placements[p].frame].push_back(p);
   std::vector<std::map<double, std::size_t>> paths(fit.boards.size());
   for (std::size_t b = 0; b < frames.size(); ++b) {
     for (const auto& [frame, placements] : frames[b]) {
@@ -104,7 +104,7 @@ std::vector<std::optional<Motion>> motionsOf(const Fit& fit, const Placements& v
       for (; end != path.end(); ++end) {
         if (!node_times.empty() && end->first > node_times.back() + kLongestGap) break;
         node_times.push_back(end->first);
-        poses.push_back(fit.placements[end->second].rig_from_board);
+        poses.push_back(fit.placements[end->second].rig_from_body);
       }
       if (poses.size() < 2) {
         node = end;
@@ -166,9 +166,10 @@ void followPaths(const Scatter& scatter, std::span<const double> times, Fit& fit
       }
       const double delay = fit.cameras[view.camera].delay;
       const PoseDeviation::Normal normal = view.deviation.value_or(PoseDeviation()).normal;
-      view.deviation = {.velocity = motions[p]->velocity,
-                        .acceleration = motions[p]->acceleration,
-                        .root = effectsOf(*motions[p], delay, usual, scatter),
+      const Matrix6d to_board = boardOf(fit, view).tangentByBody();
+      view.deviation = {.velocity = to_board * motions[p]->velocity,
+                        .acceleration = to_board * motions[p]->acceleration,
+                        .root = to_board * effectsOf(*motions[p], delay, usual, scatter),
                         .normal = normal};
       is_seen[view.camera] = true;
     }
@@ -179,14 +180,15 @@ void followPaths(const Scatter& scatter, std::span<const double> times, Fit& fit
   }
 }
 
-Scatter startDeviations(const std::vector<SE3>& rig_from_board, std::span<const double> times, Fit& fit) {
+Scatter startDeviations(const std::vector<SE3>& rig_from_body, std::span<const double> times, Fit& fit) {
   followPaths({.std_intervals = 1, .path = 1}, times, fit);
   std::vector<double> sizes;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
     for (const std::size_t v : of_placement) {
       if (v == of_placement.front() || !fit.views[v].deviation) continue;
       const auto& root = fit.views[v].deviation->root;
-      const Vector6d apart = (rig_from_board[of_placement.front()].inverse() * rig_from_board[v]).log();
+      const Vector6d apart = boardOf(fit, fit.views[v]).tangentByBody() *
+                             (rig_from_body[of_placement.front()].inverse() * rig_from_body[v]).log();
       sizes.push_back(std::sqrt(apart.dot(solveSpd6(root * root.transpose(), apart)) / (2.0 * apart.size())));
     }
   }

@@ -24,9 +24,9 @@ struct Scatter {
 void followPaths(const Scatter& scatter, std::span<const double> times, Fit& fit);
 
 /// The same with a scatter that covers the differences of the poses from single views.
-/// @param rig_from_board  pose of the board from each view alone
+/// @param rig_from_body  pose of the body from each view alone
 /// @returns the scatter; zero if too few views share placements
-Scatter startDeviations(const std::vector<SE3>& rig_from_board, std::span<const double> times, Fit& fit);
+Scatter startDeviations(const std::vector<SE3>& rig_from_body, std::span<const double> times, Fit& fit);
 
 /// The displacement of boards and corners by the deviations of the views.
 [[nodiscard]] ExposureScatter exposureScatter(double std_intervals, const Fit& fit);

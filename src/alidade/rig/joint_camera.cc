@@ -2,6 +2,7 @@
 #include "alidade/rig/rig_stages.h"
 
 #include <algorithm>
+#include <set>
 #include <vector>
 
 #include "alidade/adjust/noise/joint_information.h"
@@ -18,18 +19,24 @@ void setFit(const Fit& rig, std::size_t camera, double variance, Fit& fit) {
   onlyCamera(fit).params = rig.cameras[camera].params;
   fit.boards = rig.boards;
   for (FitBoard& board : fit.boards) {
+    board.body_from_board = {};
     if (board.isUneven()) *board.offset_precision *= variance;
     board.flex.precision *= variance;
   }
   // The camera sees only some of the placements that have bends.
   for (std::size_t b = 0; b < fit.boards.size(); ++b) {
-    const auto count = std::ranges::count(rig.placements, b, &FitPlacement::board);
-    if (count > 0)
-      fit.boards[b].flex.num_free *= static_cast<double>(numViews(fit, b)) / static_cast<double>(count);
+    std::set<std::size_t> places;
+    for (const FitView& view : rig.views) {
+      if (view.board == b) places.insert(view.placement);
+    }
+    if (!places.empty())
+      fit.boards[b].flex.num_free *=
+          static_cast<double>(numViews(fit, b)) / static_cast<double>(places.size());
   }
   auto own = fit.views.begin();
   for (const FitView& view : rig.views) {
     if (view.camera != camera) continue;
+    own->board = view.board;
     own->corners = view.corners;
     own->errors = view.errors;
     own->flex_m = view.flex_m;

@@ -57,20 +57,27 @@ Flex flexOf(const JointViews& views, std::size_t board) {
 
 // Starts the bends of a flexible board in each placement at the mean of those that its cameras alone find.
 void startFlex(const JointViews& views, Fit& fit) {
-  std::vector<Eigen::Vector3d> sums(fit.placements.size(), Eigen::Vector3d::Zero());  // and their number
+  std::map<std::pair<std::size_t, std::size_t>, Eigen::Vector3d> sums;  // by placement and board; and number
   const auto bendOf = [](const BoardShape& shape) { return Eigen::Vector2d(shape.bend_x_m, shape.bend_y_m); };
   for (std::size_t v = 0; v < fit.views.size(); ++v) {
     const FitBoard& joint = boardOf(fit, fit.views[v]);
     const FitBoard& alone = views.alone[views.poses[v].camera].fit.boards[views.poses[v].board];
     if (!joint.isFlexible() || !alone.isFlexible()) continue;
-    sums[fit.views[v].placement].head<2>() +=
-        bendOf(shapeIn(alone, *views.poses[v].view)) - bendOf(joint.shape);
-    ++sums[fit.views[v].placement].z();
+    const Eigen::Vector2d bend = bendOf(shapeIn(alone, *views.poses[v].view)) - bendOf(joint.shape);
+    sums.try_emplace({fit.views[v].placement, fit.views[v].board}, Eigen::Vector3d::Zero()).first->second +=
+        Eigen::Vector3d(bend.x(), bend.y(), 1);
   }
   for (FitView& view : fit.views) {
-    const Eigen::Vector3d& sum = sums[view.placement];
-    if (sum.z() > 0) view.flex_m = sum.head<2>() / sum.z();
+    const auto sum = sums.find({view.placement, view.board});
+    if (sum != sums.end()) view.flex_m = sum->second.head<2>() / sum->second.z();
   }
+}
+
+// The pose of a view's body as this view alone has it, with cameras and boards at their places in the fit.
+SE3 rigFromBody(const Fit& fit, const JointViews& views, std::size_t v) {
+  const PosedView& pose = views.poses[v];
+  return fit.cameras[pose.camera].camera_from_rig.inverse() * pose.camera_from_board *
+         (fit.boards[pose.board].poseOf({}) * views.turnOf(v).turned_from_board).inverse();
 }
 
 // Initial fit of all cameras together.
@@ -90,18 +97,21 @@ Fit startOf(const JointViews& views) {
     board.flex = flexOf(views, b);
     board.is_shape_fixed = board.is_shape_fixed || board.isFlexible();  // bends in each placement suffice
   }
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // by frame and board
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    if (views.body_of[b] != b) fit.boards[b].body_from_board = views.body_from_board[b];
+  }
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // by frame and body
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     const PosedView& pose = views.poses[v];
     const BoardTurn& turn = views.turnOf(v);
-    const SE3 rig_from_board = views.camera_from_rig[pose.camera].inverse() * pose.camera_from_board *
-                               turn.turned_from_board.inverse();
+    const std::size_t body = views.body_of[pose.board];
     std::size_t placement = fit.placements.size();
-    if (views.agrees[v])
-      placement = placement_of.try_emplace({pose.frame, pose.board}, placement).first->second;
+    if (views.agrees[v]) placement = placement_of.try_emplace({pose.frame, body}, placement).first->second;
     if (placement == fit.placements.size())
-      fit.placements.push_back({.frame = pose.frame, .board = pose.board, .rig_from_board = rig_from_board});
+      fit.placements.push_back(
+          {.frame = pose.frame, .body = body, .rig_from_body = rigFromBody(fit, views, v)});
     fit.views.push_back({.camera = pose.camera,
+                         .board = pose.board,
                          .placement = placement,
                          .source = v,
                          .corners = renumbered(views.poses[v].view->corners, fit.boards[pose.board].target,
@@ -139,18 +149,15 @@ double meanSquare(const FitView& view) {
 }
 
 std::vector<SE3> placedByEach(const Fit& fit, const JointViews& views) {
-  std::vector<SE3> rig_from_board;
-  for (std::size_t v = 0; v < views.poses.size(); ++v) {
-    const PosedView& pose = views.poses[v];
-    rig_from_board.push_back(fit.cameras[pose.camera].camera_from_rig.inverse() * pose.camera_from_board *
-                             views.turnOf(v).turned_from_board.inverse());
-  }
-  return rig_from_board;
+  std::vector<SE3> rig_from_body;
+  for (std::size_t v = 0; v < views.poses.size(); ++v) rig_from_body.push_back(rigFromBody(fit, views, v));
+  return rig_from_body;
 }
 
-// RMS of a view's errors, with the board's pose from a second view, px.
-double transferRms(const Fit& fit, const FitView& view, const SE3& rig_from_board) {
+// RMS of a view's errors, with the body's pose from a second view, px.
+double transferRms(const Fit& fit, const FitView& view, const SE3& rig_from_body) {
   const FitCamera& camera = fit.cameras[view.camera];
+  const SE3 rig_from_board = boardOf(fit, view).poseOf(rig_from_body);
   double sum = 0;
   for (const Eigen::Vector2d& error : reprojectionErrors(
            camera.model, camera.params, camera.camera_from_rig * rig_from_board, cornersOnShape(fit, view)))
@@ -163,11 +170,11 @@ double transferRms(const Fit& fit, const FitView& view, const SE3& rig_from_boar
 using Transfers = std::vector<double>;
 
 void updateTransfers(const Fit& fit, const std::vector<std::size_t>& of_placement,
-                     const std::vector<SE3>& rig_from_board, Transfers& transfers) {
+                     const std::vector<SE3>& rig_from_body, Transfers& transfers) {
   for (const std::size_t v : of_placement) {
     double least = std::numeric_limits<double>::max();
     for (const std::size_t w : of_placement)
-      if (w != v) least = std::min(least, transferRms(fit, fit.views[v], rig_from_board[w]));
+      if (w != v) least = std::min(least, transferRms(fit, fit.views[v], rig_from_body[w]));
     transfers[v] = of_placement.size() > 1 ? least : 0;
   }
 }
@@ -175,7 +182,7 @@ void updateTransfers(const Fit& fit, const std::vector<std::size_t>& of_placemen
 Transfers transfersOf(const JointFit& joint, const std::vector<std::vector<std::size_t>>& placements) {
   Transfers transfers(joint.fit.views.size());
   for (const std::vector<std::size_t>& of_placement : placements)
-    updateTransfers(joint.fit, of_placement, joint.rig_from_board, transfers);
+    updateTransfers(joint.fit, of_placement, joint.rig_from_body, transfers);
   return transfers;
 }
 
@@ -184,13 +191,13 @@ Fit withoutEmptyPlacements(const Fit& fit) {
   return withoutViews(fit, std::vector<bool>(fit.views.size(), false));
 }
 
-// Gives a view its own placement with its own board pose. A view that remains alone also gets its own pose,
-// because the shared one may be far from it.
+// Gives a view its own placement with its own pose of the body. A view that remains alone also gets its own
+// pose, because the shared one may be far from it.
 void unlink(std::size_t v, JointFit& joint) {
   Fit& fit = joint.fit;
   const std::size_t left = fit.views[v].placement;
   FitPlacement own = fit.placements[left];
-  own.rig_from_board = joint.rig_from_board[v];
+  own.rig_from_body = joint.rig_from_body[v];
   fit.views[v].placement = fit.placements.size();
   fit.placements.push_back(own);
   fit.views[v].deviation.reset();
@@ -198,15 +205,17 @@ void unlink(std::size_t v, JointFit& joint) {
   const auto isLeft = [&](const FitView& view) { return view.placement == left; };
   if (std::ranges::count_if(fit.views, isLeft) != 1) return;
   const auto last = static_cast<std::size_t>(std::ranges::find_if(fit.views, isLeft) - fit.views.begin());
-  fit.placements[left].rig_from_board = joint.rig_from_board[last];
+  fit.placements[left].rig_from_body = joint.rig_from_body[last];
   fit.views[last].deviation.reset();
 }
 
 // Error limit of each camera's views when poses come from single views: far above most errors.
 std::vector<double> transferLimits(const Fit& fit, const Transfers& transfers) {
   constexpr double kFactor = 4;
+  constexpr double kFactorByMotion = 12;  // a small error of one board's tilt moves the others far
   constexpr double kLeastPx = 2;
   constexpr std::size_t kQuarter = 4;  // if a camera moved, half of its views may be wrong
+  const bool are_bodies = std::ranges::any_of(fit.boards, &FitBoard::isBodyPoseFree);
   std::vector<std::vector<double>> of_camera(fit.cameras.size());
   for (std::size_t v = 0; v < transfers.size(); ++v) {
     if (transfers[v] > 0) of_camera[fit.views[v].camera].push_back(transfers[v]);
@@ -215,7 +224,8 @@ std::vector<double> transferLimits(const Fit& fit, const Transfers& transfers) {
   for (std::vector<double>& own : of_camera) {
     const auto quartile = own.begin() + static_cast<std::ptrdiff_t>(own.size() / kQuarter);
     if (!own.empty()) std::ranges::nth_element(own, quartile);
-    limits.push_back(std::max(kLeastPx, own.empty() ? 0 : kFactor * *quartile));
+    limits.push_back(
+        std::max(kLeastPx, own.empty() ? 0 : (are_bodies ? kFactorByMotion : kFactor) * *quartile));
   }
   return limits;
 }
@@ -234,22 +244,21 @@ void unlinkGrossContradictions(JointFit& joint) {
       if (excess(*worst) <= 1) break;
       unlink(*worst, joint);
       of_placement.erase(worst);
-      updateTransfers(joint.fit, of_placement, joint.rig_from_board, transfers);
+      updateTransfers(joint.fit, of_placement, joint.rig_from_body, transfers);
     }
   }
 }
 
 // The view whose own pose is farthest from those of the others; of two, the second one.
 std::size_t oddOne(const std::vector<std::size_t>& of_placement, const JointViews& views,
-                   const std::vector<SE3>& rig_from_board) {
+                   const std::vector<SE3>& rig_from_body) {
   const auto distanceOf = [&](std::size_t v) { return views.poses[v].camera_from_board.translation.norm(); };
   std::size_t odd = of_placement.front();
   double most = -1;
   for (const std::size_t v : of_placement) {
     double sum = 0;
     for (const std::size_t other : of_placement)
-      sum +=
-          between(rig_from_board[v], rig_from_board[other]).cost(std::max(distanceOf(v), distanceOf(other)));
+      sum += between(rig_from_body[v], rig_from_body[other]).cost(std::max(distanceOf(v), distanceOf(other)));
     if (sum < most) continue;
     most = sum;
     odd = v;
@@ -273,8 +282,8 @@ bool unlinkContradictions(const JointViews& views, const std::vector<double>& al
   bool is_any = false;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
     if (!isContradictory(fit, of_placement, alone)) continue;
-    if (!is_any) joint.rig_from_board = placedByEach(fit, views);
-    unlink(oddOne(of_placement, views, joint.rig_from_board), joint);
+    if (!is_any) joint.rig_from_body = placedByEach(fit, views);
+    unlink(oddOne(of_placement, views, joint.rig_from_body), joint);
     is_any = true;
   }
   return is_any;
@@ -298,7 +307,7 @@ bool unlinkMovedViews(const JointViews& views, JointFit& joint, std::vector<std:
     if (views.poses[v].camera == step->camera && placements[joint.fit.views[v].placement].size() > 1)
       sides[views.poses[v].frame < step->first_frame ? 0 : 1].push_back(v);
   }
-  joint.rig_from_board = placedByEach(joint.fit, views);
+  joint.rig_from_body = placedByEach(joint.fit, views);
   const std::vector<std::size_t>& side = sides[0].size() < sides[1].size() ? sides[0] : sides[1];
   for (const std::size_t v : side) unlink(v, joint);
   moved.insert(moved.end(), side.begin(), side.end());
@@ -309,15 +318,16 @@ bool unlinkMovedViews(const JointViews& views, JointFit& joint, std::vector<std:
 // true if there were any.
 template <typename DoesAgree>
 bool linkAgain(const JointViews& views, const DoesAgree& doesAgree, JointFit& joint) {
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> linked;  // a view of each board in each frame
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> linked;  // a view of each body in each frame
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     if (std::ranges::find(joint.unlinked, v) == joint.unlinked.end())
-      linked[{views.poses[v].frame, views.poses[v].board}] = v;
+      linked[{views.poses[v].frame, views.body_of[views.poses[v].board]}] = v;
   }
   return std::erase_if(joint.unlinked, [&](std::size_t v) {
-           const auto other = linked.find({views.poses[v].frame, views.poses[v].board});
+           const auto other = linked.find({views.poses[v].frame, views.body_of[views.poses[v].board]});
            if (other == linked.end() || !doesAgree(v, joint.fit.views[other->second])) return false;
-           joint.fit.views[v].flex_m = joint.fit.views[other->second].flex_m;
+           if (joint.fit.views[v].board == joint.fit.views[other->second].board)
+             joint.fit.views[v].flex_m = joint.fit.views[other->second].flex_m;
            joint.fit.views[v].placement = joint.fit.views[other->second].placement;
            return true;
          }) > 0;
@@ -326,13 +336,13 @@ bool linkAgain(const JointViews& views, const DoesAgree& doesAgree, JointFit& jo
 // Links views again, except those in `moved`, that agree with the others now that the cameras are known.
 // Returns true if there were any.
 bool relink(const JointViews& views, const std::vector<std::size_t>& moved, JointFit& joint) {
-  joint.rig_from_board = placedByEach(joint.fit, views);
+  joint.rig_from_body = placedByEach(joint.fit, views);
   const std::vector<double> limits =
       transferLimits(joint.fit, transfersOf(joint, viewsOfPlacements(joint.fit)));
   const auto doesAgree = [&](std::size_t v, const FitView& other) {
     const FitView& view = joint.fit.views[v];
     return std::ranges::find(moved, v) == moved.end() &&
-           transferRms(joint.fit, view, joint.fit.placements[other.placement].rig_from_board) <=
+           transferRms(joint.fit, view, joint.fit.placements[other.placement].rig_from_body) <=
                limits[view.camera];
   };
   return linkAgain(views, doesAgree, joint);
@@ -347,7 +357,7 @@ JointFit startedFit(const JointViews& views) {
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
     if (!views.agrees[v]) joint.unlinked.push_back(v);
   }
-  joint.rig_from_board = placedByEach(joint.fit, views);
+  joint.rig_from_body = placedByEach(joint.fit, views);
   return joint;
 }
 
@@ -448,12 +458,12 @@ JointFit rigidFit(const JointViews& views, std::span<const std::size_t> uneven,
 // Returns true if there were any.
 bool unlinkFarViews(const DeviationScatter& scatter, double most, const JointViews& views, JointFit& joint) {
   bool is_any = false;
-  joint.rig_from_board = placedByEach(joint.fit, views);
+  joint.rig_from_body = placedByEach(joint.fit, views);
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(joint.fit)) {
     const auto sizeOf = [&](std::size_t v) { return scatter.sizes[v]; };
     const auto farthest = std::ranges::max_element(of_placement, {}, sizeOf);
     if (!(sizeOf(*farthest) > most)) continue;
-    unlink(of_placement.size() > 2 ? *farthest : oddOne(of_placement, views, joint.rig_from_board), joint);
+    unlink(of_placement.size() > 2 ? *farthest : oddOne(of_placement, views, joint.rig_from_body), joint);
     is_any = true;
   }
   return is_any;
@@ -519,7 +529,7 @@ std::optional<JointFit> looseFit(const JointViews& views, std::span<const std::s
   joint.fit = withoutEmptyPlacements(joint.fit);
   if (views.frames.are_simultaneous || isAnyFlexible(joint.fit) || joint.unlinked.size() >= most_unlinked)
     return std::nullopt;
-  Scatter scatter = startDeviations(joint.rig_from_board, views.frames.times, joint.fit);
+  Scatter scatter = startDeviations(joint.rig_from_body, views.frames.times, joint.fit);
   if (!(scatter.std_intervals > 0) || !settleDeviations(views, alone, most_unlinked, scatter, joint, cancel))
     return std::nullopt;
   // Views that contradicted while delays were unknown.
@@ -566,7 +576,7 @@ JointFit jointFit(const JointViews& views, std::span<const std::size_t> uneven, 
   }
   if (hasFailed(joint)) joint = separateFit(views, joint);
   std::ranges::sort(joint.unlinked);
-  joint.rig_from_board = placedByEach(joint.fit, views);
+  joint.rig_from_body = placedByEach(joint.fit, views);
   return joint;
 }
 

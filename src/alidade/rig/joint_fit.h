@@ -10,8 +10,8 @@
 
 #include "alidade/adjust/board/fit.h"
 #include "alidade/core/cancel.h"
+#include "alidade/rig/joint_views.h"
 #include "alidade/rig/rig_calibration.h"
-#include "alidade/rig/rig_start.h"
 
 namespace alidade {
 
@@ -22,8 +22,8 @@ namespace alidade {
 struct JointFit {
   Fit fit;
   std::vector<std::size_t> unlinked = {};  ///< views that contradict their frame, ascending
-  /// Pose of the board from each view alone, with the camera at its pose in the fit.
-  std::vector<SE3> rig_from_board = {};
+  /// Pose of the body from each view alone, with cameras and boards at their places in the fit.
+  std::vector<SE3> rig_from_body = {};
   /// If images of a frame were not taken at one instant: the views have deviations.
   std::optional<ExposureScatter> exposure = {};
   bool are_points_lost = false;  ///< no point positions of uneven boards fit all cameras

@@ -8,8 +8,6 @@
 namespace alidade {
 namespace {
 
-// Largest difference of poses that count as the same: single views are rough, grazing ones very rough.
-constexpr PoseDistance kSame = {0.05, 0.05};
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max() / 2;
 
 // Poses of camera b relative to a by one frame: a candidate for each turn of the board.
@@ -109,7 +107,7 @@ struct PoseAgreement {
 
 // @param num_tried  frames whose candidates are tried, evenly chosen
 PoseAgreement poseAgreement(const std::vector<FramePoses>& frames, std::size_t num_tried) {
-  const double limit = kSame.cost(1);
+  const double limit = kSamePose.cost(1);
   const auto count = static_cast<double>(frames.size());
   PoseAgreement best;
   for (std::size_t f = 0; f < frames.size(); f += strideFor(frames.size(), num_tried)) {
@@ -122,7 +120,7 @@ PoseAgreement poseAgreement(const std::vector<FramePoses>& frames, std::size_t n
         const double agreement = std::max(0.0, 1 - cost / limit);
         found.mean += agreement / count;
         squares += agreement * agreement / count;
-        if (!distance.isWithin(kSame, frame.distance_m)) continue;
+        if (!distance.isWithin(kSamePose, frame.distance_m)) continue;
         ++found.num_frames;
         found.cost += cost;
       }
@@ -207,7 +205,7 @@ class LagSearch {
     const auto count = std::ranges::count_if(views, [&](const SharedBoard& view) {
       const double distance_m = view.a_from_board.translation.norm();
       return view.board != middle.board ||
-             between(middle.a_from_board, view.a_from_board).cost(distance_m) > 2 * kSame.cost(1);
+             between(middle.a_from_board, view.a_from_board).cost(distance_m) > 2 * kSamePose.cost(1);
     });
     return 2 * static_cast<std::size_t>(count) > views.size();
   }

@@ -28,6 +28,9 @@ struct PoseDistance {
 };
 [[nodiscard]] PoseDistance between(const SE3& a, const SE3& b);
 
+/// Largest difference of poses that count as the same: single views are rough, grazing ones very rough.
+inline constexpr PoseDistance kSamePose = {0.05, 0.05};
+
 /// A board and the ways in which it looks the same.
 struct LinkBoard {
   explicit LinkBoard(const Board& of) : board(of), turns(boardTurns(of)) {}

@@ -32,6 +32,7 @@ struct CameraLink {
   std::size_t num_views = 0;    ///< of boards that a second camera saw at the same time
   std::size_t num_grazing = 0;  ///< of these, with the board turned by more than kGrazingRad
   std::size_t partner = 0;      ///< the camera that shares the most boards with this one
+  bool is_by_motion = false;    ///< the two never see the same board in one frame
   /// Error of transferring a pixel from the partner to this camera at the distance of the boards: 95 % of the
   /// errors are smaller, px. By the covariance, and the largest error that either camera's diagnoses state.
   double transfer_px = std::numeric_limits<double>::quiet_NaN();
@@ -87,13 +88,23 @@ struct RigCovariance {
   [[nodiscard]] bool isKnown() const { return matrix.rows() > 0; }
 };
 
+/// Turns of the bodies before a rig between all pairs of frames.
+struct RigTurns {
+  Eigen::Vector3d main_axis = Eigen::Vector3d::Zero();  ///< of most of them, in a camera's frame
+  double main_rad = 0;                                  ///< RMS about it
+  double second_rad = 0;                                ///< about the axis that comes next
+};
+
 /// Links between the views of a rig by boards that several cameras saw in one frame.
 struct RigLinks {
-  std::size_t num_linked = 0;           ///< placements of boards that two or more cameras saw
+  std::size_t num_linked = 0;           ///< placements of bodies that two or more cameras saw
   std::size_t num_common_views = 0;     ///< views of boards that a second camera saw in the same frame
   std::size_t num_lone_views = 0;       ///< of these, views that are linked with no other
   std::size_t num_renumbered = 0;       ///< views of ambiguous boards that were renumbered
   std::vector<RigImage> unlinked = {};  ///< views that contradict the others of their frame
+  /// The part of each camera by common boards, if some parts are linked by motion, see linkByMotion().
+  std::vector<std::size_t> common_part_of = {};
+  RigTurns turns = {};
 };
 
 /// Scatter of the times at which the cameras of a rig take the images of one frame.

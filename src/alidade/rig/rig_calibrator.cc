@@ -16,11 +16,14 @@
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/uncertainty/print_errors.h"
+#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/parallel.h"
 #include "alidade/core/text.h"
+#include "alidade/rig/motion_link.h"
 #include "alidade/rig/rig_stages.h"
+#include "alidade/rig/rig_start.h"
 #include "alidade/rig/shared_models.h"
 #include "alidade/target/board_turns.h"
 
@@ -112,10 +115,27 @@ void shareModels(std::span<const Board> boards, const std::vector<RigViews>& cam
 
 void requireOnePart(const std::vector<RigViews>& cameras, const JointViews& views) {
   if (views.num_parts == 1) return;
+  const std::string parts = partsText(mapped(cameras, &RigViews::name), views.part_of);
+  if (const auto& motion = views.little_motion) {
+    throw inputError(
+        {.where = "rig",
+         .found =
+             fmt::format("too little motion to link {}: {} and {} see no board together, and between frames "
+                         "the boards turn {}",
+                         parts, cameras[motion->first].name, cameras[motion->second].name,
+                         turnsText(motion->turns, cameras[motion->second].name)),
+         .expected =
+             "boards that do not move relative to each other, and turns by 10 degrees or more about a second axis",
+         .next_step =
+             "tilt the rig, or the boards together, about another axis as well; or take frames in which both "
+             "see the same board"});
+  }
   throw inputError(
       {.where = "rig",
-       .found = "cameras that nothing links: " + partsText(mapped(cameras, &RigViews::name), views.part_of),
-       .expected = "frames in which a camera of each part sees the same board at the same time",
+       .found = "cameras that nothing links: " + parts,
+       .expected =
+           "frames in which a camera of each part sees the same board at the same time, or boards that "
+           "do not move relative to each other",
        .next_step = "check that the images' numbers or names match, or take frames in which "
                     "both parts see the board"});
 }
@@ -207,15 +227,22 @@ RigLinks linksOf(const JointViews& views, const JointFit& joint) {
                               .image = joint.fit.views[v].image,
                               .frame = views.frames.names[views.poses[v].frame]});
   }
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> num_of_board;  // by frame and board
-  for (const PosedView& pose : views.poses) ++num_of_board[{pose.frame, pose.board}];
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> num_of_body;  // by frame and body
+  const auto placeOf = [&](const PosedView& pose) {
+    return std::pair(pose.frame, views.body_of[pose.board]);
+  };
+  for (const PosedView& pose : views.poses) ++num_of_body[placeOf(pose)];
   const std::vector<std::vector<std::size_t>> placements = viewsOfPlacements(joint.fit);
   for (std::size_t v = 0; v < views.poses.size(); ++v) {
-    if (num_of_board[{views.poses[v].frame, views.poses[v].board}] < 2) continue;
+    if (num_of_body[placeOf(views.poses[v])] < 2) continue;
     ++links.num_common_views;
     if (placements[joint.fit.views[v].placement].size() == 1) ++links.num_lone_views;
   }
   for (const auto& of_placement : placements) links.num_linked += of_placement.size() > 1 ? 1 : 0;
+  if (!views.common_part_of.empty()) {
+    links.common_part_of = views.common_part_of;
+    links.turns = turnsOf(joint.fit);
+  }
   return links;
 }
 

@@ -34,8 +34,10 @@ std::vector<Observation> halfOf(const Board& board, const std::vector<Observatio
   return mapped(halvesOf(board, corners)[half], [&](std::size_t i) { return corners[i]; });
 }
 
-// Holds all cameras, so that only placements are estimated.
-void holdCameras(Fit& fit, const Fit& from) {
+// Holds all cameras and boards, so that only placements are estimated.
+void holdRest(Fit& fit, const Fit& from) {
+  fit.boards = from.boards;
+  for (FitBoard& board : fit.boards) board.is_body_pose_fixed = true;
   for (std::size_t c = 0; c < fit.cameras.size(); ++c) {
     FitCamera& camera = fit.cameras[c];
     camera.params = from.cameras[c].params;
@@ -98,8 +100,7 @@ HoldoutReport rigHoldout(const Fit& fit, const CancelFlag* cancel) {
     others = *std::move(uneven);
     is_out.flip();
     Fit held_out = withoutViews(whole, is_out);
-    holdCameras(held_out, others);
-    held_out.boards = others.boards;
+    holdRest(held_out, others);
     addErrors(held_out, cancel, report, sum);
   }
   if (report.num_corners > 0) report.rms_px = std::sqrt(sum / report.num_corners);

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <numeric>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -18,6 +19,8 @@
 #include "alidade/core/mapped.h"
 #include "alidade/core/number_text.h"
 #include "alidade/core/text.h"
+#include "alidade/rig/motion_link.h"
+#include "alidade/rig/rig_start.h"
 
 namespace alidade {
 namespace {
@@ -170,6 +173,16 @@ void judgeExposures(const RigCalibration& rig, double tolerance_px, std::vector<
        .effect_px = effect_px});
 }
 
+// What makes a pose that follows from motion more certain.
+std::string motionAdvice(const RigCalibration& rig) {
+  constexpr double kFarLess = 0.3;
+  const RigTurns& turns = rig.links.turns;
+  if (turns.second_rad > kFarLess * turns.main_rad)
+    return "take more frames, and turn the rig relative to the boards farther about all axes";
+  return "turn the rig relative to the boards about a second axis, too: it turned " +
+         turnsText(turns, rig.cameras.front().name);
+}
+
 void judgeLinks(const RigCalibration& rig, double tolerance_px, std::vector<Diagnosis>& diagnoses) {
   for (const RigCamera& camera : rig.cameras) {
     const Severity severity = severityOf(camera.link.transfer_px, tolerance_px);
@@ -186,11 +199,28 @@ void judgeLinks(const RigCalibration& rig, double tolerance_px, std::vector<Diag
                                                camera.link.num_grazing, camera.link.num_views)
                                  : "more than a quarter of the tolerance of " +
                                        numberText("%.3g", tolerance_px) + " px",
-         .next_step = are_grazing
-                          ? "turn the board so that both cameras see it less obliquely"
+         .next_step = are_grazing ? "turn the board so that both cameras see it less obliquely"
+                      : camera.link.is_by_motion
+                          ? motionAdvice(rig)
                           : "take more frames that it shares with other cameras, near and far, tilted",
          .effect_px = camera.link.transfer_px});
   }
+}
+
+// Boards that are fixed to each other link cameras that see different ones.
+void judgeMotionLinks(const RigCalibration& rig, std::vector<Diagnosis>& diagnoses) {
+  if (rig.links.common_part_of.empty()) return;
+  std::set<std::string> specs;
+  for (const FitBoard& board : rig.fit.boards) specs.insert(board.target.spec());
+  const bool are_prints = specs.size() < rig.fit.boards.size();
+  diagnoses.push_back(
+      {.id = "linked_by_motion",
+       .cause =
+           partsText(mapped(rig.cameras, &RigCamera::name), rig.links.common_part_of) +
+           " see one board together in few frames or none: boards that do not move relative to each other "
+           "link them" +
+           (are_prints ? "; each part sees a print of the board of its own" : ""),
+       .evidence = "between frames these turn " + turnsText(rig.links.turns, rig.cameras.front().name)});
 }
 
 // The part of the rig that each camera is in, by the links of all frames but one.
@@ -375,6 +405,7 @@ std::vector<Diagnosis> judgeRig(const RigCalibration& rig, double tolerance_px) 
   judgeExposures(rig, tolerance_px, diagnoses);
   judgeLinks(rig, tolerance_px, diagnoses);
   judgeLoneFrames(rig, diagnoses);
+  judgeMotionLinks(rig, diagnoses);
   judgeHoldout(rig, tolerance_px, diagnoses);
   judgeSameImages(rig, diagnoses);
   judgeBaselines(rig, diagnoses);

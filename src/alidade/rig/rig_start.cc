@@ -11,18 +11,20 @@
 
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
+#include "alidade/rig/motion_link.h"
 
 namespace alidade {
 namespace {
 
 constexpr PoseDistance kPossible = {0.4, 0.3};  // the joint fit decides whether they are the same
 
-// Views of one board in one frame.
+// Views of one body in one frame.
 using Placements = std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>>;
 
-Placements placementsOf(std::span<const PosedView> views) {
+Placements placementsOf(const JointViews& views) {
   Placements placements;
-  for (std::size_t v = 0; v < views.size(); ++v) placements[{views[v].frame, views[v].board}].push_back(v);
+  for (std::size_t v = 0; v < views.poses.size(); ++v)
+    placements[{views.poses[v].frame, views.body_of[views.poses[v].board]}].push_back(v);
   return placements;
 }
 
@@ -73,9 +75,15 @@ Links linksOf(const JointViews& all, const Placements& placements) {
   return links;
 }
 
-// Reaches each camera of a part from the first one, along the links with most frames.
-void placeCameras(std::size_t num_cameras, const Links& links, JointViews& start) {
+// Reaches each camera of a part from the first one, along the links with most frames. Each board is a body.
+// @param fewest  frames of a link that counts
+void placeCameras(const Links& links, std::size_t fewest, JointViews& start) {
   constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  const std::size_t num_cameras = start.alone.size();
+  start.num_parts = 0;
+  start.body_of.resize(start.boards.size());
+  std::iota(start.body_of.begin(), start.body_of.end(), 0);
+  start.body_from_board.assign(start.boards.size(), SE3());
   start.part_of.assign(num_cameras, kNone);
   start.camera_from_rig.assign(num_cameras, SE3());
   start.lags.assign(num_cameras, 0);
@@ -89,7 +97,9 @@ void placeCameras(std::size_t num_cameras, const Links& links, JointViews& start
       for (const auto& [pair, link] : links) {
         const bool has_first = start.part_of[pair.first] == start.num_parts;
         const bool has_second = start.part_of[pair.second] == start.num_parts;
-        if (has_first == has_second || (best != nullptr && link.num_frames <= best->num_frames)) continue;
+        if (has_first == has_second || link.num_frames < fewest ||
+            (best != nullptr && link.num_frames <= best->num_frames))
+          continue;
         best = &link;
         best_pair = pair;
       }
@@ -111,32 +121,65 @@ void placeCameras(std::size_t num_cameras, const Links& links, JointViews& start
   }
 }
 
-// Numbers all views of a placement like its first one. With more than two, the majority decides.
-void numberViews(std::span<const PosedView> views, const std::vector<std::size_t>& of_place,
-                 const std::vector<BoardTurn>& turns, JointViews& start) {
-  const auto rigFromBoard = [&](std::size_t v, const BoardTurn& turn) {
-    return start.camera_from_rig[views[v].camera].inverse() * views[v].camera_from_board *
-           turn.turned_from_board.inverse();
-  };
-  std::size_t most = 0;
-  for (const std::size_t base : of_place) {
-    const SE3 expected = rigFromBoard(base, turns.front());
-    const double distance_m = views[base].camera_from_board.translation.norm();
-    std::vector<std::size_t> turn_of;
-    std::vector<bool> agrees;
-    for (const std::size_t v : of_place) {
-      const auto best = std::ranges::min_element(turns, {}, [&](const BoardTurn& turn) {
-        return between(expected, rigFromBoard(v, turn)).cost(distance_m);
-      });
-      turn_of.push_back(static_cast<std::size_t>(best - turns.begin()));
-      agrees.push_back(between(expected, rigFromBoard(v, *best)).isWithin(kPossible, distance_m));
+// Takes a board for another print of it before each part that sees it, and links these by motion. False, and
+// nothing changes but the links, unless all parts are linked.
+bool linkByOwnPrints(const Links& links, std::size_t fewest, JointViews& all) {
+  placeCameras(links, fewest, all);
+  const std::size_t num_boards = all.boards.size();
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> print_of;  // by board and part
+  std::set<std::size_t> seen;
+  for (PosedView& pose : all.poses) {
+    const auto [print, is_new] = print_of.try_emplace({pose.board, all.part_of[pose.camera]}, pose.board);
+    if (is_new && !seen.insert(pose.board).second) {
+      print->second = all.boards.size();
+      all.boards.push_back(all.boards[pose.board]);
+      for (Calibration& alone : all.alone) alone.fit.boards.push_back(alone.fit.boards[pose.board]);
     }
-    const auto count = static_cast<std::size_t>(std::ranges::count(agrees, true));
-    if (count <= most) continue;
-    most = count;
-    for (std::size_t i = 0; i < of_place.size(); ++i) {
-      start.turn_of[of_place[i]] = turn_of[i];
-      start.agrees[of_place[i]] = agrees[i];
+    pose.board = print->second;
+  }
+  placeCameras(links, fewest, all);
+  if (all.boards.size() > num_boards) linkByMotion(all);
+  if (all.num_parts == 1) return true;
+  for (PosedView& pose : all.poses) pose.board = pose.view->board;
+  all.boards.erase(all.boards.begin() + static_cast<std::ptrdiff_t>(num_boards), all.boards.end());
+  for (Calibration& alone : all.alone) alone.fit.boards.resize(num_boards, alone.fit.boards.front());
+  return false;
+}
+
+// Numbers all views of a placement like its first one. With more than two, the majority decides. Boards that
+// are fixed to each other are all turned as they were in the first frame.
+void numberViews(const std::vector<std::size_t>& of_place, JointViews& start) {
+  const auto turnsOf = [&](std::size_t v) -> const std::vector<BoardTurn>& {
+    return start.boards[start.poses[v].board].turns;
+  };
+  const bool are_several = std::ranges::any_of(
+      of_place, [&](std::size_t v) { return start.poses[v].board != start.poses[of_place.front()].board; });
+  std::pair<std::size_t, double> most;  // that agree, and how little they differ
+  for (const std::size_t base : of_place) {
+    for (const BoardTurn& base_turn :
+         std::span(turnsOf(base)).first(are_several ? turnsOf(base).size() : 1)) {
+      const SE3 expected = start.rigFromBody(base, base_turn);
+      const double distance_m = start.poses[base].camera_from_board.translation.norm();
+      std::vector<std::size_t> turn_of;
+      std::vector<bool> agrees;
+      double sum = 0;
+      for (const std::size_t v : of_place) {
+        const auto costOf = [&](const BoardTurn& turn) {
+          return between(expected, start.rigFromBody(v, turn)).cost(distance_m);
+        };
+        const auto best = std::ranges::min_element(turnsOf(v), {}, costOf);
+        turn_of.push_back(static_cast<std::size_t>(best - turnsOf(v).begin()));
+        agrees.push_back(between(expected, start.rigFromBody(v, *best)).isWithin(kPossible, distance_m));
+        sum += costOf(*best);
+      }
+      const std::pair found(static_cast<std::size_t>(std::ranges::count(agrees, true)),
+                            are_several ? -sum : 0.0);
+      if (found <= most) continue;
+      most = found;
+      for (std::size_t i = 0; i < of_place.size(); ++i) {
+        start.turn_of[of_place[i]] = turn_of[i];
+        start.agrees[of_place[i]] = agrees[i];
+      }
     }
   }
 }
@@ -162,7 +205,7 @@ std::vector<std::vector<std::size_t>> firstFrames(const RigFrames& frames, std::
     for (std::size_t c = 0; c < alone.size(); ++c) {
       const Fit& fit = alone[c].fit;
       for (const FitView& view : fit.views) {
-        if (boardIndex(fit, view) == b) of_camera[c].insert(frames.frame_of[c][view.source]);
+        if (view.board == b) of_camera[c].insert(frames.frame_of[c][view.source]);
       }
     }
     for (std::size_t c = 0; c < alone.size(); ++c) {
@@ -205,21 +248,26 @@ JointViews jointViews(std::span<const Board> boards, RigFrames frames, std::span
     const Calibration& alone = all.alone[c];
     all.sigma_px.push_back(std::max(alone.uncertainty.coordinate_sigma_px, kMinSigmaPx));
     for (const FitView& view : alone.fit.views) {
-      all.poses.push_back(
-          {.camera = c,
-           .frame = first_of[boardIndex(alone.fit, view)][all.frames.frame_of[c][view.source]],
-           .board = boardIndex(alone.fit, view),
-           .camera_from_board = cameraFromBoard(alone.fit, view),
-           .view = &view});
+      all.poses.push_back({.camera = c,
+                           .frame = first_of[view.board][all.frames.frame_of[c][view.source]],
+                           .board = view.board,
+                           .camera_from_board = cameraFromBoard(alone.fit, view),
+                           .view = &view});
     }
   }
   for (const Board& board : boards) all.boards.emplace_back(board);
   all.turn_of.resize(all.poses.size());
   all.agrees.resize(all.poses.size());
-  const Placements placements = placementsOf(all.poses);
-  placeCameras(all.alone.size(), linksOf(all, placements), all);
-  for (const auto& [place, of_place] : placements)
-    numberViews(all.poses, of_place, all.boards[place.second].turns, all);
+  placeCameras({}, 0, all);
+  const Links links = linksOf(all, placementsOf(all));
+  constexpr std::size_t kFirm = 5;  // frames; boards that are fixed to each other tell more than fewer ones
+  placeCameras(links, kFirm, all);
+  linkByMotion(all);
+  if (all.num_parts > 1 && !linkByOwnPrints(links, kFirm, all)) {
+    placeCameras(links, 1, all);
+    linkByMotion(all);
+  }
+  for (const auto& [place, of_place] : placementsOf(all)) numberViews(of_place, all);
   return all;
 }
 

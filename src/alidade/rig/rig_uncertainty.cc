@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "alidade/adjust/board/errors.h"
@@ -37,8 +38,10 @@ std::size_t partnerOf(const Fit& fit, std::size_t camera) {
 
 // Derivative of a pixel of one camera, transferred to a second one at a fixed distance, by all unknowns: 2 x
 // columns; nothing if one of the cameras does not see the point.
+// @param is_by_motion  the cameras see different boards: of a point that is exact in the first one's frame
 std::optional<Eigen::MatrixXd> transferJacobian(const Fit& fit, const JointColumns& columns, std::size_t from,
-                                                std::size_t to, const Eigen::Vector3d& p_rig) {
+                                                std::size_t to, const Eigen::Vector3d& p_rig,
+                                                bool is_by_motion) {
   const AnyCamera source = cameraOf(fit.cameras[from]);
   const AnyCamera target = cameraOf(fit.cameras[to]);
   const SE3& source_from_rig = fit.cameras[from].camera_from_rig;
@@ -49,7 +52,8 @@ std::optional<Eigen::MatrixXd> transferJacobian(const Fit& fit, const JointColum
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_target;
   Eigen::Matrix<double, 3, 2, Eigen::RowMajor> J_ray;
   const Projection seen = source.project(p_source, nullptr, J_source_params.data());
-  if (!seen.ok() || !source.unproject(seen.pixel, J_ray.data())) return std::nullopt;
+  const bool is_seen = seen.ok() && source.unproject(seen.pixel, J_ray.data());
+  if (!is_seen && !is_by_motion) return std::nullopt;
   if (!target.project(target_from_rig * p_rig, J_target.data(), J_target_params.data()).ok())
     return std::nullopt;
   // T S^-1 with S Exp(e) and T Exp(n): p_target = T Exp(n) Exp(-e) S^-1 p_source.
@@ -58,30 +62,43 @@ std::optional<Eigen::MatrixXd> transferJacobian(const Fit& fit, const JointColum
   const Eigen::Matrix<double, 2, 3> J_rig = J_target * target_from_rig.rotation.matrix();
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(2, columns.count);
   J.middleCols(columns.params[to], J_target_params.cols()) += J_target_params;
-  J.middleCols(columns.params[from], J_source_params.cols()) -=
-      J_rig * source_from_rig.rotation.inverse().matrix() * (p_source.norm() * (J_ray * J_source_params));
+  if (!is_by_motion)
+    J.middleCols(columns.params[from], J_source_params.cols()) -=
+        J_rig * source_from_rig.rotation.inverse().matrix() * (p_source.norm() * (J_ray * J_source_params));
   if (columns.pose[to] >= 0) J.middleCols<6>(columns.pose[to]) += J_rig * J_point;
   if (columns.pose[from] >= 0) J.middleCols<6>(columns.pose[from]) -= J_rig * J_point;
   return J;
 }
 
-// See CameraLink::transfer_px: the median over the boards that both cameras saw.
+// See CameraLink::transfer_px: the median over the boards that both cameras saw, or over those of a body of
+// which both saw one.
 double transferErrorPx(const Fit& fit, const JointColumns& columns, std::size_t camera, std::size_t partner,
                        const Eigen::MatrixXd& covariance) {
   constexpr double kChi95 = 5.991;  // 95 % of chi^2 with two degrees of freedom
   std::vector<double> errors;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
-    const auto sees = [&](std::size_t c) {
-      return std::ranges::any_of(of_placement, [&](std::size_t v) { return fit.views[v].camera == c; });
+    const auto viewOf = [&](std::size_t c) {
+      return std::ranges::find_if(of_placement, [&](std::size_t v) { return fit.views[v].camera == c; });
     };
-    if (!sees(camera) || !sees(partner)) continue;
-    const FitView& view = fit.views[of_placement.front()];
-    const auto J =
-        transferJacobian(fit, columns, partner, camera,
-                         fit.placements[view.placement].rig_from_board * boardOf(fit, view).target.middle());
+    if (viewOf(camera) == of_placement.end() || viewOf(partner) == of_placement.end()) continue;
+    const FitView& view = fit.views[*viewOf(camera)];
+    const auto J = transferJacobian(fit, columns, partner, camera,
+                                    rigFromBoard(fit, view) * boardOf(fit, view).target.middle(),
+                                    view.board != fit.views[*viewOf(partner)].board);
     if (J) errors.push_back(std::sqrt(kChi95 / 2 * (*J * covariance * J->transpose()).trace()));
   }
   return errors.empty() ? kNan : medianOf(std::move(errors));
+}
+
+// True if both cameras see one board in some frame.
+bool doShareBoard(const Fit& fit, std::size_t a, std::size_t b) {
+  std::set<std::pair<std::size_t, std::size_t>> of_a;  // placement and board
+  for (const FitView& view : fit.views) {
+    if (view.camera == a) of_a.emplace(view.placement, view.board);
+  }
+  return std::ranges::any_of(fit.views, [&](const FitView& view) {
+    return view.camera == b && of_a.contains({view.placement, view.board});
+  });
 }
 
 // Counts the views of each camera with links.
@@ -158,6 +175,11 @@ Eigen::MatrixXd effectsOfPrint(const Fit& fit, const JointColumns& columns, doub
       effects.col(0).segment<3>(columns.pose[c]) = size_std * (pose.rotation.inverse() * pose.translation);
     const DenseMatrix stretches = ignoredStretches(fit.boards, alone[c].uncertainty.common_errors);
     effects.block(columns.params[c], 1, stretches.rows(), stretches.cols()) = stretches.view();
+  }
+  for (std::size_t b = 0; b < fit.boards.size(); ++b) {
+    const SE3 place = fit.boards[b].poseOf({});
+    if (columns.body[b] >= 0)
+      effects.col(0).segment<3>(columns.body[b]) = size_std * (place.rotation.inverse() * place.translation);
   }
   return effects;
 }
@@ -238,6 +260,7 @@ std::vector<CameraLink> cameraLinks(const Fit& fit, const RigCovariance& covaria
     if (columns.delay[c] >= 0)
       links[c].delay_std_intervals = std::sqrt(covariance.matrix.view()(columns.delay[c], columns.delay[c]));
     links[c].partner = partnerOf(fit, c);
+    links[c].is_by_motion = !doShareBoard(fit, c, links[c].partner);
     links[c].transfer_px = transferErrorPx(fit, columns, c, links[c].partner, covariance.matrix);
     if (columns.pose[c] < 0) continue;
     setPoseStd(covariance.matrix.view().block<6, 6>(columns.pose[c], columns.pose[c]),

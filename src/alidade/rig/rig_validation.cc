@@ -55,12 +55,13 @@ double effectOf(const Fit& freed, const Fit& stated, std::size_t camera) {
   const ImageSize size = freed.cameras[camera].size;
   const double outside = std::hypot(size.width, size.height);
   std::vector<double> distances;
-  for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(freed)) {
-    const auto isOf = [&](std::size_t v) { return freed.views[v].camera == camera; };
-    if (std::ranges::none_of(of_placement, isOf)) continue;
+  const auto isOf = [&](std::size_t v) { return freed.views[v].camera == camera; };
+  // Of boards that others see at the same time, as far as this camera could see them; else of its own.
+  const auto addPoints = [&](const std::vector<std::size_t>& of_placement, bool are_own) {
+    if (std::ranges::none_of(of_placement, isOf)) return;
     for (const std::size_t v : of_placement) {
-      if (isOf(v)) continue;
-      const SE3& rig_from_board = freed.placements[freed.views[v].placement].rig_from_board;
+      if (isOf(v) != are_own) continue;
+      const SE3 rig_from_board = rigFromBoard(freed, freed.views[v]);
       for (const Observation& corner : cornersOnShape(freed, freed.views[v])) {
         const Eigen::Vector3d p_rig = rig_from_board * corner.p_board;
         const Projection a = lens.projectPoint(freed.cameras[camera].camera_from_rig * p_rig);
@@ -69,6 +70,11 @@ double effectOf(const Fit& freed, const Fit& stated, std::size_t camera) {
         distances.push_back(b.ok() ? (a.pixel - b.pixel).norm() : outside);
       }
     }
+  };
+  for (const bool are_own : {false, true}) {
+    if (!distances.empty()) break;
+    for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(freed))
+      addPoints(of_placement, are_own);
   }
   return distances.empty() ? outside : quantile95(std::move(distances));
 }
@@ -131,7 +137,7 @@ double lengthRatio(const std::vector<Eigen::Vector3d>& measured, const std::vect
 // The corners of a placement that several cameras see.
 struct CommonPoint {
   std::vector<RigPixel> pixels;
-  Eigen::Vector3d on_board;
+  Eigen::Vector3d p_body;
 };
 
 // The common points of each placement; none on boards of discs, whose centroids do not project to centroids,
@@ -139,21 +145,23 @@ struct CommonPoint {
 std::vector<std::vector<CommonPoint>> commonPoints(const Fit& fit) {
   std::vector<std::vector<CommonPoint>> points;
   for (const std::vector<std::size_t>& of_placement : viewsOfPlacements(fit)) {
-    if (of_placement.size() < 2 || boardOf(fit, fit.views[of_placement.front()]).target.discRadius() > 0)
-      continue;
-    std::map<int, CommonPoint> of_corner;
+    if (of_placement.size() < 2) continue;
+    std::map<std::pair<std::size_t, int>, CommonPoint> of_corner;  // by board and id
     for (const std::size_t v : of_placement) {
-      if (fit.views[v].deviation) continue;
-      for (const Observation& corner : cornersOnShape(fit, fit.views[v])) {
-        of_corner[corner.id].pixels.push_back({.camera = fit.views[v].camera, .pixel = corner.pixel});
-        of_corner[corner.id].on_board = corner.p_board;
+      const FitView& view = fit.views[v];
+      const FitBoard& board = boardOf(fit, view);
+      if (view.deviation || board.target.discRadius() > 0) continue;
+      for (const Observation& corner : cornersOnShape(fit, view)) {
+        CommonPoint& point = of_corner[{view.board, corner.id}];
+        point.pixels.push_back({.camera = view.camera, .pixel = corner.pixel});
+        point.p_body = board.poseOf({}) * corner.p_board;
       }
     }
     std::vector<CommonPoint> common;
     for (auto& [id, point] : of_corner) {
       if (point.pixels.size() > 1) common.push_back(std::move(point));
     }
-    points.push_back(std::move(common));
+    if (!common.empty()) points.push_back(std::move(common));
   }
   return points;
 }
@@ -162,15 +170,15 @@ std::vector<std::vector<CommonPoint>> commonPoints(const Fit& fit) {
 double lengthRatioOf(const AnyRig& rig, const std::vector<CommonPoint>& points) {
   constexpr std::size_t kFewest = 6;
   std::vector<Eigen::Vector3d> measured;
-  std::vector<Eigen::Vector3d> on_board;
+  std::vector<Eigen::Vector3d> in_body;
   for (const CommonPoint& point : points) {
     const Triangulation triangulated = triangulate(rig, point.pixels);
     if (!triangulated.ok()) continue;
     measured.push_back(triangulated.p_rig);
-    on_board.push_back(point.on_board);
+    in_body.push_back(point.p_body);
   }
   return measured.size() < kFewest ? std::numeric_limits<double>::quiet_NaN()
-                                   : lengthRatio(measured, on_board);
+                                   : lengthRatio(measured, in_body);
 }
 
 // The mean over some placements.

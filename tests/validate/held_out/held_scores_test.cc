@@ -42,7 +42,7 @@ PosedViews fitHeld(const AnyCamera& camera, const UserSet& set) {
     const auto pose = refitPose(camera.modelId(), camera.parameters(), view.corners, {.threshold_px = 2},
                                 set.poses[view.source]);
     EXPECT_TRUE(pose);
-    posed.fit.placements[view.placement].rig_from_board = *pose;
+    posed.fit.placements[view.placement].rig_from_body = *pose;
   }
   return posed;
 }

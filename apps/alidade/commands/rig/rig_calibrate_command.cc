@@ -64,9 +64,11 @@ std::string fitTextOfRig(const RigCalibration& rig, int num_frames) {
     num_repeated += camera.alone.dropped.repeated.size();
   }
   return fmt::format(
-             "{} cameras; {} seen by two or more, in {}; RMS {:.3f} px, cross-validation {}",
-             rig.cameras.size(), counted(rig.links.num_linked, "board"), counted(num_frames, "frame"),
-             rms(rig.fit),
+             "{} cameras; {} in {}; RMS {:.3f} px, cross-validation {}", rig.cameras.size(),
+             rig.links.common_part_of.empty()
+                 ? counted(rig.links.num_linked, "board") + " seen by two or more,"
+                 : "linked by boards that do not move relative to each other,",
+             counted(num_frames, "frame"), rms(rig.fit),
              rig.holdout.num_corners > 0 ? fmt::format("{:.3f} px", rig.holdout.rms_px) : "impossible") +
          (rig.frames.time_spread > 0 ? "; matched by nearest times" : "") +
          countText(rig.frames.unmatched.size(), "image without a partner", "images without a partner") +

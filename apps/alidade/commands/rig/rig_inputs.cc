@@ -90,6 +90,27 @@ void tellNamedWithoutViews(const FrameTable& frames, const std::vector<RigViews>
                            "no board was found there, or the name is misspelt"));
 }
 
+// Adds the boards of a camera to those before; its views then refer to these. Corners files name only the
+// boards that were found.
+void addBoards(const std::vector<std::string>& inputs, std::size_t camera, GivenViews& given,
+               std::vector<Board>& boards) {
+  std::vector<std::size_t> index;
+  for (const Board& board : given.boards) {
+    const auto at = std::ranges::find(boards, board);
+    index.push_back(static_cast<std::size_t>(at - boards.begin()));
+    if (at != boards.end()) continue;
+    for (const Board& other : boards) {
+      if (!board.differsInLengthsFrom(other)) continue;
+      throw inputError(
+          {.where = inputs[camera],
+           .found = "the board " + board.spec() + ", which is " + other.spec() + " in inputs before",
+           .expected = "the same lengths of a board for all cameras"});
+    }
+    boards.push_back(board);
+  }
+  for (View& view : given.views) view.board = index[view.board];
+}
+
 }  // namespace
 
 void RigInputs::addOptions(Flags& flags) {
@@ -238,12 +259,7 @@ RigInputViews readRigViews(const RigInputs& inputs, const std::vector<std::strin
     const double lead = inputs.leads.empty() ? 0 : inputs.leads[c];
     if (lead != 0) of_camera.even_from = static_cast<std::size_t>(lead);
     GivenViews given = readViews(of_camera, common);
-    if (c == 0) result.boards = given.boards;
-    if (given.boards != result.boards) {
-      throw inputError({.where = inputs.inputs[c],
-                        .found = "other boards than in " + inputs.inputs.front(),
-                        .expected = "the same boards for all cameras, in the same order"});
-    }
+    addBoards(inputs.inputs, c, given, result.boards);
     if (!common.quiet && !common.json) {
       printMessage(
           fmt::format("{}: a board in {} of {} images", names[c], given.num_found, given.num_images));

@@ -77,15 +77,19 @@ SE3::Tangent deviationTangent(const Fit& fit, const FitView& view) {
   return view.deviation->tangent(fit.cameras[view.camera].delay);
 }
 
+SE3 rigFromBoard(const Fit& fit, const FitView& view) {
+  return boardOf(fit, view).poseOf(fit.placements[view.placement].rig_from_body);
+}
+
 SE3 cameraFromBoard(const Fit& fit, const FitView& view) {
-  const SE3 placed = fit.cameras[view.camera].camera_from_rig * fit.placements[view.placement].rig_from_board;
+  const SE3 placed = fit.cameras[view.camera].camera_from_rig * rigFromBoard(fit, view);
   return view.deviation ? placed * SE3::exp(deviationTangent(fit, view)) : placed;
 }
 
 void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_board) {
-  const SE3 rig_from_board = fit.cameras[view.camera].camera_from_rig.inverse() * camera_from_board;
-  fit.placements[view.placement].rig_from_board =
-      view.deviation ? rig_from_board * SE3::exp(-deviationTangent(fit, view)) : rig_from_board;
+  const SE3 seen = fit.cameras[view.camera].camera_from_rig.inverse() * camera_from_board;
+  const SE3 rig_from_board = view.deviation ? seen * SE3::exp(-deviationTangent(fit, view)) : seen;
+  fit.placements[view.placement].rig_from_body = rig_from_board * boardOf(fit, view).poseOf({}).inverse();
 }
 
 std::vector<Observation> onShape(const Board& board, const BoardShape& shape,
@@ -125,7 +129,7 @@ std::vector<std::vector<std::size_t>> viewsOfPlacements(const Fit& fit) {
 
 std::size_t numViews(const Fit& fit, std::size_t board) {
   return static_cast<std::size_t>(
-      std::ranges::count_if(fit.views, [&](const FitView& view) { return boardIndex(fit, view) == board; }));
+      std::ranges::count_if(fit.views, [&](const FitView& view) { return view.board == board; }));
 }
 
 bool isAnyFlexible(const Fit& fit) {
@@ -172,8 +176,11 @@ double cornersCost(const Fit& fit) {
 
 void addView(Fit& fit, std::size_t source, std::vector<Observation> corners, const SE3& camera_from_board,
              std::size_t board) {
-  fit.placements.push_back({.frame = fit.placements.size(), .board = board});
-  FitView view{.placement = fit.placements.size() - 1, .source = source, .corners = std::move(corners)};
+  fit.placements.push_back({.frame = fit.placements.size(), .body = board});
+  FitView view{.board = board,
+               .placement = fit.placements.size() - 1,
+               .source = source,
+               .corners = std::move(corners)};
   setCameraFromBoard(fit, view, camera_from_board);
   const auto at = std::upper_bound(fit.views.begin(), fit.views.end(), source,
                                    [](std::size_t s, const FitView& other) { return s < other.source; });

@@ -97,16 +97,27 @@ struct FitBoard {
   std::optional<Eigen::Vector2d> offset_precision = {};
   double num_free_offsets = 0;  ///< number of offset coordinates that the corners determine, not the scatter
   Flex flex = {};
+  /// Its place among boards that are fixed to each other, see FitPlacement; nothing for the first of them.
+  std::optional<SE3> body_from_board = {};
+  bool is_body_pose_fixed = false;
 
   [[nodiscard]] bool isUneven() const { return offset_precision.has_value(); }
   [[nodiscard]] bool isFlexible() const { return flex.std_m > 0; }
+  [[nodiscard]] bool isBodyPoseFree() const { return body_from_board && !is_body_pose_fixed; }
+  /// The pose of the board from that of its body.
+  [[nodiscard]] SE3 poseOf(const SE3& x_from_body) const {
+    return body_from_board ? x_from_body * *body_from_board : x_from_body;
+  }
+  /// The tangent of the board's pose by that of its body's.
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> tangentByBody() const { return poseOf({}).inverse().adjoint(); }
 };
 
-/// The position of a board in one frame (instant) of the rig.
+/// The position of a body in one frame (instant) of the rig: of one board, or of several that are fixed to
+/// each other. The body's frame is that of its first board.
 struct FitPlacement {
   std::size_t frame = 0;
-  std::size_t board = 0;  ///< index into Fit::boards
-  SE3 rig_from_board = {};
+  std::size_t body = 0;  ///< the body's first board, an index into Fit::boards
+  SE3 rig_from_body = {};
 };
 
 /// Deviation of a board's pose in one view from its placement, because the image was taken a moment before or
@@ -133,7 +144,8 @@ struct PoseDeviation {
 /// One board in one image.
 struct FitView {
   std::size_t camera = 0;                    ///< index into Fit::cameras
-  std::size_t placement = 0;                 ///< index into Fit::placements
+  std::size_t board = 0;                     ///< index into Fit::boards
+  std::size_t placement = 0;                 ///< of its body, index into Fit::placements
   std::size_t source = 0;                    ///< index of the view among the input views
   std::vector<Observation> corners = {};     ///< in use, in ascending order of id; on the flat board
   std::vector<Eigen::Vector2d> errors = {};  ///< projected minus observed, px, not weighted; set by solve()
@@ -183,6 +195,8 @@ struct Fit {
 /// The deviation of a view that has one, as a tangent of camera_from_board.
 [[nodiscard]] SE3::Tangent deviationTangent(const Fit& fit, const FitView& view);
 
+/// The pose of the board in the rig, without the view's deviation.
+[[nodiscard]] SE3 rigFromBoard(const Fit& fit, const FitView& view);
 /// The pose of the board in the camera frame.
 [[nodiscard]] SE3 cameraFromBoard(const Fit& fit, const FitView& view);
 /// Where the image shows a corner of the fit, px, also with a correction field.
@@ -207,12 +221,8 @@ requires std::is_same_v<const AnyFit, const Fit>
   return fit.boards.front();
 }
 
-/// The index of the board that a view shows.
-[[nodiscard]] inline std::size_t boardIndex(const Fit& fit, const FitView& view) {
-  return fit.placements[view.placement].board;
-}
 [[nodiscard]] inline const FitBoard& boardOf(const Fit& fit, const FitView& view) {
-  return fit.boards[boardIndex(fit, view)];
+  return fit.boards[view.board];
 }
 
 /// " (SPEC)" to append to the name of a board or view; empty for the only board of a fit.
@@ -227,7 +237,7 @@ requires std::is_same_v<const AnyFit, const Fit>
 /// Number of offset coordinates of all boards, and bends of single views, that the corners determine.
 [[nodiscard]] double numFreeOffsets(const Fit& fit);
 
-/// The views of each placement.
+/// The views of each placement; those of a body may show different boards.
 [[nodiscard]] std::vector<std::vector<std::size_t>> viewsOfPlacements(const Fit& fit);
 
 /// The number of views that show a board.

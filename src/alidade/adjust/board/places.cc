@@ -40,8 +40,7 @@ std::vector<std::size_t> placesOf(const Fit& fit) {
     const ImageSize size = fit.cameras[view.camera].size;
     const double limit_px = kSamePlace * std::hypot(size.width, size.height);
     const auto same = std::find_if(first.begin(), first.end(), [&](std::size_t other) {
-      return fit.views[other].camera == view.camera &&
-             boardIndex(fit, fit.views[other]) == boardIndex(fit, view) &&
+      return fit.views[other].camera == view.camera && fit.views[other].board == view.board &&
              isSamePlace(fit.views[other], view, limit_px);
     });
     places.push_back(static_cast<std::size_t>(same - first.begin()));

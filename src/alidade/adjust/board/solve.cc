@@ -108,9 +108,12 @@ class Bundle {
     problem.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     problem_ = std::make_unique<ceres::Problem>(problem);
     for (const FitCamera& camera : fit.cameras) rig_poses_.push_back(toBlock(camera.camera_from_rig));
-    for (const FitBoard& board : fit.boards) shapes_.push_back({board.shape.bend_x_m, board.shape.bend_y_m});
+    for (const FitBoard& board : fit.boards) {
+      shapes_.push_back({board.shape.bend_x_m, board.shape.bend_y_m});
+      body_poses_.push_back(toBlock(board.poseOf({})));
+    }
     for (const FitPlacement& placement : fit.placements)
-      placements_.push_back(toBlock(placement.rig_from_board));
+      placements_.push_back(toBlock(placement.rig_from_body));
     for (const FitView& view : fit.views)
       deviations_.push_back(view.deviation.value_or(PoseDeviation()).normal);
     for (std::size_t v = 0; v < fit.views.size(); ++v) add(v);
@@ -187,12 +190,14 @@ class Bundle {
         fit_.cameras[i].camera_from_rig = fromBlock(rig_poses_[i].data());
     }
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
-      if (fit_.boards[i].is_shape_fixed) continue;
-      fit_.boards[i].shape.bend_x_m = shapes_[i][0];
-      fit_.boards[i].shape.bend_y_m = shapes_[i][1];
+      FitBoard& board = fit_.boards[i];
+      if (board.isBodyPoseFree()) board.body_from_board = fromBlock(body_poses_[i].data());
+      if (board.is_shape_fixed) continue;
+      board.shape.bend_x_m = shapes_[i][0];
+      board.shape.bend_y_m = shapes_[i][1];
     }
     for (std::size_t i = 0; i < placements_.size(); ++i)
-      fit_.placements[i].rig_from_board = fromBlock(placements_[i].data());
+      fit_.placements[i].rig_from_body = fromBlock(placements_[i].data());
     for (std::size_t v = 0; v < deviations_.size(); ++v) {
       if (fit_.views[v].deviation) fit_.views[v].deviation->normal = deviations_[v];
     }
@@ -202,10 +207,12 @@ class Bundle {
   void add(std::size_t v) {
     const FitView& view = fit_.views[v];
     auto block = std::make_unique<ViewBlock>(fit_, view);
-    double* placement = placements_[view.placement].data();
-    std::vector<double*> blocks = {fit_.cameras[view.camera].params.data(), placement};
+    std::vector<double*> blocks = {fit_.cameras[view.camera].params.data(),
+                                   placements_[view.placement].data()};
     if (block->hasRigPose()) blocks.push_back(rig_poses_[view.camera].data());
-    if (block->hasShape()) blocks.push_back(shapes_[boardIndex(fit_, view)].data());
+    if (block->hasBodyPose()) blocks.push_back(body_poses_[view.board].data());
+    const std::vector<double*> poses(blocks.begin() + 1, blocks.end());
+    if (block->hasShape()) blocks.push_back(shapes_[view.board].data());
     if (view.deviation) {
       blocks.push_back(deviations_[v].data());
       problem_->AddResidualBlock(priorBlock(PoseDeviation::Normal::Ones(), PoseDeviation::Normal::Zero()),
@@ -215,9 +222,7 @@ class Bundle {
     }
     num_residuals_ += 2 * static_cast<double>(view.corners.size());
     problem_->AddResidualBlock(block.release(), nullptr, blocks);
-    problem_->SetManifold(placement, &pose_manifold_);
-    if (blocks.size() > 2 && blocks[2] == rig_poses_[view.camera].data())
-      problem_->SetManifold(blocks[2], &pose_manifold_);
+    for (double* pose : poses) problem_->SetManifold(pose, &pose_manifold_);
   }
 
   // Placements are eliminated first, because no view has two of them; or deviations, if there are any,
@@ -237,6 +242,7 @@ class Bundle {
     for (PoseBlock& placement : placements_) append(placement.data(), has_deviations_);
     for (FitCamera& camera : fit_.cameras) append(camera.params.data(), true);
     for (PoseBlock& rig_pose : rig_poses_) append(rig_pose.data(), true);
+    for (PoseBlock& body_pose : body_poses_) append(body_pose.data(), true);
     for (auto& shape : shapes_) append(shape.data(), true);
     for (FitCamera& camera : fit_.cameras) append(&camera.delay, true);
     // The sparse factorisation tolerates Schur complements that are nearly singular by rounding. The dense
@@ -276,6 +282,7 @@ class Bundle {
   SE3Manifold pose_manifold_;
   std::vector<std::unique_ptr<LinearManifold>> manifolds_;  // one per camera
   std::vector<PoseBlock> rig_poses_;
+  std::vector<PoseBlock> body_poses_;  // of each board
   std::vector<PoseBlock> placements_;
   std::vector<PoseDeviation::Normal> deviations_;  // of each view
   bool has_deviations_ = false;

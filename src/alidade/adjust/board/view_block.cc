@@ -22,11 +22,13 @@ ViewBlock::ViewBlock(const Fit& fit, const FitView& view)
       loss_(fit.loss),
       kernel_(viewKernel(camera_.model, camera_.params.size())),
       has_rig_pose_(!camera_.is_rig_pose_fixed),
+      has_body_pose_(board_.isBodyPoseFree()),
       has_shape_(!board_.is_shape_fixed),
       corners_(groupsOf(cornersOnShape(fit, view))) {
   mutable_parameter_block_sizes()->push_back(kernel_.numParams());
   mutable_parameter_block_sizes()->push_back(7);
   if (has_rig_pose_) mutable_parameter_block_sizes()->push_back(7);
+  if (has_body_pose_) mutable_parameter_block_sizes()->push_back(7);
   if (has_shape_) mutable_parameter_block_sizes()->push_back(kNumBends);
   if (view.deviation) {
     mutable_parameter_block_sizes()->push_back(PoseDeviation::kSize);
@@ -37,9 +39,12 @@ ViewBlock::ViewBlock(const Fit& fit, const FitView& view)
 
 bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
   const double* params = blocks[0];
-  const SE3 rig_from_board = fromBlock(blocks[1]);
   const SE3 camera_from_rig = has_rig_pose_ ? fromBlock(blocks[2]) : camera_.camera_from_rig;
-  const int shape_block = has_rig_pose_ ? 3 : 2;
+  const int body_block = has_rig_pose_ ? 3 : 2;
+  const std::optional<SE3> body_from_board =
+      has_body_pose_ ? fromBlock(blocks[body_block]) : board_.body_from_board;
+  const SE3 rig_from_board = body_from_board ? fromBlock(blocks[1]) * *body_from_board : fromBlock(blocks[1]);
+  const int shape_block = body_block + (has_body_pose_ ? 1 : 0);
   const int deviation_block = shape_block + (has_shape_ ? 1 : 0);
   const bool has_delay = view_.deviation && !camera_.is_delay_fixed;
   std::optional<PoseDeviation> deviation = view_.deviation;
@@ -74,7 +79,10 @@ bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double*
     if (has_delay) write(deviation_block + 1, by_tangent * deviation->tangentByDelay(delay));
     rows.leftCols<kPose>() = (rows.leftCols<kPose>() * SE3::exp(-tangent).adjoint()).eval();
   }
-  write(1, rows.leftCols<kPose>() * tangentByBlock(blocks[1]));
+  // P Exp(zeta) B = P B Exp(Ad(B^-1) zeta).
+  const Matrix6d by_body = body_from_board.value_or(SE3()).inverse().adjoint();
+  write(1, rows.leftCols<kPose>() * (by_body * tangentByBlock(blocks[1])));
+  if (has_body_pose_) write(body_block, rows.leftCols<kPose>() * tangentByBlock(blocks[body_block]));
   if (has_rig_pose_) {
     // C Exp(eta) B = C B Exp(Ad(B^-1) eta).
     write(2, rows.leftCols<kPose>() * (rig_from_board.inverse().adjoint() * tangentByBlock(blocks[2])));

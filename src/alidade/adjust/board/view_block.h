@@ -8,9 +8,9 @@
 
 namespace alidade {
 
-/// The residual block of a view. Its parameter blocks are the intrinsics (N), rig_from_board (SE3Manifold)
-/// and, if they are estimated, camera_from_rig (SE3Manifold), the board's shape (2), the scatter of the
-/// view's deviation (7) and the camera's delay (1).
+/// The residual block of a view. Its parameter blocks are the intrinsics (N), rig_from_body (SE3Manifold)
+/// and, if they are estimated, camera_from_rig and body_from_board (SE3Manifold), the board's shape (2), the
+/// scatter of the view's deviation (7) and the camera's delay (1).
 ///
 /// A view has two residuals per corner, and the run time of Ceres is proportional to the number of residuals.
 /// The block therefore sums the corners' normal equations [J r]^T [J r], with the loss of each corner, and
@@ -22,6 +22,7 @@ class ViewBlock final : public ceres::CostFunction {
   ViewBlock(const Fit& fit, const FitView& view);
 
   [[nodiscard]] bool hasRigPose() const { return has_rig_pose_; }
+  [[nodiscard]] bool hasBodyPose() const { return has_body_pose_; }
   [[nodiscard]] bool hasShape() const { return has_shape_; }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
@@ -41,6 +42,7 @@ class ViewBlock final : public ceres::CostFunction {
   HuberLoss loss_;
   const ViewKernel& kernel_;
   bool has_rig_pose_;
+  bool has_body_pose_;
   bool has_shape_;
   std::vector<CornerGroup> corners_;  // on the present shape, if it is fixed
 };

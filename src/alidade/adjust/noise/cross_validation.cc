@@ -48,7 +48,7 @@ std::optional<Fit> withoutFold(int fold, const Fit& fit, const CancelFlag* cance
 // Errors of a view of `fit` with the camera and the board shape from the other views.
 std::vector<Eigen::Vector2d> errorsOfView(const Fit& fit, const FitView& view, const Fit& without) {
   const FitCamera& camera = without.cameras[view.camera];
-  const FitBoard& board = without.boards[boardIndex(fit, view)];
+  const FitBoard& board = without.boards[view.board];
   const ViewKernel& kernel = viewKernel(camera.model, camera.params.size());
   const std::vector<Observation> all = onShape(board.target, shapeIn(board, view), view.corners);
   const SE3 pose = cameraFromBoard(fit, view);

@@ -16,17 +16,52 @@ namespace {
 constexpr int kPoseSize = 6;
 using PoseRows = Eigen::Matrix<double, kPoseSize, Eigen::Dynamic>;
 
-// The columns that are eliminated from the equations of a placement: its pose, the bends that a flexible
-// board has there, and the deviations of its views.
-int numOwn(const FitBoard& board, int num_deviations) {
-  return kPoseSize + (board.isFlexible() ? kNumBends : 0) + PoseDeviation::kSize * num_deviations;
+// The columns that are eliminated from the equations of a placement: its pose, the bends that flexible
+// boards have there, and the deviations of its views.
+struct OwnColumns {
+  std::map<std::size_t, Eigen::Index> bend = {};          // of each flexible board
+  std::map<const FitView*, Eigen::Index> deviation = {};  // of each view with one
+  Eigen::Index count = kPoseSize;
+};
+
+OwnColumns ownColumns(const Fit& fit, std::span<const FitView* const> views) {
+  OwnColumns own;
+  for (const FitView* view : views) {
+    if (boardOf(fit, *view).isFlexible() && own.bend.try_emplace(view->board, own.count).second)
+      own.count += kNumBends;
+  }
+  for (const FitView* view : views) {
+    if (!view->deviation) continue;
+    own.deviation[view] = own.count;
+    own.count += PoseDeviation::kSize;
+  }
+  return own;
+}
+
+// The columns of the offsets of all boards of a placement.
+struct OffsetRange {
+  Eigen::Index first = 0;
+  Eigen::Index count = 0;
+};
+
+OffsetRange offsetRange(const Fit& fit, std::span<const FitView* const> views, const JointColumns& columns) {
+  OffsetRange range;
+  for (const FitView* view : views) {
+    const Eigen::Index first = columns.offsets[view->board];
+    if (first < 0) continue;
+    const Eigen::Index last = first + 3 * static_cast<Eigen::Index>(boardOf(fit, *view).target.numCorners());
+    const Eigen::Index end = range.count == 0 ? last : std::max(last, range.first + range.count);
+    range.first = range.count == 0 ? first : std::min(first, range.first);
+    range.count = end - range.first;
+  }
+  return range;
 }
 
 // Sums of products over the views of a placement. Their columns are those of the placement, the unknowns of
 // the fit without offsets, and the error.
 struct PlacementSums {
   Eigen::MatrixXd lower;   // triangle
-  Eigen::MatrixXd points;  // three rows per point of an uneven board, its offset, with these columns
+  Eigen::MatrixXd points;  // a row for each of the offsets, with these columns
   Eigen::MatrixXd shifts;  // of each point's offset with itself, 3 x 3
 };
 
@@ -44,39 +79,40 @@ PoseColumns oneColumn(Eigen::Index at, const Vector6d& tangent) {
 }
 
 // The columns of the sums that move the pose of a view: those of its placement, its deviation, its camera's
-// pose and its camera's delay. C Exp(eta) P Exp(zeta) Exp(d) = C P Exp(d) Exp(Ad(Exp(-d)) (Ad(P^-1) eta +
-// zeta)).
-// @param num_own    number of columns before those of the fit
-// @param deviation  the first column of the deviation
+// delay, its board's place in the body and its camera's pose. C Exp(eta) P Exp(zeta) B Exp(beta) Exp(d) =
+// C P B Exp(d) Exp(Ad(Exp(-d)) (Ad((P B)^-1) eta + Ad(B^-1) zeta + beta)).
 std::vector<PoseColumns> poseColumns(const Fit& fit, const FitView& view, const JointColumns& columns,
-                                     Eigen::Index num_own, Eigen::Index deviation) {
+                                     const OwnColumns& own) {
+  const Matrix6d by_body = boardOf(fit, view).tangentByBody();
   Matrix6d moved = Matrix6d::Identity();
-  std::vector<PoseColumns> all = {{0, moved}};
+  std::vector<PoseColumns> all;
   if (view.deviation) {
     const Vector6d tangent = deviationTangent(fit, view);
     const Matrix6d jacobian = SE3::rightJacobian(tangent);
+    const Eigen::Index deviation = own.deviation.at(&view);
     moved = SE3::exp(-tangent).adjoint();
-    all = {{0, moved},
-           {deviation, jacobian * view.deviation->root.leftCols<kPoseSize>()},
+    all = {{deviation, jacobian * view.deviation->root.leftCols<kPoseSize>()},
            oneColumn(deviation + kPoseSize, jacobian * view.deviation->root.col(kPoseSize))};
     if (columns.delay[view.camera] >= 0) {
       const double delay = fit.cameras[view.camera].delay;
-      all.push_back(
-          oneColumn(num_own + columns.delay[view.camera], jacobian * view.deviation->tangentByDelay(delay)));
+      all.push_back(oneColumn(own.count + columns.delay[view.camera],
+                              jacobian * view.deviation->tangentByDelay(delay)));
     }
   }
+  all.insert(all.begin(), {0, moved * by_body});
+  if (columns.body[view.board] >= 0) all.push_back({own.count + columns.body[view.board], moved});
   if (columns.pose[view.camera] >= 0) {
-    all.push_back({num_own + columns.pose[view.camera],
-                   moved * fit.placements[view.placement].rig_from_board.inverse().adjoint()});
+    all.push_back(
+        {own.count + columns.pose[view.camera], moved * rigFromBoard(fit, view).inverse().adjoint()});
   }
   return all;
 }
 
-// @param deviation  the first column of the view's deviation, if it has one
 void add(const Fit& fit, const FitView& view, const JointColumns& columns, LossWeights weights,
-         Eigen::Index num_own, Eigen::Index deviation, PlacementSums& sums) {
+         const OwnColumns& own, const OffsetRange& offsets, PlacementSums& sums) {
   const FitCamera& camera = fit.cameras[view.camera];
-  const std::size_t b = boardIndex(fit, view);
+  const std::size_t b = view.board;
+  const Eigen::Index num_own = own.count;
   const Board& board = fit.boards[b].target;
   const bool has_flex = fit.boards[b].isFlexible();
   const bool has_bend = columns.bend[b] >= 0;
@@ -92,13 +128,14 @@ void add(const Fit& fit, const FitView& view, const JointColumns& columns, LossW
   };
   const auto num_params = static_cast<Eigen::Index>(camera.params.size());
   place(columns.params[view.camera], num_params);
-  if (has_flex) to.insert(to.end(), {kPoseSize, kPoseSize + 1});
+  if (has_flex) to.insert(to.end(), {own.bend.at(b), own.bend.at(b) + 1});
   if (!has_flex && has_bend) place(columns.bend[b], kNumBends);
   place(columns.num_others, 1);
   const auto at = [&](Eigen::Index i, Eigen::Index j) -> double& {
     return sums.lower(std::max(i, j), std::min(i, j));
   };
   const Eigen::Index size = gram.lower.rows() - kPoseSize;
+  const Eigen::Index first_point = columns.offsets[b] - offsets.first;  // of the rows
   for (Eigen::Index j = 0; j < size; ++j) {
     const Eigen::Index column = to[static_cast<std::size_t>(j)];
     if (column < 0) continue;
@@ -107,16 +144,16 @@ void add(const Fit& fit, const FitView& view, const JointColumns& columns, LossW
       if (row >= 0) at(row, column) += gram.lower(kPoseSize + i, kPoseSize + j);
     }
     for (std::size_t k = 0; k < gram.ids.size(); ++k) {
-      sums.points.col(column).segment<3>(3 * gram.ids[k]) +=
+      sums.points.col(column).segment<3>(first_point + 3 * gram.ids[k]) +=
           gram.points.col(kPoseSize + j).segment<3>(3 * static_cast<Eigen::Index>(k));
     }
   }
   for (std::size_t k = 0; k < gram.ids.size(); ++k)
-    sums.shifts.middleRows<3>(3 * gram.ids[k]) +=
+    sums.shifts.middleRows<3>(first_point + 3 * gram.ids[k]) +=
         gram.points.block<3, 3>(3 * static_cast<Eigen::Index>(k), 0);
   const Matrix6d pose = gram.lower.topLeftCorner<kPoseSize, kPoseSize>().selfadjointView<Eigen::Lower>();
   const PoseRows rest = gram.lower.bottomLeftCorner(size, kPoseSize).transpose();
-  const std::vector<PoseColumns> moves = poseColumns(fit, view, columns, num_own, deviation);
+  const std::vector<PoseColumns> moves = poseColumns(fit, view, columns, own);
   for (auto one = moves.begin(); one != moves.end(); ++one) {
     for (auto other = moves.begin(); other <= one; ++other) {
       const Matrix6d product = one == other
@@ -135,7 +172,7 @@ void add(const Fit& fit, const FitView& view, const JointColumns& columns, LossW
       }
     }
     for (std::size_t k = 0; k < gram.ids.size(); ++k) {
-      sums.points.block(3 * gram.ids[k], one->first, 3, one->count) +=
+      sums.points.block(first_point + 3 * gram.ids[k], one->first, 3, one->count) +=
           gram.points.block<3, kPoseSize>(3 * static_cast<Eigen::Index>(k), 0) *
           one->tangent.leftCols(one->count);
     }
@@ -147,45 +184,42 @@ struct PlacementEquations {
   PlacementSums sums;
   Eigen::MatrixXd own;
   Eigen::VectorXd own_error;
-  Eigen::MatrixXd mixed;      // own columns with the unknowns of the fit
-  Eigen::Index first_offset;  // of its board; -1 for an even one
+  Eigen::MatrixXd mixed;  // own columns with the unknowns of the fit
+  OffsetRange offsets;
 };
 
 PlacementEquations equationsOf(const Fit& fit, std::span<const FitView* const> views,
                                const JointColumns& columns, LossWeights weights) {
-  const std::size_t b = boardIndex(fit, *views.front());
-  const FitBoard& board = fit.boards[b];
-  const auto num_deviations = static_cast<int>(
-      std::ranges::count_if(views, [](const FitView* view) { return view->deviation.has_value(); }));
-  const Eigen::Index num_own = numOwn(board, num_deviations);
-  Eigen::Index deviation = numOwn(board, 0);
+  const OwnColumns own = ownColumns(fit, views);
+  const OffsetRange offsets = offsetRange(fit, views, columns);
+  const Eigen::Index num_own = own.count;
   const Eigen::Index error = num_own + columns.num_others;
-  const Eigen::Index num_offsets = columns.offsets[b] < 0 ? 0 : 3 * board.target.numCorners();
   PlacementEquations equations{.sums = {.lower = Eigen::MatrixXd::Zero(error + 1, error + 1),
-                                        .points = Eigen::MatrixXd::Zero(num_offsets, error + 1),
-                                        .shifts = Eigen::MatrixXd::Zero(num_offsets, 3)},
+                                        .points = Eigen::MatrixXd::Zero(offsets.count, error + 1),
+                                        .shifts = Eigen::MatrixXd::Zero(offsets.count, 3)},
                                .own = {},
                                .own_error = {},
                                .mixed = Eigen::MatrixXd::Zero(num_own, columns.count),
-                               .first_offset = columns.offsets[b]};
+                               .offsets = offsets};
   PlacementSums& sums = equations.sums;
-  for (const FitView* view : views) {
-    add(fit, *view, columns, weights, num_own, deviation, sums);
-    if (!view->deviation) continue;
-    sums.lower.diagonal().segment<PoseDeviation::kSize>(deviation).array() += 1;
-    sums.lower.row(error).segment<PoseDeviation::kSize>(deviation) += view->deviation->normal.transpose();
-    deviation += PoseDeviation::kSize;
+  for (const FitView* view : views) add(fit, *view, columns, weights, own, offsets, sums);
+  for (const auto& [view, at] : own.deviation) {
+    sums.lower.diagonal().segment<PoseDeviation::kSize>(at).array() += 1;
+    sums.lower.row(error).segment<PoseDeviation::kSize>(at) += view->deviation->normal.transpose();
   }
-  for (Eigen::Index i = kPoseSize; i < numOwn(board, 0); ++i) {
-    sums.lower(i, i) += board.flex.precision;
-    sums.lower(error, i) += board.flex.precision * views.front()->flex_m(i - kPoseSize);
+  for (const auto& [board, at] : own.bend) {
+    const double precision = fit.boards[board].flex.precision;
+    const FitView& view =
+        **std::ranges::find_if(views, [&, b = board](const FitView* of) { return of->board == b; });
+    sums.lower.diagonal().segment<kNumBends>(at).array() += precision;
+    sums.lower.row(error).segment<kNumBends>(at) += precision * view.flex_m.transpose();
   }
   equations.own = sums.lower.topLeftCorner(num_own, num_own).selfadjointView<Eigen::Lower>();
   equations.own_error = sums.lower.row(error).head(num_own).transpose();
   equations.mixed.leftCols(columns.num_others) =
       sums.lower.block(num_own, 0, columns.num_others, num_own).transpose();
-  if (num_offsets > 0)
-    equations.mixed.middleCols(columns.offsets[b], num_offsets) = sums.points.leftCols(num_own).transpose();
+  if (offsets.count > 0)
+    equations.mixed.middleCols(offsets.first, offsets.count) = sums.points.leftCols(num_own).transpose();
   return equations;
 }
 
@@ -196,7 +230,7 @@ void add(const PlacementEquations& equations, const JointColumns& columns, Eigen
   const PlacementSums& sums = equations.sums;
   const Eigen::Index num_own = equations.own.rows();
   const Eigen::Index num_others = columns.num_others;
-  const Eigen::Index num_offsets = sums.points.rows();
+  const auto [first, num_offsets] = equations.offsets;
   const Eigen::MatrixXd mixed = equations.mixed.leftCols(num_others);
   const Eigen::MatrixXd solved = solveSpd(equations.own, mixed);
   auto others = information.topRows(num_others);
@@ -205,7 +239,6 @@ void add(const PlacementEquations& equations, const JointColumns& columns, Eigen
   gradient.head(num_others) += sums.lower.bottomRows<1>().segment(num_own, num_others).transpose();
   gradient -= equations.mixed.transpose() * solveSpd(equations.own, equations.own_error);
   if (num_offsets == 0) return;
-  const Eigen::Index first = equations.first_offset;
   information.middleRows(first, num_offsets) += sums.points.middleCols(num_own, num_others);
   information.middleRows(first, num_offsets) -=
       equations.mixed.middleCols(first, num_offsets).transpose() * solved;
@@ -250,6 +283,7 @@ JointColumns jointColumns(const Fit& fit, Offsets offsets) {
     columns.params.push_back(take(true, static_cast<int>(camera.params.size())));
   for (const FitCamera& camera : fit.cameras)
     columns.pose.push_back(take(!camera.is_rig_pose_fixed, kPoseSize));
+  for (const FitBoard& board : fit.boards) columns.body.push_back(take(board.isBodyPoseFree(), kPoseSize));
   for (const FitBoard& board : fit.boards) columns.bend.push_back(take(!board.is_shape_fixed, kNumBends));
   for (const FitCamera& camera : fit.cameras) columns.delay.push_back(take(!camera.is_delay_fixed, 1));
   columns.num_others = columns.count;
@@ -292,11 +326,12 @@ Eigen::VectorXd OffsetMatrix::diagonal() const {
 
 JointEquations jointEquations(const Fit& fit, const JointColumns& columns, LossWeights weights) {
   const Eigen::Index num_offsets = columns.count - columns.num_others;
+  const Frames frames = framesOf(fit);
   Eigen::Index most_roots = 0;
-  for (const FitPlacement& placement : fit.placements)
-    most_roots += columns.offsets[placement.board] < 0 ? 0 : numOwn(fit.boards[placement.board], 0);
-  for (const FitView& view : fit.views)
-    most_roots += view.deviation && columns.offsets[boardIndex(fit, view)] >= 0 ? PoseDeviation::kSize : 0;
+  for (const auto& [index, placements] : frames) {
+    for (const auto& [placement, views] : placements)
+      most_roots += offsetRange(fit, views, columns).count > 0 ? ownColumns(fit, views).count : 0;
+  }
   const bool are_few = most_roots < num_offsets;
   JointEquations all{.information = Eigen::MatrixXd::Zero(columns.count, columns.num_others),
                      .of_offsets = {.sign = -1},
@@ -309,16 +344,16 @@ JointEquations jointEquations(const Fit& fit, const JointColumns& columns, LossW
     offsets.full = Eigen::MatrixXd::Zero(num_offsets, num_offsets);
   }
   Eigen::Index num_roots = 0;
-  for (const auto& [index, placements] : framesOf(fit)) {
+  for (const auto& [index, placements] : frames) {
     for (const auto& [placement, views] : placements) {
       const PlacementEquations equations = equationsOf(fit, views, columns, weights);
       add(equations, columns, all.information, all.gradient);
-      if (equations.first_offset < 0) continue;
+      if (equations.offsets.count == 0) continue;
       const Eigen::MatrixXd& shifts = equations.sums.shifts;
-      const Eigen::Index first = equations.first_offset - columns.num_others;
-      const Eigen::Index count = shifts.rows();
+      const Eigen::Index first = equations.offsets.first - columns.num_others;
+      const Eigen::Index count = equations.offsets.count;
       const Eigen::MatrixXd roots = semidefiniteRootOf(inverseSpd(equations.own)) *
-                                    equations.mixed.middleCols(equations.first_offset, count);
+                                    equations.mixed.middleCols(equations.offsets.first, count);
       if (are_few) {
         offsets.blocks.middleRows(first, count) += shifts;
         offsets.roots.block(num_roots, first, roots.rows(), count) = roots;

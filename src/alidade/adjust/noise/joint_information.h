@@ -10,13 +10,14 @@
 namespace alidade {
 
 /// Columns of the unknowns of a fit in its equations: the parameters of each camera, then camera_from_rig
-/// (SE3's tangent) of each camera that is not fixed, then the bends of the boards whose bend is estimated,
-/// then the delays of cameras that are not fixed, then on request the offsets of uneven boards. The
-/// placements are eliminated, with the bends that a flexible board has in each and the scatter of views that
-/// deviate from them.
+/// (SE3's tangent) of each camera that is not fixed, then body_from_board (SE3's tangent) of each board that
+/// is not fixed, then the bends of the boards whose bend is estimated, then the delays of cameras that are
+/// not fixed, then on request the offsets of uneven boards. The placements are eliminated, with the bends
+/// that a flexible board has in each and the scatter of views that deviate from them.
 struct JointColumns {
   std::vector<int> params;   ///< first column of each camera's parameters
   std::vector<int> pose;     ///< of each camera's pose; -1 for a fixed one
+  std::vector<int> body;     ///< of each board's place in its body; -1 for a fixed one
   std::vector<int> bend;     ///< of each board's bends; -1 for a fixed one
   std::vector<int> delay;    ///< of each camera's delay; -1 for a fixed one
   std::vector<int> offsets;  ///< of each board's offsets, three per point; -1 for an even board

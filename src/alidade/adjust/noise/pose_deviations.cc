@@ -29,7 +29,8 @@ Eigen::MatrixXd placementInformation(const Fit& fit, const std::vector<const Fit
   for (std::size_t i = 0; i < views.size(); ++i, at += kOwn) {
     const Vector6d tangent = deviationTangent(fit, *views[i]);
     Eigen::Matrix<double, kPose, kPose + kOwn> J;
-    J << SE3::exp(-tangent).adjoint(), SE3::rightJacobian(tangent) * views[i]->deviation->root;
+    J << SE3::exp(-tangent).adjoint() * boardOf(fit, *views[i]).tangentByBody(),
+        SE3::rightJacobian(tangent) * views[i]->deviation->root;
     const Eigen::Matrix<double, kPose + kOwn, kPose + kOwn> both = J.transpose() * of_views[i] * J;
     information.topLeftCorner<kPose, kPose>() += both.topLeftCorner<kPose, kPose>();
     information.block<kOwn, kPose>(at, 0) = both.bottomLeftCorner<kOwn, kPose>();

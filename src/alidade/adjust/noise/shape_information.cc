@@ -26,7 +26,7 @@ std::vector<Reduced> reducedWithBends(const Fit& fit, LossWeights weights,
                                       const std::vector<std::size_t>& boards) {
   std::vector<Reduced> views = mapped(fit.views, [&](const FitView& view) {
     const int num_columns = kNumBends * static_cast<int>(boards.size());
-    const auto at = std::ranges::find(boards, boardIndex(fit, view));
+    const auto at = std::ranges::find(boards, view.board);
     const Board* board = at != boards.end() ? &boardOf(fit, view).target : nullptr;
     const int first = kNumBends * static_cast<int>(at - boards.begin());
     return reduced(fit, view, weights, bendColumns(board, first, num_columns));

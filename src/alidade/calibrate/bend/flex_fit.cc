@@ -37,7 +37,7 @@ bool isFlexing(const Fit& fit) {
 std::vector<std::vector<FitView*>> viewsByPlacement(std::size_t board, Fit& fit) {
   std::vector<std::vector<FitView*>> views(fit.placements.size());
   for (FitView& view : fit.views) {
-    if (boardIndex(fit, view) == board) views[view.placement].push_back(&view);
+    if (view.board == board) views[view.placement].push_back(&view);
   }
   std::erase_if(views, [](const auto& of_placement) { return of_placement.empty(); });
   return views;

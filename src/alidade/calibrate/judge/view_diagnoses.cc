@@ -25,7 +25,7 @@ std::string percent(double share) {
 
 // Name of a view's image, with its board if there are several.
 std::string nameOf(const Fit& fit, const FitView& view) {
-  return view.image + boardSuffix(fit, boardIndex(fit, view));
+  return view.image + boardSuffix(fit, view.board);
 }
 
 // The stated accuracy in the area that boards covered, px; NaN if it is unknown.

@@ -50,7 +50,7 @@ double sureValue(const CommonError* error) {
 double tagPixels(const Fit& fit, std::size_t board) {
   std::vector<double> sides;
   for (const FitView& view : fit.views) {
-    if (boardIndex(fit, view) != board) continue;
+    if (view.board != board) continue;
     for (std::size_t i = 1; i < view.corners.size(); ++i) {
       const Observation& left = view.corners[i - 1];
       if (left.id % 2 == 0 && view.corners[i].id == left.id + 1)

@@ -345,7 +345,7 @@ std::optional<ViewCovariance> viewCovariance(std::span<const Reduced> pulls,
 
 std::vector<Reduced> viewScores(const Fit& fit) {
   return mapped(fit.views, [&](const FitView& view) {
-    return reduced(fit, view, LossWeights::kUse, CommonColumns(fit, boardIndex(fit, view)));
+    return reduced(fit, view, LossWeights::kUse, CommonColumns(fit, view.board));
   });
 }
 

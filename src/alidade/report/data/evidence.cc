@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <span>
 #include <utility>
 
@@ -522,18 +523,20 @@ json rigEvidenceDocument(const RigCalibration& rig, double tolerance_px, const R
   json& boards = document["boards"] = json::array();
   for (const FitBoard& board : rig.fit.boards) boards.push_back(board.target.spec());
   json& placements = document["placements"] = json::array();
-  for (const FitPlacement& placement : rig.fit.placements) {
-    placements.push_back({{"frame", placement.frame},
-                          {"board", placement.board},
-                          {"rig_from_board", placement.rig_from_board}});
-  }
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> placement_of;  // each board of a body
   json& views = document["views"] = json::array();
   for (const FitView& view : rig.fit.views) {
     double sum = 0;
     for (const Eigen::Vector2d& error : view.errors) sum += error.squaredNorm();
     const auto count = static_cast<double>(std::max<std::size_t>(1, view.corners.size()));
+    const auto [placement, is_new] =
+        placement_of.try_emplace({view.placement, view.board}, placements.size());
+    if (is_new)
+      placements.push_back({{"frame", rig.fit.placements[view.placement].frame},
+                            {"board", view.board},
+                            {"rig_from_board", rigFromBoard(rig.fit, view)}});
     views.push_back({{"camera", view.camera},
-                     {"placement", view.placement},
+                     {"placement", placement->second},
                      {"image", view.image},
                      {"rms_px", std::sqrt(sum / count)},
                      {"corners", cornersJson(rig.fit.cameras[view.camera], view)}});

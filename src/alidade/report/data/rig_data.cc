@@ -90,9 +90,9 @@ ReportedRig readRig(const nlohmann::json& evidence, const std::string& file) {
       [](const JsonNode& node) { return node.made([&] { return parseBoardSpec(node.text()); }); });
   rig.frames = root["frames"].list(textOf);
   rig.placements = root["placements"].list([&](const JsonNode& node) {
-    return FitPlacement{.frame = readIndex(node["frame"], rig.frames.size()),
-                        .board = readIndex(node["board"], rig.boards.size()),
-                        .rig_from_board = readPose(node["rig_from_board"])};
+    return ReportedPlacement{.frame = readIndex(node["frame"], rig.frames.size()),
+                             .board = readIndex(node["board"], rig.boards.size()),
+                             .rig_from_board = readPose(node["rig_from_board"])};
   });
   rig.views = root["views"].list([&](const JsonNode& node) { return readRigView(node, rig); });
   rig.findings = readFindings(root["diagnoses"]);

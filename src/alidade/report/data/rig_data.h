@@ -33,16 +33,23 @@ struct ReportedRigCamera {
   std::optional<Accuracy> accuracy = {};
 };
 
+/// A board in one frame.
+struct ReportedPlacement {
+  std::size_t frame = 0;
+  std::size_t board = 0;  ///< index into ReportedRig::boards
+  SE3 rig_from_board = {};
+};
+
 struct ReportedRig {
   Verdict verdict = Verdict::kNo;
   double tolerance_px = 1;
   double rms_px = 0;
   double holdout_rms_px = 0;
-  int num_linked = 0;  ///< boards that two or more cameras saw
+  int num_linked = 0;  ///< see RigLinks
   std::vector<ReportedRigCamera> cameras = {};
   std::vector<Board> boards = {};
   std::vector<std::string> frames = {};
-  std::vector<FitPlacement> placements = {};
+  std::vector<ReportedPlacement> placements = {};
   std::vector<ReportedView> views = {};
   std::vector<Diagnosis> findings = {};
   RunOrigin origin = {};

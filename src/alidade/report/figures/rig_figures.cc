@@ -31,7 +31,7 @@ const EpipolarPair& worstOf(const std::vector<EpipolarPair>& pairs) {
 }  // namespace
 
 Figure rigSceneFigure(const ReportedRig& rig) {
-  const auto boardOf = [&](const FitPlacement& placement) {
+  const auto boardOf = [&](const ReportedPlacement& placement) {
     return SceneBoard{.target = &rig.boards[placement.board],
                       .scene_from_board = placement.rig_from_board,
                       .words = "frame " + rig.frames[placement.frame]};

@@ -129,7 +129,8 @@ std::vector<PageNumber> rigNumbers(const ReportedRig& rig) {
     numbers.push_back({"Epipolar error", rmsText(pairs.front().rms_px), "RMS of all common corners"});
   numbers.push_back({"Cameras", std::to_string(rig.cameras.size()), "in one rig"});
   numbers.push_back({"Frames", std::to_string(rig.frames.size()), "of images"});
-  numbers.push_back({"Links", std::to_string(rig.num_linked), "boards seen by two or more cameras"});
+  numbers.push_back({"Links", std::to_string(rig.num_linked),
+                     "boards, or sets of boards fixed to each other, seen by two or more cameras"});
   return numbers;
 }
 

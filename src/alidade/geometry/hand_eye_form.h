@@ -11,9 +11,9 @@
 
 namespace alidade {
 
-/// A board seen from a place of the robot.
+/// A board as a camera sees it on a mount that moves, such as a robot.
 struct SeenFrom {
-  SE3 motion;             ///< see motionOf()
+  SE3 motion;             ///< mount_from_world at this place
   SE3 camera_from_board;  ///< by the image alone
   std::size_t board = 0;
   /// Frames of different parts tell nothing about each other: the board was moved between.
@@ -31,6 +31,7 @@ struct ClosedForm {
   /// scatter of the turns between pairs, rad^2. 0: not at all.
   double rotation_firmness = 0;
   Eigen::Vector3d main_axis = Eigen::Vector3d::Zero();  ///< of the turns, in the camera frame
+  double main_turn = 0;                                 ///< mean square of the turns about it, rad^2
 
   [[nodiscard]] double misfit() const { return std::hypot(median_rad, median_share); }
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "alidade/handeye/closed_form.h"
+#include "alidade/geometry/hand_eye_form.h"
 
 #include <algorithm>
 #include <cmath>
@@ -72,6 +72,7 @@ void solveRotation(const std::vector<Pair>& pairs, ClosedForm& form) {
     // Two turns about different axes suffice.
     form.rotation_firmness = sum > 0 ? std::max(0.0, eigen.eigenvalues()(1)) / sum : 0;
     form.main_axis = eigen.eigenvectors().col(2);
+    form.main_turn = sum > 0 ? std::max(0.0, eigen.eigenvalues()(2)) / sum : 0;
     std::vector<double> sizes;
     for (const Pair& pair : pairs) sizes.push_back((pair.mount_turn - R * pair.camera_turn).norm());
     weights = weightsOf(sizes);
