@@ -122,7 +122,7 @@ TEST_F(HandEyeCommand, PrintsTheFileOrOneDocument) {
   EXPECT_THAT(keys,
               testing::UnorderedElementsAre("verdict", "camera_on", "gripper_from_camera", "base_from_board",
                                             "error_m", "tool_error_m", "board_distance_m", "robot_noise",
-                                            "rms_px", "num_poses", "frames", "diagnoses"));
+                                            "rms_px", "num_poses", "frames", "diagnoses", "next_pose"));
   EXPECT_EQ(document["verdict"], "trustworthy");
   EXPECT_EQ(document["frames"].size(), 15U);
   EXPECT_EQ(document["frames"][3]["image"], "003.png");
@@ -185,7 +185,44 @@ TEST_F(HandEyeCommand, WritesNothingThatMustNotBeUsed) {
 TEST_F(HandEyeCommand, JudgesByTheTolerance) {
   EXPECT_THAT(calibrate({"--tolerance", "0.01mm"}), EndsWith(3));
   EXPECT_THAT(calibrate({"--tolerance", "0"}), FailsWith(2, HasSubstr("--tolerance")));
+  EXPECT_THAT(calibrate({"--tolerance", "1"}),
+              FailsWith(2, HasSubstr("a length above 0 with its unit, such as 1mm")));
   EXPECT_THAT(calibrate({"--tolerance", "-1mm"}), FailsWith(2, HasSubstr("--tolerance")));
+}
+
+TEST_F(HandEyeCommand, NamesTheFileWhereACameraIsWanted) {
+  ASSERT_THAT(calibrate({"-o", "handeye.yaml", "--tolerance", "5mm"}), EndsWith(0));
+  scratch_.write("points.csv", "1 2 3\n");
+  const auto names = AllOf(HasSubstr("a hand-eye file, which says where a camera is on a robot"),
+                           HasSubstr("alidade handeye validate"));
+  const RunResult result = runAlidade({"validate", path("handeye.yaml")});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.out, names);
+  EXPECT_THAT(runAlidade({"convert", path("handeye.yaml"), "--to", "ros", "-o", path("out.yaml")}),
+              FailsWith(1, names));
+  EXPECT_THAT(runAlidade({"project", path("handeye.yaml"), path("points.csv")}), FailsWith(1, names));
+}
+
+TEST_F(HandEyeCommand, SaysWhereToDriveNext) {
+  const RunResult text = calibrate({"--tolerance", "5mm"});
+  EXPECT_THAT(text.out, HasSubstr("Next      drive the gripper to "));
+  const auto document = nlohmann::json::parse(calibrate({"--tolerance", "5mm", "--json"}).out);
+  EXPECT_LT(document.at("next_pose").at("error_m").get<double>(), document.at("error_m").get<double>());
+}
+
+TEST_F(HandEyeCommand, ReadsTablesAsPeopleNameTheirColumns) {
+  ASSERT_THAT(calibrate({"-o", "one.yaml", "--tolerance", "5mm"}), EndsWith(0));
+  const std::string header = "image,x_m,y_m,z_m,qx,qy,qz,qw";
+  const std::string table = scratch_.read("poses.csv");
+  int num_read = 0;
+  for (const char* other : {"filename,pos_x,pos_y,pos_z,qx,qy,qz,qw", "file,px,py,pz,qx,qy,qz,qw",
+                            "name,position_x_m,position_y_m,position_z_m,qx,qy,qz,qw"}) {
+    scratch_.write("poses.csv", replaced(table, header, other));
+    ASSERT_THAT(calibrate({"-o", "other.yaml", "--tolerance", "5mm"}), EndsWith(0)) << other;
+    EXPECT_EQ(scratch_.read("one.yaml"), scratch_.read("other.yaml")) << other;
+    ++num_read;
+  }
+  EXPECT_EQ(num_read, 3);
 }
 
 TEST_F(HandEyeCommand, ShowsEachImageIfAsked) {

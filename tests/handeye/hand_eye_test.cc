@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <functional>
 #include <string>
 #include <utility>
@@ -107,6 +109,111 @@ TEST(HandEye, MatchesPosesByNameStemNumberOrOrder) {
     EXPECT_EQ(result.verdict(), Verdict::kTrustworthy);
     EXPECT_LT(differenceOf(by_name.mount_from_camera, result.mount_from_camera).norm(), 1e-9);
   }
+}
+
+// An image without a board counts too.
+TEST(HandEye, MatchesPosesByTheOrderOfAllImages) {
+  RobotSet set = goodSet();
+  HandEyeOptions options = radtan();
+  for (const View& view : set.views) options.images.push_back(view.image);
+  set.views.erase(set.views.begin() + 4);
+  const HandEyeCalibration by_name = calibrated(set);
+  for (RobotPose& pose : set.robot.poses) pose.image.clear();
+  EXPECT_THAT(messageOf([&] { (void)calibrated(set); }),
+              HasSubstr("15 poses, the first of '', for 14 images"));
+  const HandEyeCalibration result = calibrated(set, options);
+  EXPECT_THAT(idsOf(result), testing::ElementsAre("robot_poses_by_order"));
+  EXPECT_EQ(result.frames.size(), 14U);
+  EXPECT_LT(differenceOf(by_name.mount_from_camera, result.mount_from_camera).norm(), 1e-9);
+}
+
+// A log with rows before and after each image, on the path between them.
+RobotTable logAround(const std::vector<RobotPose>& poses, double first_s,
+                     const std::function<std::string(double)>& nameOf) {
+  RobotTable log;
+  const SE3::Tangent step = (SE3::Tangent() << 0.02, -0.01, 0.03, 0.1, 0.05, -0.08).finished();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double time = first_s + static_cast<double>(i);
+    for (const double apart : {-0.25, 0.25})
+      log.poses.push_back({nameOf(time + apart), poses[i].base_from_gripper * SE3::exp(apart * step)});
+  }
+  return log;
+}
+
+TEST(HandEye, MatchesPosesByTime) {
+  const HandEyeCalibration by_name = calibrated(goodSet());
+  constexpr double kFirst = 1700000000.25;
+  const auto seconds = [](double time) { return std::to_string(time); };
+  const auto nanoseconds = [](double time) {
+    return std::to_string(static_cast<std::int64_t>(time * 1e6)) + "000";
+  };
+  const std::vector<std::function<std::string(double)>> names = {seconds, nanoseconds};
+  int num_matched = 0;
+  int num_refused = 0;
+  for (const auto& of_image : names) {
+    for (const auto& of_row : names) {
+      RobotSet set = goodSet();
+      for (std::size_t i = 0; i < set.views.size(); ++i)
+        set.views[i].image = "cam_" + of_image(kFirst + static_cast<double>(i)) + ".png";
+      const std::vector<RobotPose> poses = set.robot.poses;
+      set.robot = logAround(poses, kFirst, of_row);
+      const HandEyeCalibration result = calibrated(set);
+      EXPECT_THAT(idsOf(result), testing::ElementsAre("robot_poses_by_time"));
+      EXPECT_EQ(result.frames.size(), 15U);
+      EXPECT_LT(differenceOf(by_name.mount_from_camera, result.mount_from_camera).norm(), 1e-6);
+      ++num_matched;
+      // Another clock.
+      set.robot = logAround(poses, kFirst + 1000, of_row);
+      EXPECT_THAT(messageOf([&] { (void)calibrated(set); }), HasSubstr("a pose for each image"));
+      ++num_refused;
+    }
+  }
+  EXPECT_EQ(num_matched, 4);
+  EXPECT_EQ(num_refused, 4);
+}
+
+// Images from suggested poses lower the error more than images from others.
+TEST(HandEye, SuggestsPosesThatHelp) {
+  double squares_suggested = 0;
+  double squares_random = 0;
+  double expected = 0;
+  constexpr int kNumSets = 4;
+  for (std::uint64_t seed = 0; seed < kNumSets; ++seed) {
+    for (const CameraOn camera_on : kBothPlaces) {
+      RobotScene scene = robotScene(camera_on, kGoodRobot, 0.1);
+      scene.num_views = 13;
+      const RobotSet all = simulateRobot(scene, seed);
+      RobotSet set = all;
+      set.views.resize(8);
+      set.robot.poses.resize(8);
+      HandEyeOptions options = radtan();
+      options.camera_on = camera_on;
+      Random random(100 + seed);
+      for (int k = 0; k < 5; ++k) {
+        const HandEyeCalibration result = calibrated(set, options);
+        ASSERT_TRUE(result.next_pose);
+        EXPECT_LT(result.next_pose->error_m, result.error_m);
+        const SE3 gripper = result.next_pose->base_from_gripper;
+        const SE3 motion = camera_on == CameraOn::kHand ? gripper.inverse() : gripper;
+        View view = exactView(scene.camera, scene.size, scene.board,
+                              all.mount_from_camera.inverse() * motion * all.world_from_boards[0],
+                              "next" + std::to_string(k) + ".png");
+        addCornerNoise(view, scene.corner_noise_px, random);
+        set.views.push_back(view);
+        SE3::Tangent noise;
+        for (int i = 0; i < 6; ++i)
+          noise(i) = random.normal() * (i < 3 ? kGoodRobot.translation_m : kGoodRobot.rotation_rad);
+        set.robot.poses.push_back({view.image, gripper * SE3::exp(noise)});
+        expected += result.next_pose->error_m / result.error_m / (kNumSets * 2 * 5);
+      }
+      squares_suggested += std::pow(calibrated(set, options).error_m, 2);
+      squares_random += std::pow(calibrated(all, options).error_m, 2);
+    }
+  }
+  std::printf(
+      "error after five suggested poses over that after five random ones: %.2f; expected for each: %.2f\n",
+      std::sqrt(squares_suggested / squares_random), expected);
+  EXPECT_LT(squares_suggested, 0.8 * squares_random);
 }
 
 TEST(HandEye, LeavesOutImagesWithoutAPose) {

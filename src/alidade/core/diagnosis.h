@@ -142,6 +142,7 @@ inline constexpr DiagnosisKind kDiagnosisKinds[] = {
     {"hand_eye_inaccurate", Subject::kRobot, detail::kByRule, Rank::kConsequence},
     {"camera_on_found", Subject::kRobot, detail::kByRule},
     {"robot_poses_by_order", Subject::kRobot, Severity::kNote},
+    {"robot_poses_by_time", Subject::kRobot, Severity::kNote},
 
     {"several_sizes", Subject::kImage, Severity::kNote},
     {"blurred_images", Subject::kImage, Severity::kNote},

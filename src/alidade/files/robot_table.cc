@@ -119,7 +119,9 @@ FoundColumns findColumns(const std::vector<std::string>& header, const std::vect
   return {};
 }
 FoundColumns findTranslation(const std::vector<std::string>& header) {
-  return findColumns(header, {"x y z", "tx ty tz"}, {"", "m", "mm"});
+  return findColumns(
+      header, {"x y z", "tx ty tz", "px py pz", "pos_x pos_y pos_z", "position_x position_y position_z"},
+      {"", "m", "mm"});
 }
 
 // Reads the lines of a table.
@@ -156,7 +158,7 @@ class RobotLines {
     columns_ = translation.at;
     columns_.insert(columns_.end(), rotation.at.begin(), rotation.at.end());
     std::set<std::size_t> used(columns_.begin(), columns_.end());
-    for (const char* name : {"image", "name", "id", "timestamp", "time"}) {
+    for (const char* name : {"image", "filename", "file", "name", "id", "timestamp", "time"}) {
       for (std::size_t i = 0; i < header.size(); ++i) {
         const std::string first = header[i].substr(0, header[i].find_first_of(" _[("));  // without a unit
         if (detail::findColumn({first}, {name}).index && used.insert(i).second && !name_) name_ = i;

@@ -16,7 +16,9 @@ struct RobotTableOptions {
 
 /// Reads the poses base_from_gripper that a robot stated for images:
 ///
-///   table  with a header: a name (image, name, id, time or timestamp), x, y, z or tx, ty, tz (m or mm), and
+///   table  with a header: a name (image, filename, name, id, time or timestamp), x, y, z, also as tx, px,
+///   pos_x or
+///          position_x (m or mm), and
 ///          one of qx, qy, qz, qw; rx, ry, rz (a rotation vector, in rad or deg); roll, pitch, yaw; ABB's
 ///          q1, q2, q3, q4; KUKA's a, b, c; FANUC's w, p, r. Columns in any order
 ///   rows   without a header, with or without a name in front (TUM: a time)

@@ -2,13 +2,11 @@
 #include "alidade/handeye/hand_eye.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <limits>
-#include <map>
 #include <set>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -22,74 +20,11 @@
 #include "alidade/handeye/doctor.h"
 #include "alidade/handeye/hand_eye_judge.h"
 #include "alidade/handeye/joint_fit.h"
+#include "alidade/handeye/next_pose.h"
+#include "alidade/handeye/pose_matching.h"
 
 namespace alidade {
 namespace {
-
-// Of three, two motions fit a camera on the hand as well as one on the base.
-constexpr std::size_t kFewestPoses = 4;
-
-// Without folder and, unless it is the fraction of a time, extension.
-std::string stemOf(const std::string& image) {
-  const std::filesystem::path name = std::filesystem::path(image).filename();
-  const std::string extension = name.extension().string();
-  const bool is_fraction =
-      extension.size() > 1 && std::isdigit(static_cast<unsigned char>(extension[1])) != 0;
-  return (is_fraction ? name : name.stem()).string();
-}
-
-// The last run of digits, without leading zeros; empty without digits.
-std::string numberOf(const std::string& image) {
-  const std::string stem = stemOf(image);
-  if (stem.find('.') != std::string::npos) return "";  // a time
-  const auto isDigit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
-  const auto last = std::find_if(stem.rbegin(), stem.rend(), isDigit);
-  const auto first = std::find_if_not(last, stem.rend(), isDigit);
-  std::string digits(first.base(), last.base());
-  digits.erase(0, std::min(digits.find_first_not_of('0'), digits.size() - (digits.empty() ? 0 : 1)));
-  return digits;
-}
-
-// The poses of images, by name, else by number, else by their order.
-std::vector<std::optional<std::size_t>> matched(const std::vector<std::string>& images,
-                                                const std::vector<RobotPose>& poses,
-                                                std::vector<Diagnosis>& diagnoses) {
-  std::vector<std::optional<std::size_t>> best(images.size());
-  std::size_t num_best = 0;
-  for (const auto key : {+[](const std::string& image) { return image; }, stemOf, numberOf}) {
-    std::map<std::string, std::vector<std::size_t>> rows;
-    for (std::size_t i = 0; i < poses.size(); ++i) rows[key(poses[i].image)].push_back(i);
-    std::map<std::string, int> counts;
-    for (const std::string& image : images) ++counts[key(image)];
-    std::vector<std::optional<std::size_t>> found(images.size());
-    std::size_t num_found = 0;
-    for (std::size_t i = 0; i < images.size(); ++i) {
-      const auto row = rows.find(key(images[i]));
-      if (row == rows.end() || row->first.empty() || row->second.size() != 1) continue;
-      if (counts.at(row->first) != 1) continue;
-      found[i] = row->second.front();
-      ++num_found;
-    }
-    if (num_found > num_best) best = found, num_best = num_found;
-    if (2 * num_best > images.size()) return best;
-  }
-  if (poses.size() == images.size() && num_best == 0) {
-    for (std::size_t i = 0; i < images.size(); ++i) best[i] = i;
-    diagnoses.push_back(
-        {.id = "robot_poses_by_order",
-         .cause = "images and robot poses have no common names, so they were matched by order",
-         .next_step = "name the images in the table's first column"});
-    return best;
-  }
-  if (num_best >= kFewestPoses) return best;
-  throw inputError(
-      {.where = "robot poses",
-       .found = fmt::format("{} poses, the first of '{}', for {} images with the board, the first '{}'",
-                            poses.size(), poses.empty() ? "" : poses.front().image, images.size(),
-                            images.empty() ? "" : images.front()),
-       .expected = "a pose for each image, with the image's name or number",
-       .next_step = "name the images in the table's first column"});
-}
 
 // The views of the camera's fit that have a robot pose, with the frames.
 struct Frames {
@@ -98,7 +33,8 @@ struct Frames {
   std::vector<std::optional<std::size_t>> poses;  // rows of the table
 };
 
-Frames framesOf(const Fit& fit, const std::vector<RobotPose>& poses, std::vector<Diagnosis>& diagnoses) {
+Frames framesOf(const Fit& fit, std::span<const std::string> images, const RobotTable& robot,
+                std::vector<Diagnosis>& diagnoses) {
   Frames frames;
   for (std::size_t v = 0; v < fit.views.size(); ++v) {
     if (frames.images.empty() || frames.images.back() != fit.views[v].image) {
@@ -107,7 +43,7 @@ Frames framesOf(const Fit& fit, const std::vector<RobotPose>& poses, std::vector
     }
     frames.views.back().push_back(v);
   }
-  frames.poses = matched(frames.images, poses, diagnoses);
+  frames.poses = matchedRows(frames.images, images, robot.poses, diagnoses);
   return frames;
 }
 
@@ -191,11 +127,11 @@ void dropUnseenBoards(RobotFit& fit) {
 // The frames of an image sequence with robot poses, from the matching to the solution.
 class HandEye {
  public:
-  HandEye(Fit fit, const RobotTable& robot, HandEyeCalibration& result)
+  HandEye(Fit fit, std::span<const std::string> images, const RobotTable& robot, HandEyeCalibration& result)
       : fit_(std::move(fit)),
         robot_(robot),
         result_(result),
-        frames_(framesOf(fit_, robot.poses, result.diagnoses)) {}
+        frames_(framesOf(fit_, images, robot, result.diagnoses)) {}
 
   // Finds the likeliest reading of the table.
   void read(std::optional<CameraOn> camera_on) {
@@ -300,13 +236,15 @@ class HandEye {
            off.head<3>().norm() < kNear * fit.noise.translation_m + kImage * distanceAt(image);
   }
 
-  // Names two images of which each fits the pose of the other.
-  void nameSwaps(const RobotFit& fit, const std::vector<std::size_t>& left_out) {
+  // Names two images of which each fits the pose of the other, and takes them from the unexplained ones.
+  void nameSwaps(const RobotFit& fit, std::vector<std::size_t>& left_out) {
+    std::set<std::size_t> swapped;
     for (const std::size_t a : left_out) {
       for (const std::size_t b : left_out) {
         if (a >= b || !agrees(fit, a, b) || !agrees(fit, b, a)) continue;
         for (const auto& [image, other] : {std::pair(a, b), std::pair(b, a)})
           result_.frames[image].reason = "its pose is that of " + frames_.images[other];
+        swapped.insert({a, b});
         result_.diagnoses.push_back(
             {.id = "robot_poses_swapped",
              .cause = "two images have each other's robot pose",
@@ -314,6 +252,7 @@ class HandEye {
              .next_step = "exchange them"});
       }
     }
+    std::erase_if(left_out, [&](std::size_t f) { return swapped.contains(f); });
   }
 
   Fit fit_;
@@ -351,7 +290,8 @@ HandEyeCalibration calibrateHandEye(std::span<const Board> boards, std::vector<V
   result.camera = calibrate(boards, std::move(views), options.camera);
   Fit fit = result.camera.fit;
   stiffen(fit);
-  HandEye hand_eye(std::move(fit), robot, result);
+  const auto at_times = tableAtTimes(mapped(fit.views, &FitView::image), robot, result.diagnoses);
+  HandEye hand_eye(std::move(fit), options.images, at_times ? *at_times : robot, result);
   hand_eye.read(options.camera_on);
   judgeMotion(hand_eye.form(), result);
   if (!result.isUsable()) {
@@ -362,6 +302,7 @@ HandEyeCalibration calibrateHandEye(std::span<const Board> boards, std::vector<V
   const RobotFit joint = hand_eye.solve(left_out, options.camera.cancel);
   takeFrames(joint, result.frames);
   judgeHandEye(joint, left_out, options, result);
+  if (result.isUsable()) result.next_pose = nextPose(joint, result);
   return result;
 }
 

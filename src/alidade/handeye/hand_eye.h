@@ -15,7 +15,7 @@ namespace alidade {
 
 /// Calibrates where a camera is on a robot's hand or beside the robot, in one fit of the camera, the
 /// transform, the boards' places and the robot's own errors, whose size is estimated with the rest. Robot
-/// poses are matched with views by name, by number, or by their order.
+/// poses are matched with views by name, by number, by time, or by their order.
 /// @throws Error (kInput) as calibrate(), and for poses that match no images or fewer than four of them, or
 /// whose motion cannot determine the transform; Cancelled
 [[nodiscard]] HandEyeCalibration calibrateHandEye(std::span<const Board> boards, std::vector<View> views,

@@ -20,6 +20,8 @@ struct HandEyeOptions {
   CalibratorOptions camera = {};  ///< of the camera's own calibration
   /// Nothing: found from the poses, which are then taken as base_from_gripper.
   std::optional<CameraOn> camera_on = {};
+  /// Names of all images in order, also of those without a board, for poses that are matched by order.
+  std::vector<std::string> images = {};
   double tolerance_m = 1e-3;  ///< the error of a point at the boards' distance (95 %) that the user accepts
 };
 
@@ -33,6 +35,12 @@ struct HandEyeFrame {
   double rms_px = 0;        ///< of the corners
   double sigmas = 0;        ///< of the deviation, as the length of a vector of 6 normal numbers over sqrt(6)
   std::string reason = {};  ///< why it is left out; empty: in use
+};
+
+/// A pose of the robot from which one more image would help.
+struct NextPose {
+  SE3 base_from_gripper = {};
+  double error_m = 0;  ///< HandEyeCalibration::error_m with it, as expected
 };
 
 /// A calibrated hand-eye transform, and what is known about it.
@@ -49,7 +57,8 @@ struct HandEyeCalibration {
   double board_distance_m = 0;            ///< mean
   double error_m = 0;       ///< 95 %, of a point at the boards' distance on the axis, in the mount's frame
   double tool_error_m = 0;  ///< the same at the mount's origin, seen from the camera
-  std::vector<Diagnosis> diagnoses = {};  ///< failures first
+  std::optional<NextPose> next_pose = {};  ///< see nextPose()
+  std::vector<Diagnosis> diagnoses = {};   ///< failures first
 
   /// False if a failure was found before the fit: then there are only diagnoses.
   [[nodiscard]] bool isSolved() const { return covariance.size() > 0; }

@@ -15,6 +15,7 @@
 #include "alidade/core/statistics.h"
 #include "alidade/core/text.h"
 #include "alidade/geometry/decompositions.h"
+#include "alidade/handeye/next_pose.h"
 
 namespace alidade {
 namespace {
@@ -42,20 +43,6 @@ double freedomFactor(const RobotFit& fit) {
   }
   constexpr double kFewest = 3;
   return inverse > 0 ? std::pow(studentT95(std::max(kFewest, 1 / inverse)) / kNormal95, 2) : 1;
-}
-
-// Error of a point (95 %) given in the camera frame, seen in the mount's: that of a sum of squares with the
-// same mean and variance as its own (Satterthwaite 1946; the quantile by Wilson and Hilferty 1931).
-double errorAt(const Matrix6d& covariance, const Eigen::Vector3d& point) {
-  constexpr double kOneSided95 = 1.6448536269514722;
-  Eigen::Matrix<double, 3, 6> J;
-  J << Eigen::Matrix3d::Identity(), -hat(point);
-  const Eigen::Matrix3d of_point = J * covariance * J.transpose();
-  const double mean = of_point.trace();
-  if (!(mean > 0)) return std::numeric_limits<double>::infinity();
-  const double freedom = mean * mean / of_point.squaredNorm();
-  const double spread = 2 / (9 * freedom);
-  return std::sqrt(mean * std::pow(1 - spread + kOneSided95 * std::sqrt(spread), 3));
 }
 
 // What would improve the answer most.

@@ -45,6 +45,14 @@ std::string transformText(const HandEyeCalibration& result) {
                             kDegPerRad * kNormal95 * turn);
 }
 
+// As in a table of robot poses.
+std::string poseRow(const SE3& pose) {
+  const Eigen::Quaterniond& q = pose.rotation.quaternion();
+  const Eigen::Vector3d& t = pose.translation;
+  return fmt::format("{:.4f},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f},{:.5f}", t.x(), t.y(), t.z(), q.x(), q.y(),
+                     q.z(), q.w());
+}
+
 std::string summaryText(const HandEyeCalibration& result, bool is_coloured) {
   Lines lines = wrapped("Verdict", verdictText(result.verdict(), "transform", is_coloured));
   if (!result.isSolved()) {
@@ -67,6 +75,11 @@ std::string summaryText(const HandEyeCalibration& result, bool is_coloured) {
     const Eigen::Vector3d at = kMmInMetre * result.world_from_boards[b].translation;
     addLines(rest, b == 0 ? "Board" : "", "{} at ({:.1f}, {:.1f}, {:.1f}) mm in the frame of the {}",
              result.fit.boards[b].target.spec(), at.x(), at.y(), at.z(), worldName(result.camera_on));
+  }
+  if (result.next_pose) {
+    addLines(rest, "Next",
+             "drive the gripper to {} (x, y, z in m, qx, qy, qz, qw) and take an image: within {} then",
+             poseRow(result.next_pose->base_from_gripper), millimetres(result.next_pose->error_m));
   }
   const std::size_t room = kMaxLines - std::min(kMaxLines, lines.size() + rest.size() + 1);
   const Lines more =
@@ -110,7 +123,12 @@ std::string documentOf(const HandEyeCalibration& result) {
     boards.emplace_back(result.world_from_boards[b]);
     boards.back()["board"] = result.fit.boards[b].target.spec();
   }
+  json next = nullptr;
+  if (result.next_pose)
+    next = {{"base_from_gripper", result.next_pose->base_from_gripper},
+            {"error_m", result.next_pose->error_m}};
   return jsonText({{"verdict", verdictName(result.verdict())},
+                   {"next_pose", next},
                    {"camera_on", cameraOnName(result.camera_on)},
                    {std::string(mountName(result.camera_on)) + "_from_camera", result.mount_from_camera},
                    {std::string(worldName(result.camera_on)) + "_from_board", boards},

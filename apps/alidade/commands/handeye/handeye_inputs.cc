@@ -68,13 +68,14 @@ HandEyeCalibration HandEyeInputs::calibrate(const CommonOptions& common) const {
   }
   const RobotTable robot = readRobotTable(poses, {.form = form});
   const GivenViews given = readViews(views, common);
+  options.images = given.images;
   return calibrateHandEye(given.boards, given.views, robot, options);
 }
 
 double HandEyeInputs::toleranceM() const {
   const double value_m = parseLength(tolerance, "--tolerance");
-  if (value_m > 0) return value_m;
-  throw flagError("--tolerance", tolerance, "a length above 0, such as 1mm");
+  if (value_m > 0 && tolerance.ends_with('m')) return value_m;
+  throw flagError("--tolerance", tolerance, "a length above 0 with its unit, such as 1mm");
 }
 
 std::string millimetres(double value_m) {

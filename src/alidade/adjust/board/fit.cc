@@ -89,7 +89,9 @@ SE3 cameraFromBoard(const Fit& fit, const FitView& view) {
 void setCameraFromBoard(Fit& fit, const FitView& view, const SE3& camera_from_board) {
   const SE3 seen = fit.cameras[view.camera].camera_from_rig.inverse() * camera_from_board;
   const SE3 rig_from_board = view.deviation ? seen * SE3::exp(-deviationTangent(fit, view)) : seen;
-  fit.placements[view.placement].rig_from_body = rig_from_board * boardOf(fit, view).poseOf({}).inverse();
+  const std::optional<SE3>& body_from_board = boardOf(fit, view).body_from_board;
+  fit.placements[view.placement].rig_from_body =
+      body_from_board ? rig_from_board * body_from_board->inverse() : rig_from_board;
 }
 
 std::vector<Observation> onShape(const Board& board, const BoardShape& shape,

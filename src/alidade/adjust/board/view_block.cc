@@ -80,8 +80,9 @@ bool ViewBlock::Evaluate(double const* const* blocks, double* residuals, double*
     rows.leftCols<kPose>() = (rows.leftCols<kPose>() * SE3::exp(-tangent).adjoint()).eval();
   }
   // P Exp(zeta) B = P B Exp(Ad(B^-1) zeta).
-  const Matrix6d by_body = body_from_board.value_or(SE3()).inverse().adjoint();
-  write(1, rows.leftCols<kPose>() * (by_body * tangentByBlock(blocks[1])));
+  auto by_placement = tangentByBlock(blocks[1]);
+  if (body_from_board) by_placement = (body_from_board->inverse().adjoint() * by_placement).eval();
+  write(1, rows.leftCols<kPose>() * by_placement);
   if (has_body_pose_) write(body_block, rows.leftCols<kPose>() * tangentByBlock(blocks[body_block]));
   if (has_rig_pose_) {
     // C Exp(eta) B = C B Exp(Ad(B^-1) eta).

@@ -432,7 +432,7 @@ namespace formats {
 namespace alidade_format {
 
 bool recognises(const CameraDocument& document) {
-  return document.has("alidade_camera") || document.has("alidade_rig");
+  return document.has("alidade_camera") || document.has("alidade_rig") || document.has("alidade_handeye");
 }
 
 // The cameras of a rig file.
@@ -460,6 +460,9 @@ CameraSource readRig(const YamlNode& root, const ReadOptions& options) {
 
 CameraSource read(const CameraDocument& document, const ReadOptions& options) {
   if (document.has("alidade_rig")) return readRig(document.root(), options);
+  if (document.has("alidade_handeye"))
+    throw document.root().error("a hand-eye file, which says where a camera is on a robot",
+                                "a camera or rig file", "test it with 'alidade handeye validate'");
   CameraRecord file = readCameraRoot(document.root());
   return {.cameras = {{.camera = file.camera, .image_size = file.image_size, .own = std::move(file)}}};
 }
