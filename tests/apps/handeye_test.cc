@@ -11,6 +11,7 @@
 #include "alidade/files.h"
 #include "alidade/files/corners_file.h"
 #include "alidade/files/hand_eye_file.h"
+#include "alidade/files/robot_table.h"
 #include "alidade/geometry/rotation_conversions.h"
 #include "alidade/simulate/robot.h"
 #include "apps/command_line.h"
@@ -29,16 +30,6 @@ const AnyCamera& trueCamera() {
   static const AnyCamera camera =
       AnyCamera::make("radtan", std::vector<double>{510, 512, 324, 236, -0.25, 0.08, 5e-4, -3e-4, 0});
   return camera;
-}
-
-std::string posesText(const RobotTable& table) {
-  std::string text = "image,x_m,y_m,z_m,qx,qy,qz,qw\n";
-  for (const auto& [image, pose] : table.poses) {
-    const Eigen::Vector4d q = quaternionXyzw(pose.rotation);
-    const Eigen::Vector3d& t = pose.translation;
-    text += fmt::format("{},{},{},{},{},{},{},{}\n", image, t.x(), t.y(), t.z(), q[0], q[1], q[2], q[3]);
-  }
-  return text;
 }
 
 // A folder with corners.csv, poses.csv and camera.yaml of a robot that is good for 0.5 mrad and 0.2 mm.
@@ -64,7 +55,7 @@ class HandEyeCommand : public ScratchTest {
   void write() const {
     writeCornersFile(path("corners.csv"),
                      {.boards = {set_.scene.board}, .views = set_.views, .comments = {}});
-    scratch_.write("poses.csv", posesText(set_.robot));
+    scratch_.write("poses.csv", robotTableText(set_.robot.poses));
     saveCamera(path("camera.yaml"), bareRecord(trueCamera(), set_.scene.size, "a test"), "alidade");
   }
 
@@ -188,6 +179,56 @@ TEST_F(HandEyeCommand, JudgesByTheTolerance) {
   EXPECT_THAT(calibrate({"--tolerance", "1"}),
               FailsWith(2, HasSubstr("a length above 0 with its unit, such as 1mm")));
   EXPECT_THAT(calibrate({"--tolerance", "-1mm"}), FailsWith(2, HasSubstr("--tolerance")));
+}
+
+// What the doctor says of simulated robots with each mistake, and of sound ones.
+TEST_F(HandEyeCommand, NamesTheMistakesOfSimulatedRobots) {
+  const std::vector<std::pair<std::string, std::string>> mistakes = {
+      {"", ""},
+      {"quaternion_order", "robot_poses_misread"},
+      {"millimetres", "robot_poses_misread"},
+      {"degrees", "robot_poses_misread"},
+      {"euler_order", "robot_poses_misread"},
+      {"inverted", "robot_poses_inverted"},
+      {"left_handed", "robot_mirrored"},
+      {"other_recording", "robot_contradicts"},
+      {"shifted", "robot_poses_shifted"},
+      {"swapped", "robot_poses_swapped"},
+      {"board_moved", "robot_board_moved"},
+      {"one_pose_wrong", "robot_poses_left_out"},
+      {"mirrored_images", "robot_mirrored"}};
+  int num_named = 0;
+  int num_sound = 0;
+  for (const auto& [mistake, id] : mistakes) {
+    for (const int seed : {1, 2}) {
+      scratch_.write("scene.yaml",
+                     fmt::format("alidade_scene: 1\ncamera: camera.yaml\nboard: checkerboard:9x6:25mm\n"
+                                 "robot: {{camera_on: hand, poses: 15{}}}\nseed: {}\n"
+                                 "corner_noise_px: 0.1\n",
+                                 mistake.empty() ? "" : ", mistake: " + mistake, seed));
+      ASSERT_THAT(
+          runAlidade({"simulate", path("scene.yaml"), "-o", path("robot"), "--truth-only", "--overwrite"}),
+          EndsWith(0));
+      const RunResult result = runAlidade({"handeye", "calibrate", path("robot/corners.csv"), "--poses",
+                                           path("robot/robot.csv"), "--model", "radtan", "--camera-on",
+                                           "hand", "--json", "--tolerance", "5mm", "-o", path("found.yaml")});
+      std::vector<std::string> ids;
+      const auto document = nlohmann::json::parse(result.out);
+      for (const auto& diagnosis : document.at("diagnoses")) ids.push_back(diagnosis.at("id"));
+      std::erase(ids, "camera_on_found");
+      if (id.empty()) {
+        EXPECT_THAT(ids, IsEmpty()) << seed;
+        const SE3 truth = readHandEye(path("robot/handeye.yaml")).mount_from_camera;
+        EXPECT_LT((truth.inverse() * readHandEye(path("found.yaml")).mount_from_camera).log().norm(), 4e-3);
+        ++num_sound;
+      } else {
+        EXPECT_THAT(ids, testing::Contains(id)) << mistake << " " << seed;
+        ++num_named;
+      }
+    }
+  }
+  EXPECT_EQ(num_named, 24);
+  EXPECT_EQ(num_sound, 2);
 }
 
 TEST_F(HandEyeCommand, NamesTheFileWhereACameraIsWanted) {

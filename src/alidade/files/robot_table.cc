@@ -14,6 +14,9 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
+#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
@@ -309,6 +312,26 @@ RobotTable parseRobotTable(const std::string& text, const std::string& name,
 RobotTable readRobotTable(const std::string& path, const RobotTableOptions& options) {
   constexpr std::size_t kMaxBytes = std::size_t{64} << 20U;
   return parseRobotTable(readTextFile(path, kMaxBytes), path, options);
+}
+
+std::string robotTableText(const std::vector<RobotPose>& poses, std::optional<RobotMistake> mistake) {
+  const bool are_vectors = mistake == RobotMistake::kDegrees;
+  const bool are_angles = mistake == RobotMistake::kEulerOrder;
+  std::string text = std::string("image,x_m,y_m,z_m,") + (are_vectors  ? "rx,ry,rz\n"
+                                                          : are_angles ? "roll,pitch,yaw\n"
+                                                                       : "qx,qy,qz,qw\n");
+  for (const auto& [image, pose] : poses) {
+    const Eigen::Vector3d t = pose.translation * (mistake == RobotMistake::kMillimetres ? kMmPerM : 1);
+    const Eigen::Vector4d q = quaternionXyzw(pose.rotation);
+    Eigen::VectorXd numbers = q;
+    if (mistake == RobotMistake::kQuaternionOrder) numbers = Eigen::Vector4d(q[3], q[0], q[1], q[2]);
+    if (are_vectors) numbers = kDegPerRad * pose.rotation.log();
+    if (are_angles) numbers = eulerFromRotation(pose.rotation, *eulerOrder("xyz")).angles_rad;
+    text += fmt::format("{},{},{},{}", image, t.x(), t.y(), t.z());
+    for (const double number : numbers) text += fmt::format(",{}", number);
+    text += '\n';
+  }
+  return text;
 }
 
 }  // namespace alidade

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "alidade/record/robot_poses.h"
 
@@ -31,5 +33,10 @@ struct RobotTableOptions {
 /// The same from text; messages use `name` as the file name.
 [[nodiscard]] RobotTable parseRobotTable(const std::string& text, const std::string& name,
                                          const RobotTableOptions& options = {});
+
+/// Text of a table with the header image,x_m,y_m,z_m,qx,qy,qz,qw; with one of the mistakes of writing numbers
+/// in another form than the header states, or none.
+[[nodiscard]] std::string robotTableText(const std::vector<RobotPose>& poses,
+                                         std::optional<RobotMistake> mistake = {});
 
 }  // namespace alidade

@@ -102,6 +102,55 @@ void readViews(const YamlNode& node, Scene& scene) {
   if (scene.camera_from_board.empty()) throw node.at("poses").error("no pose", "at least one");
 }
 
+// One of a few fixed words.
+template <class Choice, std::size_t kCount>
+void readChoice(const YamlNode& map, const char* key, const std::pair<const char*, Choice> (&choices)[kCount],
+                Choice& choice) {
+  const auto node = map.find(key);
+  if (!node) return;
+  std::string expected;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if (node->text() == choices[i].first) {
+      choice = choices[i].second;
+      return;
+    }
+    expected += (i == 0 ? "" : i + 1 == kCount ? " or " : ", ") + std::string(choices[i].first);
+  }
+  throw node->error("'" + node->text() + "'", expected);
+}
+
+constexpr std::pair<const char*, CameraOn> kPlaces[] = {{"hand", CameraOn::kHand}, {"base", CameraOn::kBase}};
+constexpr std::pair<const char*, RobotMistake> kMistakes[] = {
+    {"quaternion_order", RobotMistake::kQuaternionOrder},
+    {"millimetres", RobotMistake::kMillimetres},
+    {"degrees", RobotMistake::kDegrees},
+    {"euler_order", RobotMistake::kEulerOrder},
+    {"inverted", RobotMistake::kInverted},
+    {"left_handed", RobotMistake::kLeftHanded},
+    {"other_recording", RobotMistake::kOtherRecording},
+    {"shifted", RobotMistake::kShifted},
+    {"swapped", RobotMistake::kSwapped},
+    {"board_moved", RobotMistake::kBoardMoved},
+    {"one_pose_wrong", RobotMistake::kOnePoseWrong},
+    {"mirrored_images", RobotMistake::kMirroredImages}};
+
+SceneRobot readRobot(const YamlNode& node) {
+  SceneRobot robot;
+  readNumbers(node, {"camera_on", "poses", "mistake"},
+              {{"rotation_noise_rad", &robot.noise.rotation_rad},
+               {"translation_noise_m", &robot.noise.translation_m}});
+  readChoice(node, "camera_on", kPlaces, robot.camera_on);
+  if (const auto n = node.find("mistake")) readChoice(node, "mistake", kMistakes, robot.mistake.emplace());
+  if (const auto n = node.find("poses")) {
+    robot.num_poses = n->integer();
+    if (robot.num_poses < 1 || robot.num_poses > 1000)
+      throw n->error("'" + n->text() + "'", "1 to 1000 poses");
+  }
+  if (!(robot.noise.rotation_rad >= 0) || !(robot.noise.translation_m >= 0))
+    throw node.error("noise below 0", "0 or more");
+  return robot;
+}
+
 Scene boardSceneFrom(const YamlNode& root, const std::filesystem::path& folder) {
   std::vector<std::string> remarks;
   std::vector<std::string> files;
@@ -112,7 +161,12 @@ Scene boardSceneFrom(const YamlNode& root, const std::filesystem::path& folder) 
               .board = board,
               .camera_remarks = remarks,
               .files = files};
-  readViews(root.at("views"), scene);
+  if (const auto n = root.find("robot")) {
+    if (root.has("views")) throw n->error("robot beside views", "one of the two");
+    scene.robot = readRobot(*n);
+  } else {
+    readViews(root.at("views"), scene);
+  }
   scene.seed = readSeed(root, scene.seed);
   if (const auto n = root.find("random")) {
     RandomViewOptions& views = scene.random_views;
@@ -144,23 +198,6 @@ Scene boardSceneFrom(const YamlNode& root, const std::filesystem::path& folder) 
     if (scene.corner_noise_px < 0) throw n->error("'" + n->text() + "'", "0 or more");
   }
   return scene;
-}
-
-// One of a few fixed words.
-template <class Choice, std::size_t kCount>
-void readChoice(const YamlNode& map, const char* key, const std::pair<const char*, Choice> (&choices)[kCount],
-                Choice& choice) {
-  const auto node = map.find(key);
-  if (!node) return;
-  std::string expected;
-  for (std::size_t i = 0; i < kCount; ++i) {
-    if (node->text() == choices[i].first) {
-      choice = choices[i].second;
-      return;
-    }
-    expected += (i == 0 ? "" : i + 1 == kCount ? " or " : ", ") + std::string(choices[i].first);
-  }
-  throw node->error("'" + node->text() + "'", expected);
 }
 
 FootageScene footageSceneFrom(const YamlNode& root, const std::filesystem::path& folder) {
@@ -195,7 +232,7 @@ FootageScene footageSceneFrom(const YamlNode& root, const std::filesystem::path&
 }
 
 AnyScene sceneFrom(const YamlNode& root, const std::string& name) {
-  root.allowKeys({"alidade_scene", "camera", "board", "views", "footage", "seed", "random", "render",
+  root.allowKeys({"alidade_scene", "camera", "board", "views", "robot", "footage", "seed", "random", "render",
                   "corner_noise_px"});
   const YamlNode version = root.at("alidade_scene");
   if (version.integer() != 1) throw version.error("format version " + version.text(), "1");

@@ -26,7 +26,13 @@ using AnyScene = std::variant<Scene, FootageScene>;
 ///            background_level: 110, border_square: 1, falloff: 0, vignetting_exponent: 0, samples: 377}
 ///   corner_noise_px: 0
 ///
-/// camera, board and views are needed. Footage, see FootageScene, has other keys in place of board and views:
+/// camera, board and views are needed. In place of views, a robot moves the camera, or the board before it:
+///
+///   robot: {camera_on: hand, poses: 15, rotation_noise_rad: 0.0005, translation_noise_m: 0.0002, mistake:
+///   swapped}
+///
+/// where mistake is one of the RobotMistake, and may be left out. Footage, see FootageScene, has other keys
+/// in place of board and views:
 ///
 ///   alidade_scene: 1
 ///   camera: camera.yaml

@@ -27,4 +27,20 @@ struct RobotTable {
   std::vector<RobotReading> others = {};
 };
 
+/// What people do wrong with a robot. The first four are wrong readings of the numbers of a table.
+enum class RobotMistake {
+  kQuaternionOrder,  ///< x y z w, read as w x y z
+  kMillimetres,      ///< read as metres
+  kDegrees,          ///< of a rotation vector, read as radians
+  kEulerOrder,       ///< turns about moving axes z, y, x, read as those about fixed ones
+  kInverted,         ///< gripper_from_base is stated
+  kLeftHanded,       ///< the z axes of both frames are mirrored
+  kOtherRecording,   ///< the poses have nothing to do with the images
+  kShifted,          ///< each image has the pose of the next one, the last that of the first
+  kSwapped,          ///< two images have each other's poses
+  kBoardMoved,       ///< by 10 cm and 5 degrees in its plane, before the second half of the views
+  kOnePoseWrong,     ///< by 3 cm and 3 degrees
+  kMirroredImages,   ///< in which a detector numbers each row in reverse
+};
+
 }  // namespace alidade

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "alidade/camera/any_camera.h"
 #include "alidade/core/image.h"
 #include "alidade/geometry/se3.h"
+#include "alidade/record/hand_eye_record.h"
+#include "alidade/record/robot_poses.h"
 #include "alidade/target/board.h"
 
 namespace alidade {
@@ -57,6 +60,14 @@ struct RenderOptions {
   void validate() const;
 };
 
+/// A robot that moves the camera, or the board before it, see simulateRobot().
+struct SceneRobot {
+  CameraOn camera_on = CameraOn::kHand;
+  int num_poses = 15;  ///< at most 1000
+  RobotNoise noise = {.rotation_rad = 5e-4, .translation_m = 2e-4};
+  std::optional<RobotMistake> mistake = {};
+};
+
 /// A simulation: a camera, a board, and the poses of the board, given or drawn at random.
 struct Scene {
   AnyCamera camera;
@@ -64,7 +75,8 @@ struct Scene {
   Board board;
   std::vector<SE3> camera_from_board = {};  ///< given poses; empty = draw `num_random_views`
   int num_random_views = 0;
-  std::uint64_t seed = 1;  ///< of poses and corner noise
+  std::optional<SceneRobot> robot = {};  ///< in place of the poses
+  std::uint64_t seed = 1;                ///< of poses and corner noise
   RandomViewOptions random_views = {};
   RenderOptions render = {};
   double corner_noise_px = 0;  ///< added to the corners file; 0 = exact

@@ -23,6 +23,7 @@ namespace alidade {
 namespace {
 
 constexpr std::size_t kFewestAgreeing = 3;  // frames that agree on a pose
+constexpr std::size_t kFewestMoving = 5;    // frames that determine two poses
 
 // A body as a part sees it in one frame: the view with most corners.
 struct Sighting {
@@ -176,7 +177,7 @@ MotionPair motionPair(std::size_t p, std::size_t q, const std::vector<Sightings>
   }
   MotionPair pair{.p = p, .q = q};
   for (auto& [bodies, frames] : by_bodies) {
-    if (frames.size() < kFewestAgreeing || bodies.first == bodies.second) continue;
+    if (frames.size() < kFewestMoving || bodies.first == bodies.second) continue;
     for (SeenFrom& frame : frames) {
       frame.board = pair.bodies.size();
       pair.frames.push_back(frame);
@@ -245,14 +246,16 @@ bool joinMovingParts(const std::vector<Sightings>& parts, JointViews& views) {
 void linkByMotion(JointViews& views) {
   views.little_motion.reset();
   views.common_part_of.clear();
+  if (views.num_parts == 1) return;
   const std::vector<std::size_t> by_boards = views.part_of;
-  const std::size_t num_parts = views.num_parts;
-  while (views.num_parts > 1) {
+  for (;;) {
     const std::vector<Sightings> parts = sightingsOf(views);
-    if (!joinSeenBodies(parts, views) && !joinSeeingParts(parts, views) && !joinMovingParts(parts, views))
-      break;
+    if (joinSeenBodies(parts, views)) continue;
+    if (views.num_parts == 1 || !(joinSeeingParts(parts, views) || joinMovingParts(parts, views))) break;
   }
-  if (views.num_parts < num_parts) views.common_part_of = by_boards;
+  for (std::size_t b = 0; b < views.body_of.size(); ++b) {
+    if (views.body_of[b] != b) views.common_part_of = by_boards;
+  }
 }
 
 RigTurns turnsOf(const Fit& fit) {

@@ -16,7 +16,6 @@
 #include "alidade/adjust/noise/joint_information.h"
 #include "alidade/calibrate/calibrator.h"
 #include "alidade/calibrate/uncertainty/print_errors.h"
-#include "alidade/core/degrees.h"
 #include "alidade/core/error.h"
 #include "alidade/core/mapped.h"
 #include "alidade/core/parallel.h"

@@ -127,11 +127,14 @@ bool linkByOwnPrints(const Links& links, std::size_t fewest, JointViews& all) {
   placeCameras(links, fewest, all);
   const std::size_t num_boards = all.boards.size();
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> print_of;  // by board and part
-  std::set<std::size_t> seen;
+  std::map<std::size_t, const PosedView*> seen;                         // the first view of each board
+  std::vector<std::pair<const PosedView*, std::size_t>> others;         // and the other prints of it
   for (PosedView& pose : all.poses) {
     const auto [print, is_new] = print_of.try_emplace({pose.board, all.part_of[pose.camera]}, pose.board);
-    if (is_new && !seen.insert(pose.board).second) {
+    const auto [first, is_first] = seen.try_emplace(pose.board, &pose);
+    if (is_new && !is_first) {
       print->second = all.boards.size();
+      others.emplace_back(first->second, print->second);
       all.boards.push_back(all.boards[pose.board]);
       for (Calibration& alone : all.alone) alone.fit.boards.push_back(alone.fit.boards[pose.board]);
     }
@@ -139,7 +142,14 @@ bool linkByOwnPrints(const Links& links, std::size_t fewest, JointViews& all) {
   }
   placeCameras(links, fewest, all);
   if (all.boards.size() > num_boards) linkByMotion(all);
-  if (all.num_parts == 1) return true;
+  // One board at one place was seen at different times.
+  const bool are_prints = std::ranges::none_of(others, [&](const auto& other) {
+    const PosedView& of = *other.first;
+    return all.body_of[of.board] == all.body_of[other.second] &&
+           between(all.body_from_board[of.board], all.body_from_board[other.second])
+               .isWithin(kSamePose, of.camera_from_board.translation.norm());
+  });
+  if (all.num_parts == 1 && are_prints) return true;
   for (PosedView& pose : all.poses) pose.board = pose.view->board;
   all.boards.erase(all.boards.begin() + static_cast<std::ptrdiff_t>(num_boards), all.boards.end());
   for (Calibration& alone : all.alone) alone.fit.boards.resize(num_boards, alone.fit.boards.front());

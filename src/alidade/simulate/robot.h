@@ -42,21 +42,10 @@ struct RobotSet {
 /// @throws Error (kInput) if the camera cannot see so much of the board
 [[nodiscard]] RobotSet simulateRobot(const RobotScene& scene, std::uint64_t seed);
 
-/// What people do wrong. The first four are wrong readings of the numbers of a table.
-enum class RobotMistake {
-  kQuaternionOrder,  ///< x y z w, read as w x y z
-  kMillimetres,      ///< read as metres
-  kDegrees,          ///< of a rotation vector, read as radians
-  kEulerOrder,       ///< turns about moving axes z, y, x, read as those about fixed ones
-  kInverted,         ///< gripper_from_base is stated
-  kLeftHanded,       ///< the z axes of both frames are mirrored
-  kOtherRecording,   ///< the poses have nothing to do with the images
-  kShifted,          ///< each image has the pose of the next one, the last that of the first
-  kSwapped,          ///< two images have each other's poses
-  kBoardMoved,       ///< by 10 cm and 5 degrees in its plane, before the second half of the views
-  kOnePoseWrong,     ///< by 3 cm and 3 degrees
-  kMirroredImages,   ///< in which a detector numbers each row in reverse
-};
+/// True for the first four, which robotTableText() makes.
+[[nodiscard]] constexpr bool isOfTable(RobotMistake mistake) {
+  return mistake <= RobotMistake::kEulerOrder;
+}
 
 /// Makes the mistake in a set with poses. For a wrong reading, RobotTable::others gets the right one and two
 /// more wrong ones, in any order. A moved board changes base_from_gripper, not the images.

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <iterator>
+#include <optional>
 #include <variant>
 
 #include <fmt/format.h>
 
 #include "alidade/core/error.h"
+#include "alidade/core/mapped.h"
 #include "alidade/core/text.h"
 #include "alidade/files/camera_source.h"
 #include "alidade/files/corners_file.h"
+#include "alidade/files/hand_eye_file.h"
 #include "alidade/files/pose_list.h"
+#include "alidade/files/robot_table.h"
 #include "alidade/files/scene_file.h"
 #include "alidade/files/text/atomic_file.h"
 #include "alidade/files/text/file_text.h"
@@ -19,6 +24,7 @@
 #include "alidade/simulate/observe.h"
 #include "alidade/simulate/random_views.h"
 #include "alidade/simulate/render.h"
+#include "alidade/simulate/robot.h"
 #include "command.h"
 #include "console.h"
 #include "pending_folder.h"
@@ -79,8 +85,10 @@ class SimulateCommand final : public Command {
         "Example: alidade simulate config/scene.yaml -o simulated\nWrites images/*.png, camera.yaml (the "
         "true camera), corners.csv (the true corners) and poses.yaml (the true poses).\n"
         "Example: alidade simulate config/footage.yaml -o footage\nWrites tracks.csv (true pixels of points "
-        "in each frame) in place of corners.csv, and trajectory.txt (the poses as TUM trajectory).");
-    flags.add("scene", &scene_path_, "Scene file (YAML): camera and either board and views, or footage",
+        "in each frame) in place of corners.csv, and trajectory.txt (the poses as TUM trajectory).\n"
+        "Example: alidade simulate config/robot.yaml -o robot\nWrites robot.csv (what the robot states) and "
+        "handeye.yaml (the truth) besides.");
+    flags.add("scene", &scene_path_, "Scene file (YAML): camera and board with views or a robot, or footage",
               kFilePath);
     flags.redirect({"--board", "--camera", "--seed"}, "write it in the scene file, see config/scene.yaml");
     flags.add("-o,--output", &output_, "Folder to create", kFolder);
@@ -134,15 +142,20 @@ class SimulateCommand final : public Command {
 
   int runBoard(const Scene& scene) {
     std::vector<SE3> poses = scene.camera_from_board;
-    if (poses.empty()) {
+    std::optional<RobotSet> robot;
+    if (scene.robot) {
+      robot = robotSet(scene, poses);
+    } else if (poses.empty()) {
       Random random(streamSeed(scene.seed, 0));
       poses = randomViews(scene.camera, scene.image_size, scene.board, scene.num_random_views, random,
                           scene.random_views);
     }
     std::vector<std::string> names;
     for (std::size_t i = 0; i < poses.size(); ++i) names.push_back(fmt::format("view_{:03}.png", i + 1));
+    if (robot) names = mapped(robot->views, &View::image);
 
-    const CornersFile corners = trueCorners(scene, poses, names);
+    CornersFile corners = trueCorners(scene, poses, names);
+    if (robot) corners.views = robot->views;
     const std::vector<std::string> without_corners = viewsWithoutCorners(corners);
     PendingFolder folder(output_, common_.command, overwrite_, common_.quiet);
     folder.write([&] {
@@ -150,6 +163,7 @@ class SimulateCommand final : public Command {
       saveCamera(folder.path("camera.yaml"),
                  bareRecord(scene.camera, scene.image_size, programName() + " simulate"));
       writeFileAtomically(folder.path("poses.yaml"), posesText(names, "camera_from_board", poses));
+      if (robot) writeRobot(*scene.robot, *robot, folder);
       if (!truth_only_) renderAll(scene, poses, names, folder);
     });
     folder.commit();
@@ -172,6 +186,39 @@ class SimulateCommand final : public Command {
                                join(without_corners, ", ")));
     }
     return 0;
+  }
+
+  // @param poses  gets camera_from_board of each image
+  static RobotSet robotSet(const Scene& scene, std::vector<SE3>& poses) {
+    const SceneRobot& robot = *scene.robot;
+    RobotSet set = simulateRobot({.camera = scene.camera,
+                                  .size = scene.image_size,
+                                  .board = scene.board,
+                                  .camera_on = robot.camera_on,
+                                  .num_views = robot.num_poses,
+                                  .robot_noise = robot.noise,
+                                  .corner_noise_px = scene.corner_noise_px},
+                                 scene.seed);
+    for (const SE3& base_from_gripper : set.base_from_gripper) {
+      const SE3 motion = robot.camera_on == CameraOn::kHand ? base_from_gripper.inverse() : base_from_gripper;
+      poses.push_back(set.mount_from_camera.inverse() * motion * set.world_from_boards[0]);
+    }
+    Random random(streamSeed(scene.seed, 2));
+    if (robot.mistake && !isOfTable(*robot.mistake)) apply(*robot.mistake, set, random);
+    return set;
+  }
+
+  // robot.csv, as the robot states it, and the truth as handeye.yaml.
+  static void writeRobot(const SceneRobot& robot, const RobotSet& set, const PendingFolder& folder) {
+    writeFileAtomically(folder.path("robot.csv"), robotTableText(set.robot.poses, robot.mistake));
+    HandEyeRecord truth{.camera_on = robot.camera_on,
+                        .mount_from_camera = set.mount_from_camera,
+                        .world_from_boards = set.world_from_boards,
+                        .boards = {set.scene.board.spec()},
+                        .robot_noise = robot.noise,
+                        .num_poses = robot.num_poses,
+                        .created_by = programName() + " simulate"};
+    writeFileAtomically(folder.path("handeye.yaml"), handEyeText(truth, "alidade"));
   }
 
   [[nodiscard]] std::vector<std::string> viewsWithoutCorners(const CornersFile& corners) const {
@@ -218,6 +265,10 @@ class SimulateCommand final : public Command {
       options.seed = streamSeed(scene.seed, 1'000'000 + i);
       GrayImage image = squares != nullptr ? renderer.render(*squares, poses[i], options, common_.cancel)
                                            : renderer.render(ink, poses[i], options, common_.cancel);
+      if (scene.robot && scene.robot->mistake == RobotMistake::kMirroredImages) {
+        for (auto row = image.pixels.begin(); row != image.pixels.end(); row += image.size.width)
+          std::reverse(row, row + image.size.width);
+      }
       writeImage(folder.path("images/" + names[i]), {.size = image.size, .bytes = std::move(image.pixels)});
       bar.update(i + 1, poses.size());
     }
