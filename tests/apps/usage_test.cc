@@ -365,6 +365,8 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
                 replaced(readFile(sourcePath("config/scene.yaml")), "{random: 12}", "{random: 1}"));
   scratch.write("config/footage.yaml",
                 replaced(readFile(sourcePath("config/footage.yaml")), "frames: 60", "frames: 2"));
+  scratch.write("config/robot.yaml",
+                replaced(readFile(sourcePath("config/robot.yaml")), "poses: 15", "poses: 1"));
   // A camera that stands still: footage that cannot tell.
   writeVideo(scratch.path("walk.mp4"),
              std::vector<cv::Mat>(4, cv::imread(imagePath(1), cv::IMREAD_GRAYSCALE)));
@@ -376,7 +378,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 30);
+  EXPECT_EQ(num_examples, 31);
   // Of a rig.
   scratch.write("rig.yaml", rigFileText(pairOfCameras()));
   linkImages(scratch, "left", 12);
@@ -388,7 +390,7 @@ TEST(Usage, EveryExampleInTheHelpRuns) {
       ++num_examples;
     }
   }
-  EXPECT_EQ(num_examples, 36);
+  EXPECT_EQ(num_examples, 37);
   EXPECT_TRUE(scratch.has("simulated/images/view_001.png"));
 }
 
