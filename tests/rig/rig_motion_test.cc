@@ -73,6 +73,7 @@ PoseErrors errorsOf(const Shape& shape, int num_sets, std::uint64_t first_seed) 
     const RigCalibration rig = calibrated(scene, shape.rig.boards);
     EXPECT_NE(rig.verdict(), Verdict::kNo) << shape.name << " " << set << ": " << rig.diagnoses.front().cause;
     EXPECT_EQ(rig.links.unlinked.size(), 0U) << shape.name << " " << set;
+    EXPECT_FALSE(rig.exposure) << shape.name << " " << set;
     num_noted += rig.links.common_part_of.empty() ? 0 : 1;
     EXPECT_EQ(!rig.links.common_part_of.empty(), testing::Matches(hasDiagnosis("linked_by_motion"))(rig));
     errors.add(scene, rig);
@@ -232,6 +233,8 @@ TEST(RigMotion, LinksPrintsOfOneBoard) {
       const RigCalibration found = calibrated(scene, {board});
       EXPECT_NE(found.verdict(), Verdict::kNo) << seed;
       ASSERT_THAT(found, hasDiagnosis("linked_by_motion")) << seed;
+      EXPECT_EQ(found.links.unlinked.size(), 0U) << seed;
+      EXPECT_FALSE(found.exposure) << seed;
       const auto error = poseError(scene, found, 1);
       const CameraLink& link = found.cameras[1].link;
       EXPECT_LT(error.head<3>().norm(), 4 * link.translation_std_m.norm()) << seed;

@@ -209,13 +209,17 @@ void unlink(std::size_t v, JointFit& joint) {
   fit.views[last].deviation.reset();
 }
 
+bool hasBodies(const Fit& fit) {
+  return std::ranges::any_of(fit.boards, &FitBoard::isBodyPoseFree);
+}
+
 // Error limit of each camera's views when poses come from single views: far above most errors.
 std::vector<double> transferLimits(const Fit& fit, const Transfers& transfers) {
   constexpr double kFactor = 4;
   constexpr double kFactorByMotion = 12;  // a small error of one board's tilt moves the others far
   constexpr double kLeastPx = 2;
   constexpr std::size_t kQuarter = 4;  // if a camera moved, half of its views may be wrong
-  const bool are_bodies = std::ranges::any_of(fit.boards, &FitBoard::isBodyPoseFree);
+  const bool are_bodies = hasBodies(fit);
   std::vector<std::vector<double>> of_camera(fit.cameras.size());
   for (std::size_t v = 0; v < transfers.size(); ++v) {
     if (transfers[v] > 0) of_camera[fit.views[v].camera].push_back(transfers[v]);
@@ -339,11 +343,13 @@ bool relink(const JointViews& views, const std::vector<std::size_t>& moved, Join
   joint.rig_from_body = placedByEach(joint.fit, views);
   const std::vector<double> limits =
       transferLimits(joint.fit, transfersOf(joint, viewsOfPlacements(joint.fit)));
+  // The pose of a body by one view may be poor, and the fit tells better whether others contradict.
+  const double more = hasBodies(joint.fit) ? 4 : 1;
   const auto doesAgree = [&](std::size_t v, const FitView& other) {
     const FitView& view = joint.fit.views[v];
     return std::ranges::find(moved, v) == moved.end() &&
            transferRms(joint.fit, view, joint.fit.placements[other.placement].rig_from_body) <=
-               limits[view.camera];
+               more * limits[view.camera];
   };
   return linkAgain(views, doesAgree, joint);
 }
